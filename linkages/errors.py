@@ -1,0 +1,65 @@
+"""Bad input and failed runs: one exception, one list of named statuses."""
+
+from __future__ import annotations
+
+import difflib
+import enum
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class InputError(ValueError):
+    """Input that cannot be used; its text is one line that says where and what.
+
+    Parameters
+    ----------
+    source : str or Path
+        The file (or "command line", "argument") that holds the input.
+    where : str
+        The element or key, as the user wrote it: ``<joint name="A">`` or ``joints.A.clearance``.
+    problem : str
+        What is wrong, and what would be right.
+    """
+
+    def __init__(self, source: str | Path, where: str, problem: str) -> None:
+        name = Path(source).name if isinstance(source, Path) else source
+        parts = [part for part in (str(name), where, problem) if part]
+        super().__init__(" ".join(": ".join(parts).split()))
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Say which of `known` was probably meant by `name`, as the end of a sentence."""
+    known = sorted(known)
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    if close:
+        return f'did you mean "{close[0]}"?'
+    return f"known are: {', '.join(known)}" if known else "none are known here"
+
+
+class Status(enum.Enum):
+    """How a run ended; the value is the name used in files, `remedy` is what to try."""
+
+    OK = "ok"
+    NO_ASSEMBLY = "no-assembly"
+    SINGULAR = "singular"
+    JOURNAL_LEFT_BEARING = "journal-left-bearing"
+    STEP_SIZE_COLLAPSE = "step-size-collapse"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def remedy(self) -> str:
+        """What the user can try, in one sentence."""
+        return _REMEDY[self]
+
+
+_REMEDY = {
+    Status.OK: "nothing: the run reached its end",
+    Status.NO_ASSEMBLY: "the loops cannot be closed at this position of the drives: check the link lengths,"
+    " the drives' start angles and the initial poses in the SDF file",
+    Status.SINGULAR: "the ideal linkage passes a singular position: drive another joint, or start elsewhere",
+    Status.JOURNAL_LEFT_BEARING: "the film cannot carry the load: raise the viscosity, lower the clearance or"
+    " the speed, or allow contact with model = 'mixed'",
+    Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
+    " parameters for values that make the system extremely stiff",
+    Status.INTERRUPTED: "the run was stopped by the user; what was computed up to then is kept",
+}

@@ -1,0 +1,91 @@
+"""Prescribed motions and torques over time as piecewise polynomials, for compiled evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline, PPoly
+
+Array = NDArray[np.float64]
+
+
+def constant_rate(start: float, speed: float) -> PPoly:
+    """start + speed * t, for all t."""
+    return PPoly(np.array([[speed], [start]]), np.array([0.0, 1.0]))
+
+
+def ramped_rate(start: float, speed: float, ramp: float) -> PPoly:
+    """From rest to a constant speed in the time `ramp` [s], twice differentiable in the speed.
+
+    The speed is speed * (10 s^3 - 15 s^4 + 6 s^5) with s = t/ramp; then it is constant.
+    """
+    smooth = speed * np.array([6 / ramp**5 / 6, -15 / ramp**4 / 5, 10 / ramp**3 / 4, 0.0, 0.0, 0.0, 0.0])
+    smooth[-1] = start
+    end = start + 0.5 * speed * ramp
+    after = np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed, end])
+    return PPoly(np.stack([smooth, after], axis=1), np.array([0.0, ramp, 2.0 * ramp]))
+
+
+def table(times: Sequence[float], values: Sequence[float]) -> PPoly:
+    """Cubic spline through a table (a straight line through two points)."""
+    if len(times) < 4:
+        slopes = np.diff(values) / np.diff(times)
+        return PPoly(np.stack([slopes, np.asarray(values[:-1], float)]), np.asarray(times, float))
+    spline = CubicSpline(times, values)
+    return PPoly(spline.c, spline.x)
+
+
+class Motions:
+    """Several piecewise polynomials packed into arrays for `evaluate_motions`."""
+
+    def __init__(self, pieces: Sequence[PPoly]) -> None:
+        self.pieces = tuple(pieces)
+        n = len(self.pieces)
+        longest = max((len(p.x) for p in self.pieces), default=2)
+        order = max((len(p.c) for p in self.pieces), default=1)
+        self.breaks = np.full((n, longest), np.inf)
+        self.coefficients = np.zeros((n, longest - 1, order))
+        self.segments = np.zeros(n, dtype=np.int64)
+        for i, p in enumerate(self.pieces):
+            self.breaks[i, : len(p.x)] = p.x
+            self.segments[i] = len(p.x) - 1
+            self.coefficients[i, : len(p.x) - 1, order - len(p.c) :] = p.c.T
+
+    def __call__(self, times: Array) -> tuple[Array, Array, Array]:
+        """Values, rates and second derivatives (nt, n) at the given times."""
+        shape = (len(times), len(self.pieces))
+        out = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+        for k, t in enumerate(times):
+            evaluate_motions(
+                self.breaks, self.coefficients, self.segments, t, out[0][k], out[1][k], out[2][k]
+            )
+        return out
+
+
+@njit(cache=True)
+def evaluate_motions(
+    breaks: Array,
+    coefficients: Array,
+    segments: NDArray[np.int64],
+    t: float,
+    value: Array,
+    rate: Array,
+    acceleration: Array,
+) -> None:
+    """Fill value, rate and acceleration (n,) at time t; the first and last pieces extend to all times."""
+    for i in range(len(segments)):
+        k = 0
+        while k + 1 < segments[i] and t >= breaks[i, k + 1]:
+            k += 1
+        s = t - breaks[i, k]
+        p0, p1, p2 = 0.0, 0.0, 0.0
+        for c in coefficients[i, k]:
+            p2 = p2 * s + 2.0 * p1
+            p1 = p1 * s + p0
+            p0 = p0 * s + c
+        value[i] = p0
+        rate[i] = p1
+        acceleration[i] = p2
