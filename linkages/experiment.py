@@ -149,7 +149,7 @@ class Solver(_Table):
     integrator: Literal[
         "radau3", "radau1", "implicit_euler", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"
     ] = Field("radau3", description="Drake's integration scheme")
-    accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-6, description="relative accuracy [1]")
+    accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
     max_step: Positive = Field(2e-3, description="largest step [s]")
     stabilisation: NonNegative = Field(50.0, description="decay rate of drive and loop errors [1/s]")
 

@@ -25,6 +25,7 @@ from linkages.planar.kinematics import (
     row_rate,
     row_value,
 )
+from linkages.planar.motion import evaluate_motions
 from linkages.planar.records import FIXED, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
@@ -86,6 +87,40 @@ def generalized_force(bodies: NDArray[np.void], pose: Array, wrench: Array, tau:
         wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
         wrench[p, 1] += wrench[i, 1]
         wrench[p, 2] += wrench[i, 2]
+
+
+@njit(cache=True)
+def clearance_forces(
+    bodies: NDArray[np.void],
+    ends: NDArray[np.void],
+    laws: NDArray[np.void],
+    state: Array,
+    positions: NDArray[np.int64],
+    rates: NDArray[np.int64],
+    into: NDArray[np.int64],
+    size: int,
+    out: Array,
+) -> Array:
+    """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.
+
+    Parameters
+    ----------
+    state : (nx,) array
+        Holds coordinate i at ``positions[i]`` and its rate at ``rates[i]``.
+    into : (n,) array of int
+        Where coordinate i stands in the result, of length `size`.
+    out : (nj, 5) array
+        Filled with `CLEARANCE_OUTPUTS`.
+    """
+    nb, n = len(bodies), len(into)
+    pose, vel, wrench, tau = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
+    body_positions(bodies, state[positions], pose)
+    body_velocities(bodies, pose, state[rates], vel)
+    clearance_wrenches(ends, laws, pose, vel, wrench, out)
+    generalized_force(bodies, pose, wrench, tau)
+    result = np.zeros(size)
+    result[into] = tau
+    return result
 
 
 @njit(cache=True)
@@ -325,6 +360,83 @@ def constrained_dynamics(
         for d in range(n):
             acceleration[d] += reaction[k] * accelerations[k, d]
             tau[d] += reaction[k] * forces[k, d]
+
+
+@njit(cache=True)
+def driven_forces(
+    bodies: NDArray[np.void],
+    rows: NDArray[np.void],
+    stabilisation: float,
+    gravity: Array,
+    driven: NDArray[np.int64],
+    motion: tuple[Array, Array, NDArray[np.int64]],
+    powered: NDArray[np.int64],
+    torque: tuple[Array, Array, NDArray[np.int64]],
+    t: float,
+    state: Array,
+    positions: NDArray[np.int64],
+    rates: NDArray[np.int64],
+    applied: Array,
+    into: NDArray[np.int64],
+) -> tuple[Array, Array]:
+    """Forces of drives and loops at a state, added to those already applied.
+
+    Parameters
+    ----------
+    stabilisation : float
+        Rate [1/s] at which deviations of drives and loops decay.
+    driven, powered : arrays of int
+        Coordinates of the prescribed joints, and of those with an applied torque.
+    motion, torque
+        Their motions and torques over time, as `Motions.arrays`.
+    state, positions, rates, into
+        As for `clearance_forces`.
+    applied : (nv,) array
+        All other generalised forces.
+
+    Returns
+    -------
+    total : (nv,) array
+        `applied` plus the forces of drives and loops.
+    drive : (nd,) array
+        Torque or force of each drive, prescribed ones first.
+    """
+    nd, np_, n = len(driven), len(powered), len(into)
+    q, v, tau = state[positions], state[rates], applied[into]
+    drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))
+    evaluate_motions(torque[0], torque[1], torque[2], t, drive[nd:], one, two)
+    for k in range(np_):
+        tau[powered[k]] += drive[nd + k]
+    value = np.empty(nd)
+    evaluate_motions(motion[0], motion[1], motion[2], t, value, one, two)
+    acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
+    for k in range(nd):
+        d = driven[k]
+        lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
+        acceleration[d] = two[k] + stabilisation * lag
+    constrained_dynamics(
+        bodies, rows, stabilisation, gravity, q, v, np.zeros((len(bodies), 3)), needed, acceleration, reaction
+    )
+    for k in range(nd):
+        drive[k] = needed[driven[k]] - tau[driven[k]]
+        tau[driven[k]] = needed[driven[k]]
+    if len(rows):
+        add_loop_forces(bodies, rows, q, reaction, tau)
+    total = applied.copy()
+    total[into] = tau
+    return total, drive
+
+
+@njit(cache=True)
+def add_loop_forces(
+    bodies: NDArray[np.void], rows: NDArray[np.void], q: Array, reaction: Array, force: Array
+) -> None:
+    """Add J^T lambda of the loop reactions to ``force`` (n,)."""
+    pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
+    body_positions(bodies, q, pose)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, reaction[k], wrench)
+    generalized_force(bodies, pose, wrench, force)
 
 
 @njit(cache=True)

@@ -54,13 +54,18 @@ class Motions:
             self.segments[i] = len(p.x) - 1
             self.coefficients[i, : len(p.x) - 1, order - len(p.c) :] = p.c.T
 
+    @property
+    def arrays(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) for compiled code."""
+        return self.breaks, self.coefficients, self.segments
+
     def __call__(self, times: Array) -> tuple[Array, Array, Array]:
         """Values, rates and second derivatives (nt, n) at the given times."""
         shape = (len(times), len(self.pieces))
         out = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         for k, t in enumerate(times):
             evaluate_motions(
-                self.breaks, self.coefficients, self.segments, t, out[0][k], out[1][k], out[2][k]
+                *self.arrays, t, out[0][k], out[1][k], out[2][k]
             )
         return out
 

@@ -127,14 +127,6 @@ class Tree:
         """Coordinates in the body frame of a point drawn on `link` [m]."""
         return point - self.drawn[self.index[link]]
 
-    def reordered(self, order: Sequence[int]) -> NDArray[np.void]:
-        """Bodies whose coordinate i is numbered ``order[i]``, for a state vector in another order."""
-        bodies = self.bodies.copy()
-        for body in bodies:
-            if body["dof"] >= 0:
-                body["dof"] = order[body["dof"]]
-        return bodies
-
     def _rows(self, names: Sequence[str]) -> NDArray[np.void]:
         rows = []
         for name in names:

@@ -1,0 +1,18 @@
+"""The Drake engine: the mechanism as a continuous `MultibodyPlant`, its joints with play as a `LeafSystem`.
+
+| module    | what it holds                                                                    |
+|-----------|----------------------------------------------------------------------------------|
+| plant     | the mechanism's spanning tree as SDFormat that Drake accepts, and as a plant      |
+| clearance | `ClearanceJoints(LeafSystem)`: film forces from the plant's state                 |
+| drives    | `Drives(LeafSystem)`: prescribed motions, torques, reactions of closing joints    |
+| diagram   | `add_linkage`, `build_diagram`: the systems connected                             |
+| simulate  | a run of the diagram as a `Trajectory`                                            |
+| animate   | Meshcat recording of a run                                                        |
+
+Monogram notation for frames as in Drake: X_WB is the pose of B in W.
+"""
+
+from linkages.drake.diagram import Linkage, add_linkage, build_diagram
+from linkages.drake.simulate import simulate
+
+__all__ = ["Linkage", "add_linkage", "build_diagram", "simulate"]

@@ -1,0 +1,162 @@
+"""A run of the Drake diagram as a trajectory."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.framework import Context, Diagram, EventStatus
+
+from linkages.columns import Columns, columns_from_states
+from linkages.drake.diagram import Linkage, build_diagram
+from linkages.errors import Status
+from linkages.experiment import Experiment
+from linkages.mechanism import Mechanism
+from linkages.trajectory import Trajectory, sample
+
+Array = NDArray[np.float64]
+
+
+def simulate(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Simulate an experiment with Drake.
+
+    Parameters
+    ----------
+    mechanism, experiment
+    progress : callable, optional
+        Called with the simulated time [s] after every step.
+
+    Returns
+    -------
+    Trajectory
+        Up to the end, or to where the run failed or was interrupted (`Trajectory.status`).
+
+    Raises
+    ------
+    AssemblyError, InputError
+        If there is nothing to start from.
+    """
+    started = clock.perf_counter()
+    diagram, linkage = build_diagram(mechanism, experiment)
+    simulator = Simulator(diagram)
+    root = simulator.get_mutable_context()
+    linkage.set_initial_state(root)
+    solver = experiment.solver
+    integrator = ResetIntegratorFromFlags(simulator, solver.integrator, solver.max_step)
+    integrator.set_target_accuracy(solver.accuracy)
+    root.SetAccuracy(solver.accuracy)
+    watch = _Watch(linkage, experiment, progress)
+    simulator.set_monitor(watch)
+    simulator.Initialize()
+    status = Status.OK
+    try:
+        simulator.AdvanceTo(experiment.duration)
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+    except RuntimeError as problem:  # Drake gives step-size failures no type of their own
+        if "step size" not in str(problem):
+            raise
+        status = Status.STEP_SIZE_COLLAPSE
+    if watch.status is not Status.OK:
+        status = watch.status
+    provenance = {
+        "engine": "drake",
+        "steps": int(integrator.get_num_steps_taken()),
+        "evaluations": int(integrator.get_num_derivative_evaluations()),
+        "wall_time": clock.perf_counter() - started,
+        "loop_error": watch.loop_error,
+    }
+    recorder = _Recorder(diagram, linkage, experiment, np.array(watch.times), np.array(watch.states))
+    return sample(recorder.times, recorder, status, provenance)
+
+
+class _Watch:
+    """Keeps the state of every accepted step: has a journal left its bearing, are the loops closed?"""
+
+    def __init__(
+        self, linkage: Linkage, experiment: Experiment, progress: Callable[[float], None] | None
+    ) -> None:
+        self.linkage, self.progress = linkage, progress
+        self.status = Status.OK
+        self.loop_error = 0.0
+        self.times: list[float] = []
+        self.states: list[Array] = []
+        self._limit = np.array([experiment.joints[name].clearance for name in linkage.assembly.tree.play])
+        self._has_loops = bool(linkage.assembly.tree.loops)
+
+    def __call__(self, root: Context) -> EventStatus:
+        self.times.append(root.get_time())
+        self.states.append(root.get_continuous_state_vector().CopyToVector())
+        if self.progress is not None:
+            self.progress(root.get_time())
+        linkage = self.linkage
+        if self._has_loops:
+            error = linkage.drives.loop_error(linkage.drives.GetMyContextFromRoot(root))
+            self.loop_error = max(self.loop_error, error)
+        if linkage.clearance is not None:
+            joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
+            outside = np.hypot(joints[:, 0], joints[:, 1]) >= self._limit
+            if outside.any():
+                self.status = Status.JOURNAL_LEFT_BEARING
+                name = linkage.clearance.joints[int(np.argmax(outside))]
+                return EventStatus.ReachedTermination(linkage.clearance, f"journal {name} left its bearing")
+        return EventStatus.DidNothing()
+
+
+class _Recorder:
+    """All columns at any times of a run.
+
+    At the integrator's own steps the diagram is evaluated as it was. Between them the state is found by
+    integrating again from the step before: the film is so stiff that its force, which follows from the last
+    digits of the velocities, is lost in any interpolation of the state.
+    """
+
+    def __init__(
+        self, diagram: Diagram, linkage: Linkage, experiment: Experiment, times: Array, states: Array
+    ) -> None:
+        self.times, self.states = times, states
+        self.diagram, self.linkage, self.experiment = diagram, linkage, experiment
+        self.simulator = Simulator(diagram)
+        solver = experiment.solver
+        self.integrator = ResetIntegratorFromFlags(self.simulator, solver.integrator, solver.max_step)
+        self.integrator.set_target_accuracy(solver.accuracy)
+
+    def __call__(self, times: Array) -> Columns:
+        linkage, root = self.linkage, self.simulator.get_mutable_context()
+        tree = linkage.assembly.tree
+        drives = linkage.drives.GetMyContextFromRoot(root)
+        states = np.empty((len(times), self.states.shape[1]))
+        rates = np.empty_like(states)
+        torque = np.empty((len(times), len(linkage.drives.joints)))
+        clearance = np.empty((len(times), len(tree.play), 5)) if linkage.clearance is not None else None
+        for k, t in enumerate(times):
+            self._go_to(t)
+            states[k] = root.get_continuous_state_vector().CopyToVector()
+            rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
+            torque[k] = linkage.drives.get_torques_output_port().Eval(drives)
+            if clearance is not None and linkage.clearance is not None:
+                clearance[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
+        nq = linkage.plant.num_positions()
+        q, v = states[:, linkage.positions], states[:, nq + linkage.velocities]
+        a = rates[:, nq + linkage.velocities]
+        return columns_from_states(
+            tree, self.experiment, times, q, v, a, clearance, torque[:, : len(tree.driven)]
+        )
+
+    def _go_to(self, t: float) -> None:
+        """Put the simulator's context at time t."""
+        root = self.simulator.get_mutable_context()
+        step = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
+        root.SetTime(self.times[step])
+        root.SetContinuousState(self.states[step])
+        if t > self.times[step]:
+            self.integrator.request_initial_step_size_target(t - self.times[step])
+            self.simulator.Initialize()
+            self.simulator.AdvanceTo(t)
