@@ -1,0 +1,68 @@
+"""Dynamics of planar linkages with clearance joints.
+
+| module           | responsibility                                                                  |
+|------------------|---------------------------------------------------------------------------------|
+| mechanism        | SDFormat file -> `Mechanism`, validated (sdf_reader reads the file itself)       |
+| experiment       | TOML file -> `Experiment`; values replaced by dotted path                        |
+| laws             | force laws of a clearance joint: scalar, pure, compiled                          |
+| joint_parameters | an experiment's joint models -> the records that the laws read                   |
+| planar           | planar multibody kernels: spanning tree, kinematics, dynamics, closure           |
+| assembly         | loop closure, consistent initial state, ideal motion over time                   |
+| drake            | the Drake engine: plant, `ClearanceJoints`, `Drives`, simulation, animation      |
+| columns          | states -> named quantities over time                                             |
+| trajectory       | the result of a run; save and load                                               |
+| analysis         | extremes over continuous time, integrals                                         |
+| run              | one experiment from start to end, and its summary                                |
+| plots, table     | figures; a short table for the terminal                                          |
+| cli              | the command line                                                                 |
+| errors           | `InputError`, `Status`                                                           |
+| data             | where the shipped machines and experiments are                                   |
+
+Conventions: SI units; angles counter-clockwise about the plane's normal; a joint's coordinate is zero in the pose
+that the SDF file draws; joint forces act on the joint's child (the journal); eccentricity points from the bearing's
+centre to the journal's.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from linkages.assembly import assemble as assemble
+    from linkages.errors import InputError as InputError
+    from linkages.errors import Status as Status
+    from linkages.experiment import Experiment as Experiment
+    from linkages.experiment import load as load
+    from linkages.experiment import load_experiment as load_experiment
+    from linkages.mechanism import Mechanism as Mechanism
+    from linkages.mechanism import load_mechanism as load_mechanism
+    from linkages.run import simulate as simulate
+    from linkages.run import study as study
+    from linkages.trajectory import Trajectory as Trajectory
+    from linkages.trajectory import load_trajectory as load_trajectory
+
+#: Public names and where they live; loaded on first use, so that ``import linkages`` is fast.
+_HOME = {
+    "assemble": "assembly",
+    "InputError": "errors",
+    "Status": "errors",
+    "Experiment": "experiment",
+    "load": "experiment",
+    "load_experiment": "experiment",
+    "Mechanism": "mechanism",
+    "load_mechanism": "mechanism",
+    "simulate": "run",
+    "study": "run",
+    "Trajectory": "trajectory",
+    "load_trajectory": "trajectory",
+}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'linkages' has no attribute '{name}'")
+    import importlib
+
+    return getattr(importlib.import_module(f"linkages.{_HOME[name]}"), name)

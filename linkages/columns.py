@@ -13,6 +13,7 @@
 | ``JOINT.torque``                       | drive torque (force), driven joints                          | N m (N) |
 | ``JOINT.rate``                         | rate of the coordinate, driven joints                        | rad/s   |
 | ``kinetic_energy``, ``potential_energy`` | of the whole linkage                                       | J       |
+| ``q.COORDINATE``                       | coordinate of the spanning tree: a joint's, or a floating link's | rad, m |
 
 Vectors are in plane axes (see `linkages.mechanism`).
 """
@@ -58,6 +59,7 @@ def columns_from_states(
     pose, vel, acc = np.empty((nt, nb, 5)), np.empty((nt, nb, 3)), np.empty((nt, nb, 3))
     spread(tree.bodies, q, v, a, pose, vel, acc)
     columns: Columns = {"time": times}
+    columns |= {f"q.{name}": q[:, i] for i, name in enumerate(tree.coordinates)}
     _points(columns, tree, pose, vel, acc)
     gravity = tree.mechanism.basis[:, :2].T @ np.array(experiment.gravity)
     _energies(columns, tree, pose, vel, gravity)

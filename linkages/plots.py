@@ -1,0 +1,146 @@
+"""Figures of a study: the run beside the ideal linkage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from linkages.run import Study
+
+# Okabe and Ito's palette: distinct to colour-blind readers, and in grey
+_RUN, _IDEAL = "#0072B2", "#D55E00"
+_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+_STYLE = {
+    "font.size": 9,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "figure.dpi": 150,
+    "legend.frameon": False,
+}
+
+_LABELS = {
+    "x": ("displacement x", "mm", 1e3),
+    "y": ("displacement y", "mm", 1e3),
+    "angle": ("angle", "deg", 180.0 / np.pi),
+    "vx": ("velocity v$_x$", "m/s", 1.0),
+    "vy": ("velocity v$_y$", "m/s", 1.0),
+    "omega": ("angular velocity", "rad/s", 1.0),
+    "ax": ("acceleration a$_x$", "m/s²", 1.0),
+    "ay": ("acceleration a$_y$", "m/s²", 1.0),
+    "alpha": ("angular acceleration", "rad/s²", 1.0),
+}
+
+
+def write_figures(study: Study, folder: Path) -> list[Path]:
+    """Draw all figures of a study as PNG files; returns their paths.
+
+    One for each output (ideal beside clearance, and their difference), the journal orbits, the joint forces and
+    the drive torques.
+    """
+    written = []
+    with mpl.rc_context(_STYLE):
+        jobs: list[tuple[str, Callable[[Study], Figure]]] = [
+            (f"output_{name}", _output_figure(name)) for name in study.experiment.outputs
+        ]
+        if study.assembly.tree.play:
+            jobs.append(("orbits", _orbits))
+        jobs.append(("joint_forces", _forces))
+        if study.experiment.drives:
+            jobs.append(("drive_torques", _torques))
+        for name, draw in jobs:
+            path = folder / f"{name}.png"
+            draw(study).savefig(path)
+            written.append(path)
+    return written
+
+
+def _output_figure(name: str) -> Callable[[Study], Figure]:
+    def draw(study: Study) -> Figure:
+        point, _, quantity = name.rpartition(".")
+        label, unit, scale = _LABELS[quantity]
+        run, ideal = study.run, study.ideal
+        figure = Figure(figsize=(6.3, 4.4), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+        top.plot(ideal.time, scale * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
+        top.plot(run.time, scale * run[name], color=_RUN, lw=0.9, label="with clearance")
+        top.set_ylabel(f"{point}: {label} [{unit}]")
+        top.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+        inside = run.time <= ideal.time[-1]
+        times = run.time[inside]
+        exact = ideal.evaluate(times)[name] if ideal.evaluate else np.interp(times, ideal.time, ideal[name])
+        difference = scale * (run[name][inside] - exact)
+        small, small_unit = (1e3, "µm") if unit == "mm" else (1.0, unit)
+        bottom.plot(times, small * difference, color="0.25", lw=0.8)
+        bottom.set_ylim(*_without_start(times, small * difference))
+        bottom.set_ylabel(f"difference\n[{small_unit}]")
+        bottom.set_xlabel("time [s]")
+        return figure
+
+    return draw
+
+
+def _without_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:
+    """Limits of an axis that leave out the microseconds in which a centred journal takes up its load."""
+    settled = values[times >= times[0] + 0.005 * np.ptp(times)]
+    low, high = float(settled.min()), float(settled.max())
+    margin = 0.08 * (high - low) or 1.0
+    return low - margin, high + margin
+
+
+def _orbits(study: Study) -> Figure:
+    """Above, each journal's centre in its clearance circle; below, the orbit magnified."""
+    names = study.assembly.tree.play
+    figure = Figure(figsize=(max(3.15 * len(names), 3.6), 6.4), layout="constrained")
+    axes = figure.subplots(2, len(names), squeeze=False)
+    circle = np.linspace(0.0, 2.0 * np.pi, 361)
+    for (whole, near), name in zip(axes.T, names, strict=True):
+        clearance = 1e6 * (study.experiment.joints[name].clearance or 0.0)
+        ex, ey = 1e6 * study.run[f"{name}.ex"], 1e6 * study.run[f"{name}.ey"]
+        whole.fill(clearance * np.cos(circle), clearance * np.sin(circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
+        peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
+        whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
+        for axis in (whole, near):
+            axis.plot(ex, ey, color=_RUN, lw=0.9)
+            axis.plot(ex[0], ey[0], "o", color=_IDEAL, ms=3.5, label="start")
+            axis.set_aspect("equal", adjustable="datalim")
+            axis.set_xlabel("e$_x$ [µm]")
+            axis.set_ylabel("e$_y$ [µm]")
+        near.legend(loc="best")
+    return figure
+
+
+def _forces(study: Study) -> Figure:
+    play = study.assembly.tree.play
+    names = play or tuple(joint.name for joint in study.mechanism.joints)
+    figure = Figure(figsize=(6.3, 0.8 + 2.0 * len(names)), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0])
+    for axis, name in zip(axes, names, strict=True):
+        axis.plot(
+            study.ideal.time, study.ideal[f"{name}.force"], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints"
+        )
+        axis.plot(study.run.time, study.run[f"{name}.force"], color=_RUN, lw=0.9, label="with clearance")
+        axis.set_ylabel(f"force in {name} [N]")
+        axis.set_ylim(bottom=0.0)
+    axes[0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    axes[-1].set_xlabel("time [s]")
+    return figure
+
+
+def _torques(study: Study) -> Figure:
+    figure = Figure(figsize=(6.3, 3.2), layout="constrained")
+    axis = figure.subplots()
+    for name, color in zip(study.experiment.drives, _COLORS * len(study.experiment.drives), strict=False):
+        unit = "N" if study.mechanism.joint[name].type == "prismatic" else "N m"
+        axis.plot(study.ideal.time, study.ideal[f"{name}.torque"], color=color, lw=2.6, alpha=0.35)
+        axis.plot(study.run.time, study.run[f"{name}.torque"], color=color, lw=0.9, label=f"{name} [{unit}]")
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel("drive torque (wide, pale: ideal joints)")
+    axis.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    return figure

@@ -1,0 +1,217 @@
+"""One experiment from start to end: the run, the ideal linkage beside it, and how far the run can be trusted."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from linkages.analysis import extremes, integral
+from linkages.assembly import Assembly, AssemblyError, IdealMotion, assemble
+from linkages.errors import InputError, Status, nearest
+from linkages.experiment import Experiment, check
+from linkages.mechanism import Mechanism
+from linkages.trajectory import Trajectory, sample
+
+Engine = Literal["drake"]
+ENGINES: tuple[str, ...] = get_args(Engine)
+
+Progress = Callable[[float], None]
+
+_TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
+
+
+def simulate(
+    mechanism: Mechanism, experiment: Experiment, engine: str = "drake", progress: Progress | None = None
+) -> Trajectory:
+    """Run an experiment.
+
+    Parameters
+    ----------
+    mechanism, experiment
+        From `linkages.load`.
+    engine : str
+        One of `ENGINES`.
+    progress : callable, optional
+        Called with the simulated time [s] after every step.
+
+    Returns
+    -------
+    Trajectory
+        Up to the end, or to where the run failed (`Trajectory.status`).
+
+    Raises
+    ------
+    InputError
+        If mechanism and experiment do not fit each other.
+    AssemblyError
+        If the linkage cannot be assembled at t = 0.
+    """
+    if engine not in ENGINES:
+        raise InputError("engine", engine, f"is unknown; {nearest(engine, ENGINES)}")
+    check(mechanism, experiment)
+    from linkages.drake.simulate import simulate as drake_simulate
+
+    return drake_simulate(mechanism, experiment, progress)
+
+
+@dataclass(frozen=True)
+class Study:
+    """A run with what is needed to judge it.
+
+    Attributes
+    ----------
+    run : Trajectory
+    ideal : Trajectory
+        The same linkage with every joint ideal: exact kinematics and inverse dynamics where the drives determine
+        the motion, a run of its own otherwise.
+    tighter : Trajectory or None
+        The run repeated at a ten times tighter tolerance.
+    """
+
+    mechanism: Mechanism
+    experiment: Experiment
+    assembly: Assembly
+    run: Trajectory
+    ideal: Trajectory
+    tighter: Trajectory | None
+
+
+def study(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    engine: str = "drake",
+    error_estimate: bool = True,
+    progress: Callable[[str], Progress] | None = None,
+) -> Study:
+    """Run an experiment, its ideal counterpart and, if asked, the run at a tighter tolerance.
+
+    Parameters
+    ----------
+    error_estimate : bool
+        Whether to repeat the run at a ten times tighter tolerance.
+    progress : callable, optional
+        Called with the name of each stage; returns the stage's progress function.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `simulate`.
+    """
+    check(mechanism, experiment)
+    assembly = assemble(mechanism, experiment)
+    stage = progress or (lambda name: lambda time: None)
+    run = simulate(mechanism, experiment, engine, stage("run"))
+    tighter = None
+    if error_estimate and run.status is Status.OK:
+        accuracy = experiment.solver.accuracy * _TIGHTER
+        finer = experiment.replaced({"solver.accuracy": accuracy})
+        tighter = simulate(mechanism, finer, engine, stage("error estimate"))
+    return Study(mechanism, experiment, assembly, run, ideal(mechanism, experiment, engine, assembly), tighter)
+
+
+def ideal(
+    mechanism: Mechanism, experiment: Experiment, engine: str = "drake", assembly: Assembly | None = None
+) -> Trajectory:
+    """Motion of the linkage with every joint ideal; see `Study.ideal`."""
+    without_offsets = experiment.ideal()
+    if assembly is None or not assembly.determinate:
+        assembly = assemble(mechanism, without_offsets)
+    if not assembly.determinate:
+        return simulate(mechanism, without_offsets, engine)
+    motion = IdealMotion(assembly, experiment)
+    if len(motion.times) < 2:
+        raise AssemblyError(motion.status, "the ideal linkage cannot leave its start position")
+    return sample(motion.times, motion.evaluate, motion.status, {"engine": "kinematics"})
+
+
+def summarize(study: Study, engine: str) -> dict[str, Any]:
+    """Make the contents of ``summary.json``: SI units; see docs/outputs.md."""
+    numbers = _numbers(study.experiment, study.mechanism, study.run)
+    ideal_numbers = _numbers(study.experiment, study.mechanism, study.ideal)
+    error = {}
+    if study.tighter is not None and study.tighter.status is Status.OK:
+        finer = _numbers(study.experiment, study.mechanism, study.tighter)
+        error = {
+            key: abs(value - dict(_peaks(finer))[key]) for key, value in _peaks(numbers) if key in dict(_peaks(finer))
+        }
+    return {
+        "engine": engine,
+        "duration": float(study.run.time[-1]),
+        "status": study.run.status.value,
+        "mechanism": {
+            "name": study.mechanism.name,
+            "mobility": study.assembly.mobility,
+            "driven": [*study.assembly.tree.driven, *study.assembly.tree.powered],
+            "cut": {"play": list(study.assembly.tree.play), "ideal": list(study.assembly.tree.loops)},
+            "quality": None if np.isnan(study.assembly.quality) else study.assembly.quality,
+            "loop_error": study.run.provenance.get("loop_error", 0.0),
+        },
+        **numbers,
+        "ideal": {"status": study.ideal.status.value, **ideal_numbers},
+        "error": error,
+        "provenance": {
+            "versions": versions(),
+            "experiment": study.experiment.model_dump(exclude_defaults=True) | {"file": study.experiment.source.name},
+            "sources": study.experiment.sources,
+            "run": {key: value for key, value in study.run.provenance.items() if key != "wall_time"},
+            "wall_time": study.run.provenance["wall_time"],
+        },
+    }
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that determine the numbers."""
+    packages = ("linkages", "drake", "numba", "numpy", "scipy")
+    result = {"python": platform.python_version()}
+    for package in packages:
+        try:
+            result[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            result[package] = "not installed"
+    return result
+
+
+def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
+    """Outputs, joints and drives of one trajectory."""
+    joints = [joint.name for joint in mechanism.joints]
+    play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
+    wanted = [
+        *experiment.outputs,
+        *(f"{name}.force" for name in joints),
+        *(f"{name}.eccentricity_ratio" for name in play),
+        *(f"{name}.torque" for name in experiment.drives),
+    ]
+    found = extremes(trajectory, wanted)
+    result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
+    for name in experiment.outputs:
+        value = found[name]
+        result["outputs"][name] = {"min": value.min, "max": value.max, "peak": value.peak}
+    for name in joints:
+        force = found[f"{name}.force"]
+        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": force.peak, "time": force.time}}
+        if name in play:
+            entry["model"] = experiment.joints[name].model
+            entry["eccentricity_ratio"] = {"peak": found[f"{name}.eccentricity_ratio"].peak}
+            entry["contact_fraction"] = 0.0  # a film alone: the journal never touches its bearing
+        result["joints"][name] = entry
+    for name in experiment.drives:
+        power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
+        torque = found[f"{name}.torque"]
+        result["drives"][name] = {"torque": {"peak": torque.peak}, "work": integral(trajectory, power)}
+    return result
+
+
+def _peaks(numbers: dict[str, Any]) -> list[tuple[str, float]]:
+    """Every peak of a summary with its key: ``slider7.ax.peak``, ``A.force.peak``."""
+    result = [(f"{name}.peak", value["peak"]) for name, value in numbers["outputs"].items()]
+    for name, entry in numbers["joints"].items():
+        for key in ("force", "eccentricity_ratio"):
+            if key in entry:
+                result.append((f"{name}.{key}.peak", entry[key]["peak"]))
+    result += [(f"{name}.torque.peak", value["torque"]["peak"]) for name, value in numbers["drives"].items()]
+    return result
