@@ -45,7 +45,7 @@ def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tu
     q = 1.0 - eps * eps
     root_q = math.sqrt(q)
     a = ew / (2.0 + eps * eps)
-    speed = math.sqrt(a * a + deps * deps)
+    speed = math.hypot(a, deps)
     extent = 2.0 * math.atan2(root_q * speed, -eps * deps) if speed > 0.0 else math.pi
     f_n = -6.0 * (2.0 * eps * root_q * speed + deps * extent) / (q * root_q)
     f_t = 6.0 * a * extent / root_q
@@ -64,7 +64,7 @@ def pinkus_sternlicht(eps: float, deps: float, ew: float, slenderness: float) ->
     """
     q = 1.0 - eps * eps
     root_q = math.sqrt(q)
-    speed = math.sqrt(0.25 * ew * ew + deps * deps)
+    speed = math.hypot(0.5 * ew, deps)
     wedge = root_q * speed
     squeeze = eps * abs(deps)
     ratio = 1.0
@@ -84,7 +84,7 @@ def short_bearing(eps: float, deps: float, ew: float, slenderness: float) -> tup
     p = 6 mu/h^3 * dh/dt * (z^2 - L^2/4) integrated in closed form over its positive half.
     """
     q = 1.0 - eps * eps
-    speed = math.sqrt(deps * deps + 0.25 * ew * ew)
+    speed = math.hypot(deps, 0.5 * ew)
     if speed == 0.0:
         return 0.0, 0.0, math.pi
     s = deps / speed

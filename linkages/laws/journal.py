@@ -46,7 +46,7 @@ def clearance_force(
     by the pressure gradient, integral of h/2 dp/dtheta. Without shear torque (seed 000 neglects it) both are left out.
     """
     c = joint.clearance
-    e = math.sqrt(ex * ex + ey * ey)
+    e = math.hypot(ex, ey)
     if e > 0.0:
         nx, ny = ex / e, ey / e
     else:  # the force is isotropic at the centre: any direction serves
