@@ -1,0 +1,86 @@
+"""SDFormat files of textbook linkages, written for tests: any lengths, any plane."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+BEARING = """<linkages:bearing>
+  <linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>"""
+
+#: Rotations that take the x-y plane to others: as drawn, x-z, y-z, oblique.
+PLANES = {
+    "xy": np.zeros(3),
+    "xz": np.array([np.pi / 2, 0.0, 0.0]),
+    "yz": np.array([np.pi / 2, 0.0, np.pi / 2]),
+    "oblique": np.array([0.3, -0.5, 0.8]),
+}
+
+
+def model(name: str, body: str, plane: str = "xy", extra: str = "") -> str:
+    """A complete SDFormat text; `plane` turns the whole model."""
+    pose = " ".join(map(str, PLANES[plane]))
+    return f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="{name}">
+<pose>0 0 0 {pose}</pose>{body}{extra}</model></sdf>"""
+
+
+def bar(name: str, length: float, at: str, angle: float = 0.0, mass: float = 0.2, offset: float = 0.0) -> str:
+    """A uniform bar along its x axis with a frame NAME_tip at its end; `at` is the frame it is drawn at."""
+    inertia = mass * length**2 / 12
+    return f"""
+<link name="{name}"><pose relative_to="{at}">0 0 {offset} 0 0 {angle}</pose>
+ <inertial><pose>{length / 2} 0 0 0 0 0</pose><mass>{mass}</mass>
+ <inertia><ixx>0</ixx><iyy>{inertia}</iyy><izz>{inertia}</izz></inertia></inertial></link>
+<frame name="{name}_tip" attached_to="{name}"><pose>{length} 0 0 0 0 0</pose></frame>"""
+
+
+def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 0 1", inner: str = "") -> str:
+    """A joint at the child's origin; a bearing goes into `inner`."""
+    return f"""
+<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>
+<axis><xyz>{axis}</xyz></axis>{inner}</joint>"""
+
+
+def four_bar(ground=0.3, crank=0.1, coupler=0.25, follower=0.2, plane="xy", extra="") -> str:
+    """Crank-rocker with bearings in the pins A (crank-coupler) and B (coupler-follower); drawn closed, crank along x."""
+    x, y = circle_intersection((crank, 0.0), coupler, (ground, 0.0), follower)
+    coupler_angle = np.arctan2(y, x - crank)
+    follower_angle = np.arctan2(y, x - ground)
+    body = f"""
+<frame name="pivot" attached_to="world"><pose relative_to="__model__">{ground} 0 0 0 0 0</pose></frame>
+{bar("crank", crank, "__model__")}{bar("coupler", coupler, "crank_tip", coupler_angle)}
+{bar("follower", follower, "pivot", follower_angle)}
+{joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler", inner=BEARING)}
+{joint("Q", "world", "follower")}
+<frame name="B_on_follower" attached_to="follower"><pose>{follower} 0 0 0 0 0</pose></frame>
+<joint name="B" type="revolute"><parent>coupler_tip</parent><child>B_on_follower</child>
+<axis><xyz>0 0 1</xyz></axis>{BEARING}</joint>"""
+    return model("four_bar", body, plane, extra)
+
+
+def slider_crank(crank=0.05, rod=0.12, plane="xy", offset=0.0) -> str:
+    """In-line (or offset) slider-crank; bearings in A (crank-rod) and B (rod-slider)."""
+    x = crank + np.sqrt(rod**2 - offset**2)
+    angle = np.arctan2(offset, x - crank)
+    body = f"""
+{bar("crank", crank, "__model__", mass=0.3)}{bar("rod", rod, "crank_tip", angle, mass=0.21)}
+<link name="slider"><pose relative_to="__model__">{x} {offset} 0 0 0 0</pose>
+ <inertial><mass>0.14</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{joint("O", "world", "crank")}{joint("A", "crank_tip", "rod", inner=BEARING)}
+{joint("B", "rod_tip", "slider", inner=BEARING)}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
+    return model("slider_crank", body, plane)
+
+
+def circle_intersection(p, r, q, s, side=1.0):
+    """The point at distance r from p and s from q, on the left (side = 1) or right of the line from p to q."""
+    p, q = np.asarray(p), np.asarray(q)
+    d = np.linalg.norm(q - p)
+    along = (r**2 - s**2 + d**2) / (2 * d)
+    across = np.sqrt(r**2 - along**2)
+    u = (q - p) / d
+    return p + along * u + side * across * np.array([-u[1], u[0]])
+
+
+def plane_rotation(plane: str) -> np.ndarray:
+    """Rotation matrix of a plane."""
+    return Rotation.from_euler("xyz", PLANES[plane]).as_matrix()

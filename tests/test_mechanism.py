@@ -1,0 +1,168 @@
+"""The loader against Drake's own SDFormat parser, planes, and refusals."""
+
+import numpy as np
+import pytest
+from machines import PLANES, bar, four_bar, joint, model, plane_rotation, slider_crank
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+from linkages.errors import InputError
+from linkages.mechanism import load_mechanism
+from linkages.planar.topology import spanning_tree
+
+NESTED = """
+<frame name="f1"><pose>0.1 0.2 0 0 0 0.3</pose></frame>
+<frame name="f2" attached_to="two"><pose relative_to="f3">0.05 0 0 0 0 0.1</pose></frame>
+<frame name="f3" attached_to="one"><pose degrees="true">0.2 0.1 0.05 0 0 30</pose></frame>
+<link name="one"><pose relative_to="f1">0.1 0 0 0 0 0.2</pose>
+ <inertial><pose>0.01 0.02 0 0 0 0.4</pose><mass>1.5</mass>
+ <inertia><ixx>0.01</ixx><iyy>0.02</iyy><izz>0.025</izz><ixy>0.001</ixy></inertia></inertial></link>
+<link name="two"><pose relative_to="f1" rotation_format="quat_xyzw">0 0.1 0  0 0 0.6 0.8</pose>
+ <inertial><mass>0.7</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial></link>
+<joint name="j1" type="revolute"><parent>world</parent><child>one</child>
+ <pose relative_to="f1">0 0 0 0 0 0</pose><axis><xyz>0 0 2</xyz></axis></joint>
+<joint name="j2" type="prismatic"><parent>one</parent><child>f2</child>
+ <axis><xyz expressed_in="f3">1 0.5 0</xyz></axis></joint>
+"""
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_poses_axes_and_inertias_agree_with_drakes_parser(tmp_path, plane):
+    text = model("nested", NESTED, plane)
+    path = tmp_path / "nested.sdf"
+    path.write_text(text)
+    mechanism = load_mechanism(path)
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModelsFromString(text, "sdf")
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    for link in mechanism.links:
+        body = plant.GetBodyByName(link.name)
+        X = plant.EvalBodyPoseInWorld(context, body)
+        np.testing.assert_allclose(link.translation, X.translation(), atol=1e-15)
+        np.testing.assert_allclose(link.rotation, X.rotation().matrix(), atol=1e-15)
+        spatial = body.default_spatial_inertia()
+        assert link.mass == spatial.get_mass()
+        np.testing.assert_allclose(link.com_local, spatial.get_com(), atol=1e-15)
+        central = spatial.Shift(spatial.get_com()).CalcRotationalInertia().CopyToFullMatrix3()
+        np.testing.assert_allclose(link.inertia_local, central, atol=1e-15)
+    for item in mechanism.joints:
+        found = plant.GetJointByName(item.name)
+        frame = found.frame_on_parent().CalcPoseInWorld(context)
+        local = found.revolute_axis() if item.type == "revolute" else found.translation_axis()
+        np.testing.assert_allclose(item.axis, frame.rotation() @ local, atol=1e-15)
+        np.testing.assert_allclose(item.position, frame.translation(), atol=1e-15)
+    frame = plant.GetFrameByName("f3").CalcPoseInWorld(context)
+    np.testing.assert_allclose(
+        mechanism.point["f3"].origin, mechanism.basis[:, :2].T @ frame.translation(), atol=1e-15
+    )
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_plane_axes_are_right_handed_and_normal_to_it(tmp_path, plane):
+    path = tmp_path / "m.sdf"
+    path.write_text(four_bar(plane=plane))
+    basis = load_mechanism(path).basis
+    np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-12)
+    assert np.linalg.det(basis) == pytest.approx(1.0)
+    normal = plane_rotation(plane)[:, 2]
+    assert abs(basis[:, 2] @ normal) == pytest.approx(1.0)
+    if plane in ("xy", "xz", "yz"):
+        axes = {"xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}[plane]
+        np.testing.assert_allclose(basis[:, :2], np.eye(3)[:, axes], atol=1e-12)
+
+
+def test_tree_cuts_play_first_then_the_fewest_ideal_joints(seven_bar):
+    mechanism, _ = seven_bar
+    both = spanning_tree(mechanism, ("A", "B"), ("O1", "O4"))
+    assert (both.play, both.loops, both.size) == (("A", "B"), (), 6)
+    one = spanning_tree(mechanism, ("A",), ("O1", "O4"))
+    assert one.play == ("A",)
+    assert len(one.loops) == 1
+    none = spanning_tree(mechanism, (), ("O1", "O4"))
+    assert len(none.loops) == 2
+    assert {"O1", "O4"} <= set(none.coordinates)
+
+
+def test_a_link_on_clearance_joints_alone_floats(tmp_path):
+    path = tmp_path / "m.sdf"
+    path.write_text(slider_crank())
+    tree = spanning_tree(load_mechanism(path), ("A", "B"), ("O",))
+    assert tree.coordinates == ("O", "guide", "rod.x", "rod.y", "rod.angle")
+
+
+def test_overrides_reach_the_file(tmp_path):
+    path = tmp_path / "m.sdf"
+    path.write_text(four_bar())
+    changed = load_mechanism(
+        path,
+        {
+            "links.coupler.mass": 0.5,
+            "links.coupler.inertia": 2e-3,
+            "links.crank.com.y": 0.01,
+            "frames.crank_tip.pose.x": 0.11,
+            "joints.A.bearing.radius": 0.02,
+        },
+    )
+    assert (changed.link["coupler"].mass, changed.link["coupler"].inertia) == (0.5, pytest.approx(2e-3))
+    assert changed.link["crank"].com == pytest.approx([0.05, 0.01])
+    assert changed.joint["A"].on_parent == pytest.approx([0.11, 0.0])
+    assert changed.joint["A"].bearing.radius == 0.02
+
+
+GOOD = four_bar()
+LINK = bar("spare", 0.1, "__model__")
+
+REFUSED = {
+    "not well-formed": (GOOD.replace("</model>", ""), "not well-formed"),
+    "DTD": ('<!DOCTYPE sdf [<!ENTITY x "1">]>' + GOOD, "entities are refused"),
+    "not SDFormat": ("<robot/>", "the root must be <sdf>"),
+    "undeclared prefix": (GOOD.replace(' xmlns:linkages="urn:linkages:sdf"', ""), "declare xmlns:linkages"),
+    "two models": (GOOD.replace("</sdf>", '<model name="b"/></sdf>'), "exactly one"),
+    "unknown link": (GOOD.replace("<child>coupler</child>", "<child>couplr</child>"), 'did you mean "coupler"'),
+    "defined twice": (GOOD.replace("</model>", LINK + LINK + "</model>"), "is defined twice"),
+    "not planar": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 1 1</xyz>", 1), "not planar"),
+    "slides out of plane": (
+        model("m", LINK + joint("J", "world", "spare") + bar("b", 0.1, "__model__") + joint("P", "spare", "b", "prismatic")),
+        "slides out of the plane",
+    ),
+    "no inertial": (GOOD.replace("</model>", '<link name="x"/></model>'), "has no <inertial>"),
+    "negative mass": (GOOD.replace("<mass>0.2</mass>", "<mass>-1</mass>", 1), "must be positive"),
+    "non-physical inertia": (GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1), "no body has the principal moments"),
+    "non-positive radius": (GOOD.replace("radius>0.01<", "radius>0<", 1), "must be positive"),
+    "negative length": (GOOD.replace("length>0.02<", "length>-1<", 1), "must be positive"),
+    "no bearing length": (GOOD.replace("<linkages:length>0.02</linkages:length>", "", 1), "has no <linkages:length>"),
+    "unknown bearing key": (GOOD.replace("linkages:length", "linkages:lenght"), 'did you mean "length"'),
+    "not connected": (GOOD.replace("</model>", LINK + "</model>"), "not connected to the world"),
+    "unsupported joint": (GOOD.replace('name="A" type="revolute"', 'name="A" type="ball"'), "is not supported"),
+    "joint to itself": (GOOD.replace("<parent>crank_tip</parent>", "<parent>coupler</parent>"), "to itself"),
+    "pose circle": (
+        GOOD.replace("</model>", '<frame name="a"><pose relative_to="b"/></frame><frame name="b"><pose relative_to="a"/></frame></model>'),
+        "break the circle",
+    ),
+    "not a number": (GOOD.replace("<mass>0.2</mass>", "<mass>heavy</mass>", 1), "is not a number"),
+    "not finite": (GOOD.replace("<mass>0.2</mass>", "<mass>nan</mass>", 1), "must be finite"),
+    "wrong count": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 1</xyz>", 1), "3 are needed"),
+    "zero axis": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", 1), "has no length"),
+    "damping": (GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>0.1</damping></dynamics></axis>", 1), "is not supported"),
+    "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
+    "nested model": (GOOD.replace("</model>", '<include><uri>x</uri></include></model>'), "nested models"),
+    "bearing in a slider": (
+        slider_crank().replace('<axis><xyz>1 0 0</xyz></axis>', '<axis><xyz>1 0 0</xyz></axis><linkages:bearing><linkages:radius>1</linkages:radius><linkages:length>1</linkages:length></linkages:bearing>'),
+        "cannot carry",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_files_are_refused_in_one_line(tmp_path, case):
+    text, reason = REFUSED[case]
+    assert text != GOOD
+    path = tmp_path / "bad.sdf"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_mechanism(path)
+    message = str(caught.value)
+    assert message.startswith("bad.sdf: ")
+    assert reason in message
+    assert "\n" not in message

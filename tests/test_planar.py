@@ -1,0 +1,233 @@
+"""The planar kernels against Drake's plant, against each other, and against laws of nature."""
+
+import numpy as np
+import pytest
+from machines import four_bar, slider_crank
+from pydrake.multibody.plant import MultibodyPlant
+
+from linkages.assembly import assemble
+from linkages.columns import columns_from_states
+from linkages.drake.plant import add_tree, state_indices
+from linkages.experiment import load
+from linkages.joint_parameters import law_parameters
+from linkages.mechanism import load_mechanism
+from linkages.planar.closure import closure_error, closure_jacobian
+from linkages.planar.dynamics import (
+    clearance_wrenches,
+    constrained_dynamics,
+    solve_semidefinite,
+)
+from linkages.planar.kinematics import (
+    add_row_wrench,
+    body_accelerations,
+    body_positions,
+    body_velocities,
+    row_acceleration,
+    row_rate,
+    row_value,
+)
+from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
+from linkages.planar.topology import spanning_tree
+
+RNG = np.random.default_rng(1)
+
+
+def random_state(tree):
+    return RNG.normal(size=tree.size), RNG.normal(size=tree.size)
+
+
+def mechanism_of(tmp_path, text):
+    path = tmp_path / "machine.sdf"
+    path.write_text(text)
+    return load_mechanism(path)
+
+
+def drake_plant(tree, gravity=(0.0, 0.0, 0.0)):
+    plant = MultibodyPlant(0.0)
+    plant.mutable_gravity_field().set_gravity_vector(gravity)
+    instance = add_tree(plant, tree)
+    plant.Finalize()
+    return plant, *state_indices(plant, tree, instance)
+
+
+CASES = {
+    "four-bar": (four_bar(), ("A",), ("O",)),
+    "four-bar, oblique plane": (four_bar(plane="oblique"), ("B",), ("O",)),
+    "four-bar, vertical": (four_bar(plane="xz"), ("A",), ("O",)),
+    "slider-crank, floating rod": (slider_crank(), ("A", "B"), ("O",)),
+    "slider-crank, floating rod, oblique": (slider_crank(plane="oblique"), ("A", "B"), ("O",)),
+    "slider-crank, cut at A": (slider_crank(plane="yz"), ("A",), ("O",)),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, case):
+    """Random states, forces and gravity: every body pose and velocity, every acceleration, every drive force."""
+    text, play, driven = CASES[case]
+    mechanism = mechanism_of(tmp_path, text)
+    tree = spanning_tree(mechanism, play, driven)
+    gravity = RNG.normal(size=3)
+    plant, qi, vi = drake_plant(tree, gravity)
+    context = plant.CreateDefaultContext()
+    q, v = random_state(tree)
+    full_q, full_v = np.zeros(plant.num_positions()), np.zeros(plant.num_velocities())
+    full_q[qi], full_v[vi] = q, v
+    plant.SetPositions(context, full_q)
+    plant.SetVelocities(context, full_v)
+    nb = len(tree.bodies)
+    pose, vel = np.empty((nb, 5)), np.empty((nb, 3))
+    body_positions(tree.bodies, q, pose)
+    body_velocities(tree.bodies, pose, v, vel)
+    for link in mechanism.links:
+        i = tree.index[link.name]
+        x, y = tree.local(link.name, link.origin)
+        c, s = pose[i, 3:]
+        arm = np.array([c * x - s * y, s * x + c * y])
+        body = plant.GetBodyByName(link.name)
+        X, V = plant.EvalBodyPoseInWorld(context, body), plant.EvalBodySpatialVelocityInWorld(context, body)
+        in_plane = mechanism.basis[:, :2].T
+        np.testing.assert_allclose(pose[i, :2] + arm, in_plane @ X.translation(), atol=1e-13)
+        np.testing.assert_allclose(vel[i, 0], mechanism.basis[:, 2] @ V.rotational(), atol=1e-13)
+        velocity = vel[i, 1:] + vel[i, 0] * np.array([-arm[1], arm[0]])
+        np.testing.assert_allclose(velocity, in_plane @ V.translational(), atol=1e-13)
+    # prescribed accelerations of driven joints, forces on free ones
+    tau, acceleration = RNG.normal(size=tree.size), RNG.normal(size=tree.size)
+    needed, found = tau.copy(), acceleration.copy()
+    none = spanning_tree(mechanism, play, driven).loop_rows[:0]
+    plane_gravity = mechanism.basis[:, :2].T @ gravity
+    constrained_dynamics(
+        tree.bodies, none, 0.0, plane_gravity, q, v, np.zeros((nb, 3)), needed, found, np.empty(0)
+    )
+    full_a = np.zeros(plant.num_velocities())
+    full_a[vi] = found
+    M = plant.CalcMassMatrix(context)
+    bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
+    np.testing.assert_allclose((M @ full_a + bias)[vi], needed, rtol=1e-9, atol=1e-11)
+    np.testing.assert_array_equal(found[tree.driven_dofs], acceleration[tree.driven_dofs])
+    free = np.setdiff1d(np.arange(tree.size), tree.driven_dofs)
+    np.testing.assert_array_equal(needed[free], tau[free])
+
+
+@pytest.mark.parametrize("text", [four_bar(), slider_crank(), slider_crank(offset=0.02)])
+def test_closure_rows_derivatives_and_reactions_are_consistent(tmp_path, text):
+    """Rates and accelerations of every kind of row against differences in time; wrenches against virtual work."""
+    mechanism = mechanism_of(tmp_path, text)
+    tree = spanning_tree(mechanism, ("A",), ())
+    for rows in (tree.closure_rows, _all_rows(mechanism)):
+        q, v = random_state(tree)
+        a = RNG.normal(size=tree.size)
+        nb, n = len(tree.bodies), tree.size
+
+        def at(t, rows=rows, q=q, v=v, a=a, nb=nb):
+            pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
+            qt, vt = q + t * v + t * t / 2 * a, v + t * a
+            body_positions(tree.bodies, qt, pose)
+            body_velocities(tree.bodies, pose, vt, vel)
+            body_accelerations(tree.bodies, pose, vel, vt, a, acc)
+            return (
+                np.array([row_value(r, pose) for r in rows]),
+                np.array([row_rate(r, pose, vel) for r in rows]),
+                np.array([row_acceleration(r, pose, vel, acc) for r in rows]),
+            )
+
+        h = 1e-5
+        (y0, r0, _), (y1, r1, _), (_, rate, acceleration) = at(-h), at(h), at(0.0)
+        np.testing.assert_allclose(rate, (y1 - y0) / (2 * h), atol=1e-8)  # second differences of order h^2
+        np.testing.assert_allclose(acceleration, (r1 - r0) / (2 * h), atol=1e-7)
+        pose, vel = np.empty((nb, 5)), np.empty((nb, 3))
+        body_positions(tree.bodies, q, pose)
+        jacobian = closure_jacobian(tree.bodies, rows, pose, n)
+        np.testing.assert_allclose(jacobian @ v, rate, atol=1e-12)
+        body_velocities(tree.bodies, pose, v, vel)
+        for row, r in zip(rows, rate, strict=True):
+            wrench = np.zeros((nb, 3))
+            add_row_wrench(row, pose, 1.7, wrench)
+            assert np.sum(wrench * vel) == pytest.approx(1.7 * r, abs=1e-12)
+
+
+def _all_rows(mechanism):
+    """Rows of every joint of the mechanism, whether cut or not: prismatic ones too."""
+    tree = spanning_tree(mechanism, ("A",), ())
+    return tree._rows([joint.name for joint in mechanism.joints])
+
+
+def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(tmp_path, experiment_file):
+    """Momentum and angular momentum of an isolated pair are constant to round-off, whatever the state."""
+    toml = 'duration = 1.0\n[joints.A]\nmodel = "lubricated"\nclearance = 1e-3\nviscosity = 0.1\n'
+    mechanism, experiment = load(experiment_file(slider_crank(), toml + "[joints.B]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\nshear_film='half'\n"))
+    tree = spanning_tree(mechanism, ("A", "B"), ())
+    laws = law_parameters(tree, experiment)
+    for _ in range(50):
+        q, v = 1e-4 * RNG.normal(size=tree.size), RNG.normal(size=tree.size)
+        nb = len(tree.bodies)
+        pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, 5))
+        body_positions(tree.bodies, q, pose)
+        body_velocities(tree.bodies, pose, v, vel)
+        clearance_wrenches(tree.ends, laws, pose, vel, wrench, out)
+        net = wrench[:, 1:].sum(axis=0)
+        moment = np.sum(wrench[:, 0] + pose[:, 0] * wrench[:, 2] - pose[:, 1] * wrench[:, 1])
+        size = np.abs(wrench).max()
+        assert size > 1e-3
+        assert np.abs(net).max() < 1e-14 * size * 10
+        assert abs(moment) < 1e-14 * size * 10
+
+
+def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
+    """Two formulations: tree with multipliers, and free bodies in absolute coordinates; drive torques too."""
+    mechanism, experiment = seven_bar
+    ideal = experiment.ideal()
+    tree = spanning_tree(mechanism, (), ("O1", "O4"))
+    assert tree.loops
+    assembly = assemble(mechanism, ideal)
+    q, v = assembly.q, assembly.v
+    needed, a, reaction = np.zeros(tree.size), np.zeros(tree.size), np.empty(len(tree.loop_rows))
+    gravity = np.array([0.3, -2.0])
+    constrained_dynamics(
+        tree.bodies, tree.loop_rows, 0.0, gravity, q, v, np.zeros((len(tree.bodies), 3)), needed, a, reaction
+    )
+    with_gravity = ideal.replaced({"gravity": [0.3, -2.0, 0.0]})
+    columns = columns_from_states(tree, with_gravity, np.zeros(1), q[None], v[None], a[None])
+    assert "guide" in tree.loops  # a prismatic joint is among them: its rows are normal force and moment
+    for k, name in enumerate(tree.loops):
+        parts = ("fy", "moment") if name == "guide" else ("fx", "fy")
+        found = [columns[f"{name}.{part}"][0] for part in parts]
+        np.testing.assert_allclose(found, reaction[2 * k : 2 * k + 2], rtol=1e-9, atol=1e-11)
+    for name in tree.driven:
+        torque = needed[tree.coordinates.index(name)]
+        assert columns[f"{name}.torque"][0] == pytest.approx(torque, rel=1e-9)
+
+
+def test_redundant_rows_are_dropped():
+    """A singular but consistent system: pivoted Cholesky solves it, whatever row is the dependent one."""
+    base = RNG.normal(size=(5, 3))
+    matrix = base @ base.T  # rank 3
+    rhs = matrix @ RNG.normal(size=5)
+    x = np.empty(5)
+    solve_semidefinite(matrix.copy(), rhs.copy(), x)
+    np.testing.assert_allclose(matrix @ x, rhs, atol=1e-10)
+    assert np.count_nonzero(x) == 3
+
+
+def test_motions_have_the_promised_rates_and_accelerations():
+    pieces = [constant_rate(0.3, 2.0), ramped_rate(-0.1, 5.0, 0.4), table([0, 0.5, 1, 1.5, 2], [0, 1, 0, 2, 3])]
+    motions = Motions(pieces)
+    times = np.linspace(0.0, 2.0, 401)
+    value, rate, acceleration = motions(times)
+    h = 1e-6
+    before, after = motions(times - h), motions(times + h)
+    np.testing.assert_allclose(rate, (after[0] - before[0]) / (2 * h), atol=1e-6)
+    np.testing.assert_allclose(acceleration, (after[1] - before[1]) / (2 * h), atol=1e-4)
+    np.testing.assert_allclose(value[:, 0], 0.3 + 2.0 * times, atol=1e-14)
+    assert rate[0, 1] == 0.0
+    assert acceleration[0, 1] == 0.0
+    assert rate[times >= 0.4, 1] == pytest.approx(5.0)
+    assert value[-1, 1] == pytest.approx(-0.1 + 5.0 * (2.0 - 0.2))
+    assert value[[0, 100, 200], 2] == pytest.approx([0, 1, 0], abs=1e-12)
+
+
+def test_closure_error_is_zero_when_closed(seven_bar):
+    assembly = assemble(*seven_bar)
+    tree = assembly.tree
+    pose = np.empty((len(tree.bodies), 5))
+    error = closure_error(tree.bodies, tree.closure_rows, np.zeros(4), assembly.q, pose)
+    assert np.abs(error).max() < 1e-14
