@@ -67,7 +67,7 @@ def integral(trajectory: Trajectory, values: Array) -> float:
 
 
 def _local_maxima(y: Array) -> list[int]:
-    """Indices of the largest local maxima, ends included."""
+    """Find the largest local maxima, ends included."""
     padded = np.concatenate([[-np.inf], y, [-np.inf]])
     found = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
     near = found[y[found] >= y.max() - 0.01 * np.ptp(y)]

@@ -169,7 +169,15 @@ class IdealMotion:
                 q[k, self._free] = guess[self._free]
             line = slice(k, k + 1)
             done = follow(
-                tree.bodies, tree.closure_rows, none, self._free, tree.extent, q[line], v[line], a[line], quality[line]
+                tree.bodies,
+                tree.closure_rows,
+                none,
+                self._free,
+                tree.extent,
+                q[line],
+                v[line],
+                a[line],
+                quality[line],
             )
             if done < 1 or quality[k] < _SINGULAR:
                 self.status = Status.NO_ASSEMBLY if done < 1 else Status.SINGULAR

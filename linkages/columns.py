@@ -133,7 +133,11 @@ def _clearance(
             at = pose[:, body, 0] + c * x - s * y, pose[:, body, 1] + s * x + c * y
         w = vel[:, body, 0]
         rate.append(
-            (w, vel[:, body, 1] - w * (at[1] - pose[:, body, 1]), vel[:, body, 2] + w * (at[0] - pose[:, body, 0]))
+            (
+                w,
+                vel[:, body, 1] - w * (at[1] - pose[:, body, 1]),
+                vel[:, body, 2] + w * (at[0] - pose[:, body, 0]),
+            )
         )
     (wj, xj, yj), (wb, xb, yb) = rate
     columns[f"{name}.power"] = fx * (xj - xb) + fy * (yj - yb) + couple * (wj - wb)

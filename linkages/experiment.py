@@ -53,7 +53,9 @@ class Drive(_Table):
     """
 
     angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
-    speed: Finite | None = Field(None, description="constant speed [rad/s]; of a torque drive, speed at t = 0")
+    speed: Finite | None = Field(
+        None, description="constant speed [rad/s]; of a torque drive, speed at t = 0"
+    )
     ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
     angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
@@ -76,7 +78,9 @@ class Drive(_Table):
             raise ValueError("times go with angles or torques")
         if values is not None and self.times is not None:
             if len(values) != len(self.times) or len(values) < 2:
-                raise ValueError(f"{len(self.times)} times and {len(values)} values; two or more of each, equally many")
+                raise ValueError(
+                    f"{len(self.times)} times and {len(values)} values; two or more of each, equally many"
+                )
             if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
                 raise ValueError("times must increase")
             if self.times[0] > 0.0:
@@ -111,7 +115,9 @@ class SmallEccentricity(_Table):
     replicate the paper.
     """
 
-    ratio: Annotated[float, Field(gt=0, lt=1)] = Field(description="eps_0, below which the correction acts [1]")
+    ratio: Annotated[float, Field(gt=0, lt=1)] = Field(
+        description="eps_0, below which the correction acts [1]"
+    )
     power: NonNegative = Field(description="m, 0 to 5 [1]")
 
 
@@ -124,7 +130,9 @@ class JointModel(_Table):
     viscosity: Positive | None = Field(None, description="dynamic viscosity [Pa s]")
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
     shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
-    small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
+    small_eccentricity: SmallEccentricity | None = Field(
+        None, description="the paper's correction near the centre"
+    )
     offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0], description="journal's centre from the bearing's at t = 0, plane axes [m]"
     )
@@ -167,7 +175,7 @@ class Experiment(_Table):
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
     sdf: dict[str, Any] = Field({}, description="values that replace those of the SDF file, by dotted path")
-    solver: Solver = Field(default_factory=Solver, description="numerical settings")
+    solver: Solver = Field(Solver(), description="numerical settings")
 
     _source: Path = PrivateAttr(Path("experiment"))
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
@@ -355,13 +363,14 @@ def _leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, An
 
 
 def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
-    """The comment beside each value of a TOML document."""
+    """Find the comment beside each value of a TOML document."""
     for key in table:
-        item = table.item(key)  # indexing would unwrap booleans, and lose their comment
+        # indexing would unwrap booleans, and lose their comment; tables written in several places have no item()
+        item = table.item(key) if hasattr(table, "item") else table[key]
         path = f"{prefix}{key}"
         if isinstance(item, Mapping):
             yield from _comments(getattr(item, "value", item), path + ".")
-        elif item.trivia.comment:
+        elif hasattr(item, "trivia") and item.trivia.comment:
             yield path, item.trivia.comment.lstrip("# ").strip()
 
 
@@ -393,7 +402,8 @@ def _build(
     try:
         experiment = Experiment.model_validate(data)
     except ValidationError as problem:
-        first = problem.errors()[0]
+        # a misspelt key often leaves another one missing: name the misspelt one
+        first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(str(part) for part in first["loc"])
         origin = override_name if where in overrides else source
         raise InputError(origin, where, _explain(first)) from None
@@ -418,7 +428,7 @@ def _explain(error: Any) -> str:
 
 
 def _model_at(loc: tuple[Any, ...]) -> type[BaseModel]:
-    """The table class that a validation error's location lies in."""
+    """Find the table class that a validation error's location lies in."""
     model: type[BaseModel] = Experiment
     for part in loc:
         info = model.model_fields.get(str(part))

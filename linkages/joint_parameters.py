@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,9 +14,9 @@ from linkages.mechanism import Bearing
 from linkages.planar.topology import Tree
 
 
-def law_parameters(tree: Tree, experiment: Experiment) -> NDArray[np.void]:
+def law_parameters(tree: Tree, experiment: Experiment) -> NDArray[np.record]:
     """One record of `PARAMETERS` for each clearance joint of the tree."""
-    records = np.zeros(len(tree.play), PARAMETERS)
+    records: NDArray[np.record] = np.zeros(len(tree.play), PARAMETERS)  # type: ignore[assignment]
     for record, name in zip(records, tree.play, strict=True):
         bearing = tree.mechanism.joint[name].bearing
         if bearing is None:
@@ -23,7 +25,7 @@ def law_parameters(tree: Tree, experiment: Experiment) -> NDArray[np.void]:
     return records
 
 
-def _fill(record: np.void, joint: JointModel, bearing: Bearing) -> None:
+def _fill(record: Any, joint: JointModel, bearing: Bearing) -> None:
     record["clearance"] = joint.clearance
     record["radius"], record["length"] = bearing.radius, bearing.length
     record["film"] = FILMS[joint.film].code

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, nearest
+from linkages.errors import InputError
 from linkages.sdf_reader import RawJoint, RawModel, read_sdf
 
 Array = NDArray[np.float64]
@@ -169,7 +169,10 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     )
     for key, value in overrides.items():
         if key.endswith(".inertia"):
-            links = tuple(_with_inertia(path, link, value) if f"links.{link.name}.inertia" == key else link for link in links)
+            links = tuple(
+                _with_inertia(path, link, value) if f"links.{link.name}.inertia" == key else link
+                for link in links
+            )
     mechanism = Mechanism(raw.name, path, basis, links, joints, frames)
     _check(mechanism)
     return mechanism
@@ -273,7 +276,9 @@ def _check(mechanism: Mechanism) -> None:
     for link in mechanism.links:
         if link.inertia <= 0.0:
             raise InputError(
-                path, f'<link name="{link.name}">', "has no moment of inertia about the plane's normal; give one"
+                path,
+                f'<link name="{link.name}">',
+                "has no moment of inertia about the plane's normal; give one",
             )
     reached = {"world"}
     while True:
@@ -296,5 +301,3 @@ def _check(mechanism: Mechanism) -> None:
             raise InputError(
                 path, f'<joint name="{joint.name}">', f"a {joint.type} joint cannot carry <linkages:bearing>"
             )
-
-

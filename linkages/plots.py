@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,7 +16,7 @@ from linkages.run import Study
 _RUN, _IDEAL = "#0072B2", "#D55E00"
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
-_STYLE = {
+_STYLE: Any = {
     "font.size": 9,
     "axes.grid": True,
     "grid.alpha": 0.3,
@@ -103,7 +104,9 @@ def _orbits(study: Study) -> Figure:
     for (whole, near), name in zip(axes.T, names, strict=True):
         clearance = 1e6 * (study.experiment.joints[name].clearance or 0.0)
         ex, ey = 1e6 * study.run[f"{name}.ex"], 1e6 * study.run[f"{name}.ey"]
-        whole.fill(clearance * np.cos(circle), clearance * np.sin(circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
+        whole.fill(
+            clearance * np.cos(circle), clearance * np.sin(circle), facecolor="0.95", edgecolor="0.3", lw=1.2
+        )
         peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
         for axis in (whole, near):
@@ -123,7 +126,12 @@ def _forces(study: Study) -> Figure:
     axes = np.atleast_1d(figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0])
     for axis, name in zip(axes, names, strict=True):
         axis.plot(
-            study.ideal.time, study.ideal[f"{name}.force"], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints"
+            study.ideal.time,
+            study.ideal[f"{name}.force"],
+            color=_IDEAL,
+            lw=2.2,
+            alpha=0.8,
+            label="ideal joints",
         )
         axis.plot(study.run.time, study.run[f"{name}.force"], color=_RUN, lw=0.9, label="with clearance")
         axis.set_ylabel(f"force in {name} [N]")

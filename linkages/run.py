@@ -54,7 +54,7 @@ def simulate(
     if engine not in ENGINES:
         raise InputError("engine", engine, f"is unknown; {nearest(engine, ENGINES)}")
     check(mechanism, experiment)
-    from linkages.drake.simulate import simulate as drake_simulate
+    from linkages.drake.simulation import simulate as drake_simulate
 
     return drake_simulate(mechanism, experiment, progress)
 
@@ -111,7 +111,9 @@ def study(
         accuracy = experiment.solver.accuracy * _TIGHTER
         finer = experiment.replaced({"solver.accuracy": accuracy})
         tighter = simulate(mechanism, finer, engine, stage("error estimate"))
-    return Study(mechanism, experiment, assembly, run, ideal(mechanism, experiment, engine, assembly), tighter)
+    return Study(
+        mechanism, experiment, assembly, run, ideal(mechanism, experiment, engine, assembly), tighter
+    )
 
 
 def ideal(
@@ -137,7 +139,9 @@ def summarize(study: Study, engine: str) -> dict[str, Any]:
     if study.tighter is not None and study.tighter.status is Status.OK:
         finer = _numbers(study.experiment, study.mechanism, study.tighter)
         error = {
-            key: abs(value - dict(_peaks(finer))[key]) for key, value in _peaks(numbers) if key in dict(_peaks(finer))
+            key: abs(value - dict(_peaks(finer))[key])
+            for key, value in _peaks(numbers)
+            if key in dict(_peaks(finer))
         }
     return {
         "engine": engine,
@@ -156,7 +160,8 @@ def summarize(study: Study, engine: str) -> dict[str, Any]:
         "error": error,
         "provenance": {
             "versions": versions(),
-            "experiment": study.experiment.model_dump(exclude_defaults=True) | {"file": study.experiment.source.name},
+            "experiment": study.experiment.model_dump(exclude_defaults=True)
+            | {"file": study.experiment.source.name},
             "sources": study.experiment.sources,
             "run": {key: value for key, value in study.run.provenance.items() if key != "wall_time"},
             "wall_time": study.run.provenance["wall_time"],
@@ -177,7 +182,7 @@ def versions() -> dict[str, str]:
 
 
 def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
-    """Outputs, joints and drives of one trajectory."""
+    """Collect outputs, joints and drives of one trajectory."""
     joints = [joint.name for joint in mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
     wanted = [

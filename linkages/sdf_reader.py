@@ -253,7 +253,8 @@ class _Reader:
         kind = element.get("type", "")
         if kind not in JOINT_TYPES:
             raise self.error(
-                where, f'type "{kind}" is not supported; a planar linkage has revolute, prismatic and fixed joints'
+                where,
+                f'type "{kind}" is not supported; a planar linkage has revolute, prismatic and fixed joints',
             )
         ends = {}
         for end in ("parent", "child"):
@@ -273,7 +274,13 @@ class _Reader:
         if JOINT_TYPES[kind] != "fixed":
             axis = self._axis(element, where, pose)
         return RawJoint(
-            JOINT_TYPES[kind], bodies["parent"], bodies["child"], on_parent, on_child, axis, self._bearing(element)
+            JOINT_TYPES[kind],
+            bodies["parent"],
+            bodies["child"],
+            on_parent,
+            on_child,
+            axis,
+            self._bearing(element),
         )
 
     def _axis(self, element: ET.Element, where: str, pose: Pose) -> Array:
@@ -288,7 +295,9 @@ class _Reader:
         for key in ("damping", "friction", "spring_stiffness"):
             text = axis.findtext(f"dynamics/{key}", "0")
             if float(text) != 0.0:
-                raise self.error(f"{where}/<axis>/<dynamics>/<{key}>", "is not supported; remove it or set it to 0")
+                raise self.error(
+                    f"{where}/<axis>/<dynamics>/<{key}>", "is not supported; remove it or set it to 0"
+                )
         base = xyz.get("expressed_in", "")
         rotation = self._pose(base, where).rotation if base else pose.rotation
         return rotation @ (direction / length)
@@ -343,7 +352,9 @@ class _Reader:
         parts = path.split(".")
         kinds = {"links": "link", "joints": "joint", "frames": "frame"}
         if parts[0] not in kinds or len(parts) < 3:
-            raise self.error(f"sdf.{path}", f'"{parts[0]}" is unknown; paths start with links., joints. or frames.')
+            raise self.error(
+                f"sdf.{path}", f'"{parts[0]}" is unknown; paths start with links., joints. or frames.'
+            )
         kind = kinds[parts[0]]
         names = [n for n, e in self.elements.items() if e.tag == kind]
         if parts[1] not in names:
@@ -389,7 +400,9 @@ def _find_model(path: Path) -> ET.Element:
         raise InputError(path, "", f"cannot be read ({problem.strerror})") from None
 
     def refuse(*_: object) -> None:
-        raise InputError(path, "<!DOCTYPE>", "document types and entities are refused; remove the declaration")
+        raise InputError(
+            path, "<!DOCTYPE>", "document types and entities are refused; remove the declaration"
+        )
 
     parser = expat.ParserCreate(namespace_separator=" ")
     parser.StartDoctypeDeclHandler = refuse

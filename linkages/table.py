@@ -27,7 +27,10 @@ def format_summary(summary: dict[str, Any], experiment: Experiment) -> str:
             f"{f'{name} [{unit}]':18s}{exact['min']:12.5g}{exact['max']:12.5g}{value['min']:14.5g}{value['max']:12.5g}"
             f"{_error(error, f'{name}.peak')}"
         )
-    lines += ["", f"{'joint force [N]':18s}{'ideal peak':>12s}{'peak':>12s}{'at [s]':>14s}{'eps peak':>12s}{'error':>11s}"]
+    lines += [
+        "",
+        f"{'joint force [N]':18s}{'ideal peak':>12s}{'peak':>12s}{'at [s]':>14s}{'eps peak':>12s}{'error':>11s}",
+    ]
     for name, value in summary["joints"].items():
         eps = value.get("eccentricity_ratio")
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name

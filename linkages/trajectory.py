@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
             header = json.loads(str(data["header"]))
             columns = {name: data[name] for name in data.files if name != "header"}
         return Trajectory(columns["time"], columns, Status(header["status"]), header["provenance"])
-    except (OSError, ValueError, KeyError) as problem:
+    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as problem:
         raise InputError(path, "", f"is not a trajectory written by linkages ({problem})") from None
 
 

@@ -9,7 +9,7 @@ from linkages.errors import InputError, Status
 from linkages.experiment import load
 
 SPEED = 7.0
-DRIVE = f'duration = 1.8\n[drives.O]\nspeed = {SPEED}\n'
+DRIVE = f"duration = 1.8\n[drives.O]\nspeed = {SPEED}\n"
 
 
 def motion(experiment_file, sdf, toml=DRIVE):
@@ -139,7 +139,11 @@ def test_start_angle_is_reached_along_the_branch(experiment_file):
 
 def test_no_assembly_is_a_named_status(experiment_file):
     """A double-rocker: its crank cannot reach half a turn."""
-    mechanism, experiment = load(experiment_file(four_bar(crank=0.2, coupler=0.15, follower=0.2), DRIVE.replace("speed", "angle = 3.0\nspeed")))
+    mechanism, experiment = load(
+        experiment_file(
+            four_bar(crank=0.2, coupler=0.15, follower=0.2), DRIVE.replace("speed", "angle = 3.0\nspeed")
+        )
+    )
     with pytest.raises(AssemblyError) as caught:
         assemble(mechanism, experiment)
     assert caught.value.status is Status.NO_ASSEMBLY
@@ -175,7 +179,9 @@ def test_a_parallelogram_with_a_redundant_link_still_assembles(experiment_file):
         f'<joint name="P{i}" type="revolute"><parent>c{i}_tip</parent><child>b{i}</child><axis><xyz>0 0 1</xyz></axis></joint>'
         for i in (1, 2)
     )
-    ideal = motion(experiment_file, model("press", parts + beam + pins), "duration=0.5\n[drives.G0]\nspeed=2.0\n")
+    ideal = motion(
+        experiment_file, model("press", parts + beam + pins), "duration=0.5\n[drives.G0]\nspeed=2.0\n"
+    )
     assert ideal.assembly.mobility == 1
     columns = ideal.evaluate(np.linspace(0, 0.5, 11))
     np.testing.assert_allclose(columns["beam.angle"], 0.0, atol=1e-12)

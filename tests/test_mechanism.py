@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import PLANES, bar, four_bar, joint, model, plane_rotation, slider_crank
+from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotation, slider_crank
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
@@ -119,36 +119,63 @@ REFUSED = {
     "not SDFormat": ("<robot/>", "the root must be <sdf>"),
     "undeclared prefix": (GOOD.replace(' xmlns:linkages="urn:linkages:sdf"', ""), "declare xmlns:linkages"),
     "two models": (GOOD.replace("</sdf>", '<model name="b"/></sdf>'), "exactly one"),
-    "unknown link": (GOOD.replace("<child>coupler</child>", "<child>couplr</child>"), 'did you mean "coupler"'),
+    "unknown link": (
+        GOOD.replace("<child>coupler</child>", "<child>couplr</child>"),
+        'did you mean "coupler"',
+    ),
     "defined twice": (GOOD.replace("</model>", LINK + LINK + "</model>"), "is defined twice"),
     "not planar": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 1 1</xyz>", 1), "not planar"),
     "slides out of plane": (
-        model("m", LINK + joint("J", "world", "spare") + bar("b", 0.1, "__model__") + joint("P", "spare", "b", "prismatic")),
+        model(
+            "m",
+            LINK
+            + joint("J", "world", "spare")
+            + bar("b", 0.1, "__model__")
+            + joint("P", "spare", "b", "prismatic"),
+        ),
         "slides out of the plane",
     ),
     "no inertial": (GOOD.replace("</model>", '<link name="x"/></model>'), "has no <inertial>"),
     "negative mass": (GOOD.replace("<mass>0.2</mass>", "<mass>-1</mass>", 1), "must be positive"),
-    "non-physical inertia": (GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1), "no body has the principal moments"),
+    "non-physical inertia": (
+        GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1),
+        "no body has the principal moments",
+    ),
     "non-positive radius": (GOOD.replace("radius>0.01<", "radius>0<", 1), "must be positive"),
     "negative length": (GOOD.replace("length>0.02<", "length>-1<", 1), "must be positive"),
-    "no bearing length": (GOOD.replace("<linkages:length>0.02</linkages:length>", "", 1), "has no <linkages:length>"),
+    "no bearing length": (
+        GOOD.replace("<linkages:length>0.02</linkages:length>", "", 1),
+        "has no <linkages:length>",
+    ),
     "unknown bearing key": (GOOD.replace("linkages:length", "linkages:lenght"), 'did you mean "length"'),
     "not connected": (GOOD.replace("</model>", LINK + "</model>"), "not connected to the world"),
-    "unsupported joint": (GOOD.replace('name="A" type="revolute"', 'name="A" type="ball"'), "is not supported"),
+    "unsupported joint": (
+        GOOD.replace('name="A" type="revolute"', 'name="A" type="ball"'),
+        "is not supported",
+    ),
     "joint to itself": (GOOD.replace("<parent>crank_tip</parent>", "<parent>coupler</parent>"), "to itself"),
     "pose circle": (
-        GOOD.replace("</model>", '<frame name="a"><pose relative_to="b"/></frame><frame name="b"><pose relative_to="a"/></frame></model>'),
+        GOOD.replace(
+            "</model>",
+            '<frame name="a"><pose relative_to="b"/></frame><frame name="b"><pose relative_to="a"/></frame></model>',
+        ),
         "break the circle",
     ),
     "not a number": (GOOD.replace("<mass>0.2</mass>", "<mass>heavy</mass>", 1), "is not a number"),
     "not finite": (GOOD.replace("<mass>0.2</mass>", "<mass>nan</mass>", 1), "must be finite"),
     "wrong count": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 1</xyz>", 1), "3 are needed"),
     "zero axis": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", 1), "has no length"),
-    "damping": (GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>0.1</damping></dynamics></axis>", 1), "is not supported"),
+    "damping": (
+        GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>0.1</damping></dynamics></axis>", 1),
+        "is not supported",
+    ),
     "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
-    "nested model": (GOOD.replace("</model>", '<include><uri>x</uri></include></model>'), "nested models"),
+    "nested model": (GOOD.replace("</model>", "<include><uri>x</uri></include></model>"), "nested models"),
     "bearing in a slider": (
-        slider_crank().replace('<axis><xyz>1 0 0</xyz></axis>', '<axis><xyz>1 0 0</xyz></axis><linkages:bearing><linkages:radius>1</linkages:radius><linkages:length>1</linkages:length></linkages:bearing>'),
+        slider_crank().replace(
+            "<axis><xyz>1 0 0</xyz></axis>",
+            "<axis><xyz>1 0 0</xyz></axis>" + BEARING,
+        ),
         "cannot carry",
     ),
 }

@@ -154,7 +154,12 @@ def _all_rows(mechanism):
 def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(tmp_path, experiment_file):
     """Momentum and angular momentum of an isolated pair are constant to round-off, whatever the state."""
     toml = 'duration = 1.0\n[joints.A]\nmodel = "lubricated"\nclearance = 1e-3\nviscosity = 0.1\n'
-    mechanism, experiment = load(experiment_file(slider_crank(), toml + "[joints.B]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\nshear_film='half'\n"))
+    mechanism, experiment = load(
+        experiment_file(
+            slider_crank(),
+            toml + "[joints.B]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\nshear_film='half'\n",
+        )
+    )
     tree = spanning_tree(mechanism, ("A", "B"), ())
     laws = law_parameters(tree, experiment)
     for _ in range(50):
@@ -209,7 +214,11 @@ def test_redundant_rows_are_dropped():
 
 
 def test_motions_have_the_promised_rates_and_accelerations():
-    pieces = [constant_rate(0.3, 2.0), ramped_rate(-0.1, 5.0, 0.4), table([0, 0.5, 1, 1.5, 2], [0, 1, 0, 2, 3])]
+    pieces = [
+        constant_rate(0.3, 2.0),
+        ramped_rate(-0.1, 5.0, 0.4),
+        table([0, 0.5, 1, 1.5, 2], [0, 1, 0, 2, 3]),
+    ]
     motions = Motions(pieces)
     times = np.linspace(0.0, 2.0, 401)
     value, rate, acceleration = motions(times)

@@ -6,13 +6,13 @@
 | clearance | `ClearanceJoints(LeafSystem)`: film forces from the plant's state                 |
 | drives    | `Drives(LeafSystem)`: prescribed motions, torques, reactions of closing joints    |
 | diagram   | `add_linkage`, `build_diagram`: the systems connected                             |
-| simulate  | a run of the diagram as a `Trajectory`                                            |
+| simulation | a run of the diagram as a `Trajectory`                                            |
 | animate   | Meshcat recording of a run                                                        |
 
 Monogram notation for frames as in Drake: X_WB is the pose of B in W.
 """
 
 from linkages.drake.diagram import Linkage, add_linkage, build_diagram
-from linkages.drake.simulate import simulate
+from linkages.drake.simulation import simulate
 
 __all__ = ["Linkage", "add_linkage", "build_diagram", "simulate"]

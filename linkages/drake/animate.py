@@ -73,7 +73,7 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
 
 
 def _frames(study: Study, exaggerate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Times and tree coordinates of the frames."""
+    """Compute times and tree coordinates of the frames."""
     tree, run = study.assembly.tree, study.run
     frames = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
     times = np.linspace(0.0, run.time[-1], frames)
@@ -89,7 +89,9 @@ def _frames(study: Study, exaggerate: float) -> tuple[np.ndarray, np.ndarray]:
     try:
         return times, IdealMotion(study.assembly, study.experiment).states(times, offset)[0]
     except AssemblyError as problem:
-        raise ValueError(f"the linkage does not close with its clearance exaggerated {exaggerate:g} times") from problem
+        raise ValueError(
+            f"the linkage does not close with its clearance exaggerated {exaggerate:g} times"
+        ) from problem
 
 
 def _look_at(study: Study, meshcat: Meshcat) -> None:
@@ -118,7 +120,9 @@ def _draw_ground(study: Study, meshcat: Meshcat) -> None:
             shape = Cylinder(0.012 * size, 0.03 * size)
             pose = RigidTransform(RotationMatrix(basis), joint.position)
         elif joint.type == "prismatic":
-            reach = max(np.ptp(study.run[f"{joint.child}.x"]), np.ptp(study.run[f"{joint.child}.y"]), 0.1 * size)
+            reach = max(
+                np.ptp(study.run[f"{joint.child}.x"]), np.ptp(study.run[f"{joint.child}.y"]), 0.1 * size
+            )
             shape = Box(2.4 * reach, 0.004 * size, 0.004 * size)
             along = basis[:, :2] @ joint.direction
             axes = np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])

@@ -48,7 +48,7 @@ class ClearanceJoints(LeafSystem):
     def __init__(
         self,
         tree: Tree,
-        laws: NDArray[np.void],
+        laws: NDArray[np.record],
         positions: Indices,
         velocities: Indices,
         num_positions: int,

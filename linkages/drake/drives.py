@@ -76,7 +76,9 @@ class Drives(LeafSystem):
             self.input_port_ticket(self._state.get_index()),
             self.input_port_ticket(self._applied.get_index()),
         }
-        self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
+        self._force = self.DeclareVectorOutputPort(
+            "generalized_force", num_velocities, self._give_force, needs
+        )
         self._torques = self.DeclareVectorOutputPort("torques", len(self.joints), self._give_torques, needs)
 
     def get_state_input_port(self) -> InputPort:

@@ -31,6 +31,9 @@ from numba import njit
 #: Films are evaluated at min(eps, EPS_MAX): beyond it the closed forms lose their meaning (h -> 0).
 EPS_MAX = 1.0 - 1e-9
 
+#: A film thinner than this fraction of the clearance has broken down: real surfaces touch long before.
+THINNEST = 1e-4
+
 
 @njit(cache=True)
 def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tuple[float, float, float]:

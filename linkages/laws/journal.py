@@ -16,7 +16,7 @@ _FULL_SHEAR = SHEAR["full"]
 
 @njit(cache=True)
 def clearance_force(
-    joint: np.void, ex: float, ey: float, vx: float, vy: float, omega_b: float, omega_j: float
+    joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, omega_j: float
 ) -> tuple[float, float, float]:
     """Force and couple on the journal.
 

@@ -23,7 +23,9 @@ _ITERATIONS = 50
 
 
 @njit(cache=True)
-def closure_error(bodies: NDArray[np.void], rows: NDArray[np.void], offset: Array, q: Array, pose: Array) -> Array:
+def closure_error(
+    bodies: NDArray[np.record], rows: NDArray[np.record], offset: Array, q: Array, pose: Array
+) -> Array:
     """Closure errors (nr,) at q less the wanted offsets; fills `pose`."""
     body_positions(bodies, q, pose)
     error = np.empty(len(rows))
@@ -33,7 +35,7 @@ def closure_error(bodies: NDArray[np.void], rows: NDArray[np.void], offset: Arra
 
 
 @njit(cache=True)
-def closure_jacobian(bodies: NDArray[np.void], rows: NDArray[np.void], pose: Array, n: int) -> Array:
+def closure_jacobian(bodies: NDArray[np.record], rows: NDArray[np.record], pose: Array, n: int) -> Array:
     """Exact Jacobian (nr, n) of the closure rows: column i is the rows' rate when only coordinate i moves."""
     jacobian = np.empty((len(rows), n))
     unit, vel = np.zeros(n), np.empty((len(bodies), 3))
@@ -52,12 +54,18 @@ def least_squares(matrix: Array, rhs: Array) -> Array:
     m, n = matrix.shape
     if n == 0 or m == 0:
         return np.zeros(n)
-    return np.linalg.lstsq(matrix, rhs, 1e-11)[0]
+    solution: Array = np.linalg.lstsq(matrix, rhs, 1e-11)[0]
+    return solution
 
 
 @njit(cache=True)
 def close(
-    bodies: NDArray[np.void], rows: NDArray[np.void], offset: Array, free: NDArray[np.int64], size: float, q: Array
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    offset: Array,
+    free: NDArray[np.int64],
+    size: float,
+    q: Array,
 ) -> bool:
     """Move the free coordinates of ``q`` (in place) until the rows are closed.
 
@@ -101,7 +109,12 @@ def close(
 
 @njit(cache=True)
 def consistent_rates(
-    bodies: NDArray[np.void], rows: NDArray[np.void], free: NDArray[np.int64], q: Array, v: Array, a: Array
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    free: NDArray[np.int64],
+    q: Array,
+    v: Array,
+    a: Array,
 ) -> float:
     """Fill the free entries of rates v and accelerations a so that the rows stay closed.
 
@@ -133,8 +146,8 @@ def consistent_rates(
 
 @njit(cache=True)
 def follow(
-    bodies: NDArray[np.void],
-    rows: NDArray[np.void],
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
     offset: Array,
     free: NDArray[np.int64],
     size: float,

@@ -36,7 +36,7 @@ CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple")
 
 @njit(cache=True)
 def clearance_wrenches(
-    ends: NDArray[np.void], laws: NDArray[np.void], pose: Array, vel: Array, wrench: Array, out: Array
+    ends: NDArray[np.record], laws: NDArray[np.record], pose: Array, vel: Array, wrench: Array, out: Array
 ) -> None:
     """Add the force pair of every clearance joint to the bodies' wrenches.
 
@@ -73,7 +73,7 @@ def clearance_wrenches(
 
 
 @njit(cache=True)
-def generalized_force(bodies: NDArray[np.void], pose: Array, wrench: Array, tau: Array) -> None:
+def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, tau: Array) -> None:
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
@@ -91,9 +91,9 @@ def generalized_force(bodies: NDArray[np.void], pose: Array, wrench: Array, tau:
 
 @njit(cache=True)
 def clearance_forces(
-    bodies: NDArray[np.void],
-    ends: NDArray[np.void],
-    laws: NDArray[np.void],
+    bodies: NDArray[np.record],
+    ends: NDArray[np.record],
+    laws: NDArray[np.record],
     state: Array,
     positions: NDArray[np.int64],
     rates: NDArray[np.int64],
@@ -124,7 +124,7 @@ def clearance_forces(
 
 
 @njit(cache=True)
-def articulate(bodies: NDArray[np.void], pose: Array, inertia: Array, axis: Array) -> None:
+def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Array) -> None:
     """Articulated inertias of a configuration.
 
     Fills ``inertia`` (nb, 6) and, for each free joint, ``axis`` (nb, 7) with its motion S, U = I S and S.U.
@@ -180,7 +180,7 @@ def articulate(bodies: NDArray[np.void], pose: Array, inertia: Array, axis: Arra
 
 @njit(cache=True)
 def inertial_load(
-    bodies: NDArray[np.void], pose: Array, vel: Array, gravity: Array, wrench: Array, load: Array
+    bodies: NDArray[np.record], pose: Array, vel: Array, gravity: Array, wrench: Array, load: Array
 ) -> None:
     """Fill ``load`` (nb, 3): centrifugal terms minus gravity minus the applied wrenches."""
     for i in range(len(bodies)):
@@ -194,7 +194,7 @@ def inertial_load(
 
 @njit(cache=True)
 def solve_tree(
-    bodies: NDArray[np.void],
+    bodies: NDArray[np.record],
     pose: Array,
     vel: Array,
     rates: Array,
@@ -283,7 +283,7 @@ def solve_tree(
 
 @njit(cache=True)
 def _bias(
-    body: np.void, pose: Array, vel: Array, rates: Array, axis: Array, i: int
+    body: np.record, pose: Array, vel: Array, rates: Array, axis: Array, i: int
 ) -> tuple[float, float, float]:
     """Acceleration of a body frame's origin that comes from velocities alone."""
     p = body.parent
@@ -299,8 +299,8 @@ def _bias(
 
 @njit(cache=True)
 def constrained_dynamics(
-    bodies: NDArray[np.void],
-    rows: NDArray[np.void],
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
     stabilisation: float,
     gravity: Array,
     q: Array,
@@ -364,8 +364,8 @@ def constrained_dynamics(
 
 @njit(cache=True)
 def driven_forces(
-    bodies: NDArray[np.void],
-    rows: NDArray[np.void],
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
     stabilisation: float,
     gravity: Array,
     driven: NDArray[np.int64],
@@ -379,7 +379,7 @@ def driven_forces(
     applied: Array,
     into: NDArray[np.int64],
 ) -> tuple[Array, Array]:
-    """Forces of drives and loops at a state, added to those already applied.
+    """Compute forces of drives and loops at a state, added to those already applied.
 
     Parameters
     ----------
@@ -429,7 +429,7 @@ def driven_forces(
 
 @njit(cache=True)
 def add_loop_forces(
-    bodies: NDArray[np.void], rows: NDArray[np.void], q: Array, reaction: Array, force: Array
+    bodies: NDArray[np.record], rows: NDArray[np.record], q: Array, reaction: Array, force: Array
 ) -> None:
     """Add J^T lambda of the loop reactions to ``force`` (n,)."""
     pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
@@ -478,7 +478,7 @@ def solve_semidefinite(matrix: Array, rhs: Array, x: Array) -> None:
 
 @njit(cache=True)
 def spread(
-    bodies: NDArray[np.void], q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
+    bodies: NDArray[np.record], q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
 ) -> None:
     """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
     for k in range(len(q)):

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def body_positions(bodies: NDArray[np.void], q: Array, pose: Array) -> None:
+def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
     """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
     pose[0, 0] = 0.0
     pose[0, 1] = 0.0
@@ -43,7 +43,7 @@ def body_positions(bodies: NDArray[np.void], q: Array, pose: Array) -> None:
 
 
 @njit(cache=True)
-def body_velocities(bodies: NDArray[np.void], pose: Array, v: Array, vel: Array) -> None:
+def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Array) -> None:
     """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
     vel[0, :] = 0.0
     for i in range(1, len(bodies)):
@@ -64,8 +64,10 @@ def body_velocities(bodies: NDArray[np.void], pose: Array, v: Array, vel: Array)
 
 
 @njit(cache=True)
-def body_accelerations(bodies: NDArray[np.void], pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
-    """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin, for rates v and accelerations a."""
+def body_accelerations(
+    bodies: NDArray[np.record], pose: Array, vel: Array, v: Array, a: Array, acc: Array
+) -> None:
+    """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin."""
     acc[0, :] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
@@ -95,7 +97,7 @@ def point_offset(pose: Array, body: int, x: float, y: float) -> tuple[float, flo
 
 
 @njit(cache=True)
-def row_value(row: np.void, pose: Array) -> float:
+def row_value(row: np.record, pose: Array) -> float:
     """Closure error of one row [m, rad]; zero when the joint is closed."""
     if row.kind == ANGLE:
         return pose[row.b, 2] - pose[row.a, 2]
@@ -110,7 +112,7 @@ def row_value(row: np.void, pose: Array) -> float:
 
 
 @njit(cache=True)
-def row_rate(row: np.void, pose: Array, vel: Array) -> float:
+def row_rate(row: np.record, pose: Array, vel: Array) -> float:
     """Time derivative of `row_value`."""
     if row.kind == ANGLE:
         return vel[row.b, 0] - vel[row.a, 0]
@@ -128,7 +130,7 @@ def row_rate(row: np.void, pose: Array, vel: Array) -> float:
 
 
 @njit(cache=True)
-def row_acceleration(row: np.void, pose: Array, vel: Array, acc: Array) -> float:
+def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
     """Second time derivative of `row_value`."""
     if row.kind == ANGLE:
         return acc[row.b, 0] - acc[row.a, 0]
@@ -150,7 +152,7 @@ def row_acceleration(row: np.void, pose: Array, vel: Array, acc: Array) -> float
 
 
 @njit(cache=True)
-def add_row_wrench(row: np.void, pose: Array, size: float, wrench: Array) -> None:
+def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
     """Add the wrench of a row's reaction of this size: on body b, and the opposite on body a."""
     if row.kind == ANGLE:
         wrench[row.b, 0] += size

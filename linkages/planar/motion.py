@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 def constant_rate(start: float, speed: float) -> PPoly:
-    """start + speed * t, for all t."""
+    """Start + speed * t, for all t."""
     return PPoly(np.array([[speed], [start]]), np.array([0.0, 1.0]))
 
 
@@ -64,9 +64,7 @@ class Motions:
         shape = (len(times), len(self.pieces))
         out = np.zeros(shape), np.zeros(shape), np.zeros(shape)
         for k, t in enumerate(times):
-            evaluate_motions(
-                *self.arrays, t, out[0][k], out[1][k], out[2][k]
-            )
+            evaluate_motions(*self.arrays, t, out[0][k], out[1][k], out[2][k])
         return out
 
 

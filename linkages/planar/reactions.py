@@ -63,7 +63,9 @@ def joint_reactions(
             force, couple = known[joint.name]
             rhs = rhs - _pair_wrench(tree, joint.name, pose, force, couple)
             continue
-        along = _turned(parent, joint.direction) if joint.type == "prismatic" else np.tile([1.0, 0.0], (nt, 1))
+        along = (
+            _turned(parent, joint.direction) if joint.type == "prismatic" else np.tile([1.0, 0.0], (nt, 1))
+        )
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         add("force", joint.name, 0.0, across)
         if joint.type != "prismatic":
@@ -106,11 +108,12 @@ def _solve(matrix: Array, rhs: Array) -> Array:
                 return np.linalg.solve(matrix, rhs[..., None])[..., 0]
             except np.linalg.LinAlgError:
                 pass
-    return np.einsum("tij,tj->ti", np.linalg.pinv(matrix, rcond=1e-12), rhs)
+    least: Array = np.einsum("tij,tj->ti", np.linalg.pinv(matrix, rcond=1e-12), rhs)
+    return least
 
 
 def _turned(pose: Array, vector: Array) -> Array:
-    """A vector given in a body's frame, in plane axes (nt, 2)."""
+    """Turn a vector given in a body's frame into plane axes (nt, 2)."""
     c, s = pose[:, 3], pose[:, 4]
     return np.stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]], axis=1)
 

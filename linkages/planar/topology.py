@@ -65,7 +65,7 @@ class Tree:
     """
 
     mechanism: Mechanism
-    bodies: NDArray[np.void]
+    bodies: NDArray[np.record]
     index: dict[str, int]
     coordinates: tuple[str, ...]
     edges: dict[str, Edge]
@@ -81,24 +81,24 @@ class Tree:
         return len(self.coordinates)
 
     @cached_property
-    def play_rows(self) -> NDArray[np.void]:
+    def play_rows(self) -> NDArray[np.record]:
         """Closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
         return self._rows(self.play)
 
     @cached_property
-    def loop_rows(self) -> NDArray[np.void]:
+    def loop_rows(self) -> NDArray[np.record]:
         """Closure rows of the cut ideal joints."""
         return self._rows(self.loops)
 
     @cached_property
-    def closure_rows(self) -> NDArray[np.void]:
+    def closure_rows(self) -> NDArray[np.record]:
         """Rows that close the whole ideal linkage: those of the clearance joints first."""
         return np.concatenate([self.play_rows, self.loop_rows])
 
     @cached_property
-    def ends(self) -> NDArray[np.void]:
+    def ends(self) -> NDArray[np.record]:
         """Bearing and journal centres of each clearance joint."""
-        ends = np.zeros(len(self.play), ENDS)
+        ends: NDArray[np.record] = np.zeros(len(self.play), ENDS)  # type: ignore[assignment]
         for end, name in zip(ends, self.play, strict=True):
             joint = self.mechanism.joint[name]
             end["bearing"], end["journal"] = self.index[joint.parent], self.index[joint.child]
@@ -127,7 +127,7 @@ class Tree:
         """Coordinates in the body frame of a point drawn on `link` [m]."""
         return point - self.drawn[self.index[link]]
 
-    def _rows(self, names: Sequence[str]) -> NDArray[np.void]:
+    def _rows(self, names: Sequence[str]) -> NDArray[np.record]:
         rows = []
         for name in names:
             joint = self.mechanism.joint[name]
@@ -180,7 +180,9 @@ def spanning_tree(
         return name
 
     def priority(joint: Joint) -> int:
-        return 0 if joint.type == "fixed" else 1 if joint.name in driven else 2 if joint.name in powered else 3
+        return (
+            0 if joint.type == "fixed" else 1 if joint.name in driven else 2 if joint.name in powered else 3
+        )
 
     kept, loops = [], []
     for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
@@ -242,13 +244,15 @@ class _Builder:
                     front.append(outer)
 
     def add_floating(self, name: str) -> None:
-        """A link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
+        """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
         link = self.mechanism.link[name]
         for kind, axis in (("x", (1.0, 0.0)), ("y", (0.0, 1.0))):
             at = link.com if kind == "x" else np.zeros(2)
             parent = 0 if kind == "x" else len(self.rows) - 1
             self._add(f"{name}.{kind}", parent, PRISMATIC, 1.0, at, np.array(axis), link.com, None)
-        self._add(f"{name}.angle", len(self.rows) - 1, REVOLUTE, 1.0, np.zeros(2), np.zeros(2), link.com, name)
+        self._add(
+            f"{name}.angle", len(self.rows) - 1, REVOLUTE, 1.0, np.zeros(2), np.zeros(2), link.com, name
+        )
 
     def _attach(self, joint: Joint, inner: str, outer: str) -> None:
         backwards = inner == joint.child

@@ -103,7 +103,9 @@ def test_ideal_loops_follow_the_exact_kinematics(experiment_file, sdf):
     exact = ideal(mechanism, experiment).evaluate(run.time)
     link = mechanism.links[-1].name
     np.testing.assert_allclose(run[f"{link}.x"], exact[f"{link}.x"], atol=1e-9)
-    np.testing.assert_allclose(run["O.torque"], exact["O.torque"], atol=1e-6 * np.abs(exact["O.torque"]).max())
+    np.testing.assert_allclose(
+        run["O.torque"], exact["O.torque"], atol=1e-6 * np.abs(exact["O.torque"]).max()
+    )
     np.testing.assert_allclose(run["A.force"], exact["A.force"], atol=1e-6 * exact["A.force"].max())
 
 
@@ -131,7 +133,9 @@ def test_the_motion_does_not_depend_on_the_plane(experiment_file, plane):
     times = np.linspace(0.02, 0.28, 8)
     a, b = flat.evaluate(times), tilted.evaluate(times)
     size = np.hypot(a["A.ex"], a["A.ey"]).max()
-    np.testing.assert_allclose(np.hypot(b["A.ex"], b["A.ey"]), np.hypot(a["A.ex"], a["A.ey"]), atol=1e-3 * size)
+    np.testing.assert_allclose(
+        np.hypot(b["A.ex"], b["A.ey"]), np.hypot(a["A.ex"], a["A.ey"]), atol=1e-3 * size
+    )
     np.testing.assert_allclose(b["A.force"], a["A.force"], rtol=1e-3)
     np.testing.assert_allclose(b["O.torque"], a["O.torque"], atol=1e-3 * np.abs(a["O.torque"]).max())
 
@@ -144,7 +148,9 @@ def test_a_rod_that_floats_on_two_films(experiment_file):
     exact = ideal(mechanism, experiment).evaluate(run.time)
     np.testing.assert_allclose(run["slider.x"], exact["slider.x"], atol=1e-4)
     settled = run.time > 0.02
-    np.testing.assert_allclose(run["B.force"][settled], exact["B.force"][settled], atol=0.05 * exact["B.force"].max())
+    np.testing.assert_allclose(
+        run["B.force"][settled], exact["B.force"][settled], atol=0.05 * exact["B.force"].max()
+    )
     assert run["A.eccentricity_ratio"].max() > 0.01
 
 
@@ -161,7 +167,9 @@ def test_a_falling_four_bar_keeps_its_energy(experiment_file):
 def test_torque_drive_does_its_work(experiment_file):
     """A crank under a tabulated torque: the work is the kinetic energy; its ideal counterpart is a run of its own."""
     text = "duration=0.4\n[drives.O]\ntimes=[0.0, 0.2, 0.4]\ntorques=[0.02, 0.05, 0.01]\n[solver]\naccuracy=1e-9\n"
-    mechanism, experiment = load(experiment_file(four_bar(), text + FILM.format("A").replace("lubricated", "ideal")))
+    mechanism, experiment = load(
+        experiment_file(four_bar(), text + FILM.format("A").replace("lubricated", "ideal"))
+    )
     run = simulate(mechanism, experiment)
     work = integral(run, run["O.torque"] * run["O.rate"])
     assert work > 1e-3
@@ -190,9 +198,9 @@ def test_a_film_too_thin_ends_with_a_status(seven_bar):
     mechanism, experiment = seven_bar
     weak = {f"joints.{name}.viscosity": 1e-7 for name in "AB"}
     run = simulate(mechanism, experiment.replaced({"duration": 0.5, **weak}))
-    assert run.status in (Status.JOURNAL_LEFT_BEARING, Status.STEP_SIZE_COLLAPSE)
-    assert 0.0 < run.time[-1] < 0.5
-    assert run["A.eccentricity_ratio"].max() > 0.9 or run["B.eccentricity_ratio"].max() > 0.9
+    assert run.status is Status.JOURNAL_LEFT_BEARING
+    assert 0.0 < run.time[-1] < 0.1
+    assert max(run[f"{name}.eccentricity_ratio"][-1] for name in "AB") > 0.9998
 
 
 def test_interruption_keeps_the_run_so_far(seven_bar):
@@ -225,4 +233,4 @@ def test_energies_and_reactions_do_not_depend_on_the_tree(seven_bar):
         for a in (one, other)
     ]
     for name in ("kinetic_energy", "slider7.vx", "link3.y", "link6.omega"):
-        assert columns[0][name][0] == pytest.approx(columns[1][name][0], rel=1e-12, abs=1e-14)
+        assert columns[0][name][0] == pytest.approx(columns[1][name][0], abs=1e-12)

@@ -65,8 +65,8 @@ def test_pair_with_shear_torque_only_takes_power(film, shear, x, y, u, v, wb, wj
     assert power <= 1e-10 * scale
 
 
-@given(UNIT, UNIT, UNIT, UNIT, SPEED)
-def test_without_rotation_the_film_only_takes_power(x, y, u, v, _):
+@given(UNIT, UNIT, UNIT, UNIT)
+def test_without_rotation_the_film_only_takes_power(x, y, u, v):
     e, velocity = CLEARANCE * np.array([x, y]), CLEARANCE * 10 * np.array([u, v])
     fx, fy, _couple = clearance_force(joint(shear="none"), *e, *velocity, 0.0, 0.0)
     assert fx * velocity[0] + fy * velocity[1] <= 1e-12 * math.hypot(fx, fy)
@@ -76,7 +76,7 @@ def test_without_rotation_the_film_only_takes_power(x, y, u, v, _):
 def test_shear_torque_is_petroffs_and_sommerfelds(eps):
     """Full film, no load direction: T = 2 pi mu R^3 L (omega_j - omega_b) / (c sqrt(1 - eps^2)) + (e x F)/2."""
     record = joint()
-    fx, fy, couple = clearance_force(record, eps * CLEARANCE, 0.0, 0.0, 0.0, 0.0, 7.0)
+    _, fy, couple = clearance_force(record, eps * CLEARANCE, 0.0, 0.0, 0.0, 0.0, 7.0)
     petroff = 2 * math.pi * 0.05 * 0.01**3 * 0.02 * 7.0 / (CLEARANCE * math.sqrt(1 - eps**2))
     assert couple == pytest.approx(-petroff - 0.5 * eps * CLEARANCE * fy, rel=1e-12)
 
@@ -96,7 +96,9 @@ def test_isolated_pair_keeps_momentum_and_angular_momentum(shear):
         # the bearing gets -force at the journal's centre
         torque_b = -couple - (e[0] * fy - e[1] * fx)
         acceleration = np.array([-force / mass[0], force / mass[1]])
-        return np.concatenate([v.ravel(), w, acceleration.ravel(), [torque_b / inertia[0], couple / inertia[1]]])
+        return np.concatenate(
+            [v.ravel(), w, acceleration.ravel(), [torque_b / inertia[0], couple / inertia[1]]]
+        )
 
     start = np.array([0.4, 0.1, 0.4, 0.1 + 0.6 * CLEARANCE, 0, 0, 0.01, 0.0, 0.012, -0.005, 3.0, -8.0])
     run = solve_ivp(rates, (0.0, 0.02), start, method="Radau", rtol=1e-9, atol=1e-13)

@@ -7,17 +7,21 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
+from pydrake.systems.analysis import IntegratorBase, ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.columns import Columns, columns_from_states
 from linkages.drake.diagram import Linkage, build_diagram
 from linkages.errors import Status
 from linkages.experiment import Experiment
+from linkages.laws.film import THINNEST
 from linkages.mechanism import Mechanism
 from linkages.trajectory import Trajectory, sample
 
 Array = NDArray[np.float64]
+
+_SMALLEST_STEP = 1e-11  # of the duration: below it the run has collapsed
+_SHRUNK = 0.5  # of the step before: below it the integrator's matrices are dropped
 
 
 def simulate(
@@ -46,18 +50,13 @@ def simulate(
     started = clock.perf_counter()
     diagram, linkage = build_diagram(mechanism, experiment)
     simulator = Simulator(diagram)
-    root = simulator.get_mutable_context()
-    linkage.set_initial_state(root)
-    solver = experiment.solver
-    integrator = ResetIntegratorFromFlags(simulator, solver.integrator, solver.max_step)
-    integrator.set_target_accuracy(solver.accuracy)
-    root.SetAccuracy(solver.accuracy)
+    linkage.set_initial_state(simulator.get_mutable_context())
+    integrator = _set_up(simulator, experiment)
     watch = _Watch(linkage, experiment, progress)
     simulator.set_monitor(watch)
-    simulator.Initialize()
     status = Status.OK
     try:
-        simulator.AdvanceTo(experiment.duration)
+        _advance(simulator, integrator, watch, experiment.duration)
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     except RuntimeError as problem:  # Drake gives step-size failures no type of their own
@@ -68,8 +67,8 @@ def simulate(
         status = watch.status
     provenance = {
         "engine": "drake",
-        "steps": int(integrator.get_num_steps_taken()),
-        "evaluations": int(integrator.get_num_derivative_evaluations()),
+        "steps": len(watch.times) - 1,
+        "evaluations": watch.evaluations + int(integrator.get_num_derivative_evaluations()),
         "wall_time": clock.perf_counter() - started,
         "loop_error": watch.loop_error,
     }
@@ -77,8 +76,34 @@ def simulate(
     return sample(recorder.times, recorder, status, provenance)
 
 
+def _set_up(simulator: Simulator, experiment: Experiment) -> IntegratorBase:
+    solver = experiment.solver
+    integrator = ResetIntegratorFromFlags(simulator, solver.integrator, solver.max_step)
+    integrator.set_target_accuracy(solver.accuracy)
+    integrator.set_requested_minimum_step_size(_SMALLEST_STEP * experiment.duration)
+    integrator.set_throw_on_minimum_step_size_violation(True)
+    return integrator
+
+
+def _advance(simulator: Simulator, integrator: IntegratorBase, watch: _Watch, end: float) -> None:
+    """Advance to the end, or to where the watch ends the run.
+
+    Drake's implicit integrators keep their iteration matrix while Newton's method seems to converge, even when the
+    step has shrunk since; with a film's stiffness the iteration then stops short, the error estimate stays large and
+    the step never recovers. So whenever a step shrinks by much the integrator is initialised, which drops the matrix.
+    """
+    simulator.Initialize()
+    while True:
+        simulator.AdvanceTo(end)
+        if simulator.get_context().get_time() >= end or not watch.wants_fresh_matrices:
+            return
+        watch.evaluations += int(integrator.get_num_derivative_evaluations())
+        integrator.request_initial_step_size_target(watch.last_step)
+        simulator.Initialize()
+
+
 class _Watch:
-    """Keeps the state of every accepted step: has a journal left its bearing, are the loops closed?"""
+    """Keeps the state of every accepted step and looks at it: journals in their bearings, loops closed."""
 
     def __init__(
         self, linkage: Linkage, experiment: Experiment, progress: Callable[[float], None] | None
@@ -86,16 +111,26 @@ class _Watch:
         self.linkage, self.progress = linkage, progress
         self.status = Status.OK
         self.loop_error = 0.0
+        self.evaluations = 0
+        self.last_step = 0.0
+        self.wants_fresh_matrices = False
         self.times: list[float] = []
         self.states: list[Array] = []
-        self._limit = np.array([experiment.joints[name].clearance for name in linkage.assembly.tree.play])
+        clearance = [experiment.joints[name].clearance for name in linkage.assembly.tree.play]
+        self._limit = (1.0 - THINNEST) * np.array(clearance)
         self._has_loops = bool(linkage.assembly.tree.loops)
 
     def __call__(self, root: Context) -> EventStatus:
-        self.times.append(root.get_time())
+        time = root.get_time()
+        if self.times and time == self.times[-1]:  # initialised anew
+            return EventStatus.DidNothing()
+        step = time - self.times[-1] if self.times else 0.0
+        self.wants_fresh_matrices = step < _SHRUNK * self.last_step
+        self.last_step = step
+        self.times.append(time)
         self.states.append(root.get_continuous_state_vector().CopyToVector())
         if self.progress is not None:
-            self.progress(root.get_time())
+            self.progress(time)
         linkage = self.linkage
         if self._has_loops:
             error = linkage.drives.loop_error(linkage.drives.GetMyContextFromRoot(root))
@@ -105,8 +140,11 @@ class _Watch:
             outside = np.hypot(joints[:, 0], joints[:, 1]) >= self._limit
             if outside.any():
                 self.status = Status.JOURNAL_LEFT_BEARING
+                self.wants_fresh_matrices = False
                 name = linkage.clearance.joints[int(np.argmax(outside))]
                 return EventStatus.ReachedTermination(linkage.clearance, f"journal {name} left its bearing")
+        if self.wants_fresh_matrices:
+            return EventStatus.ReachedTermination(linkage.drives, "the step shrank")
         return EventStatus.DidNothing()
 
 
@@ -124,9 +162,7 @@ class _Recorder:
         self.times, self.states = times, states
         self.diagram, self.linkage, self.experiment = diagram, linkage, experiment
         self.simulator = Simulator(diagram)
-        solver = experiment.solver
-        self.integrator = ResetIntegratorFromFlags(self.simulator, solver.integrator, solver.max_step)
-        self.integrator.set_target_accuracy(solver.accuracy)
+        self.integrator = _set_up(self.simulator, experiment)
 
     def __call__(self, times: Array) -> Columns:
         linkage, root = self.linkage, self.simulator.get_mutable_context()

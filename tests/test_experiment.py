@@ -1,0 +1,132 @@
+"""Experiments from TOML: sources, overrides, refusals."""
+
+import pytest
+from machines import four_bar
+
+from linkages.errors import InputError
+from linkages.experiment import keys, load, load_experiment
+
+GOOD = """
+duration = 1.0              # s, assumed
+outputs = ["follower.omega"]
+[drives.O]
+speed = 5.0                 # rad/s, measured
+[joints.A]
+model = "lubricated"
+clearance = 1e-4            # m, drawing 7
+viscosity = 0.1             # Pa s, data sheet
+shear_torque = false        # neglected
+"""
+
+#: case -> (text, overrides, what the message must say)
+REFUSED = {
+    "not TOML": ("duration = ", {}, "is not valid TOML"),
+    "unknown key": (
+        GOOD.replace("duration", "duraton"),
+        {},
+        'duraton: unknown key; did you mean "duration"?',
+    ),
+    "unknown joint key": (
+        GOOD.replace("viscosity", "viscocity"),
+        {},
+        'joints.A.viscocity: unknown key; did you mean "viscosity"?',
+    ),
+    "missing duration": (GOOD.replace("duration = 1.0", ""), {}, "duration: is missing (simulated time [s])"),
+    "negative duration": (GOOD.replace("duration = 1.0", "duration = -1.0"), {}, "greater than 0"),
+    "text for a number": (GOOD.replace("= 5.0", '= "fast"'), {}, "drives.O.speed: is 'fast'"),
+    "infinite speed": (GOOD.replace("= 5.0", "= inf"), {}, "finite"),
+    "unknown joint": (GOOD.replace("[joints.A]", "[joints.Aa]"), {}, "machine.sdf has no such joint"),
+    "unknown drive": (GOOD.replace("[drives.O]", "[drives.o1]"), {}, "machine.sdf has no such joint"),
+    "negative clearance": (GOOD.replace("1e-4 ", "-1e-4 "), {}, "joints.A.clearance: is -0.0001"),
+    "clearance larger than bearing": (
+        GOOD.replace("1e-4 ", "0.02 "),
+        {},
+        "smaller than the bearing's radius of 0.01 m",
+    ),
+    "no bearing": (GOOD.replace("[joints.A]", "[joints.Q]"), {}, "needs a <linkages:bearing>"),
+    "no viscosity": (GOOD.replace("viscosity = 0.1", ""), {}, 'model "lubricated" needs viscosity'),
+    "unknown model": (GOOD.replace('"lubricated"', '"greasy"'), {}, "'ideal' or 'lubricated'"),
+    "unknown film": (GOOD + 'film = "thick"\n', {}, "'long', 'pinkus-sternlicht' or 'short'"),
+    "offset outside": (GOOD + "offset = [1e-4, 1e-4]\n", {}, "must lie inside the clearance circle"),
+    "unknown output": (GOOD.replace("follower.omega", "folower.omega"), {}, 'did you mean "follower"?'),
+    "unknown quantity": (GOOD.replace("follower.omega", "follower.omga"), {}, 'did you mean "omega"?'),
+    "driven clearance joint": (
+        GOOD.replace("[drives.O]", "[drives.A]"),
+        {},
+        "a joint with clearance cannot be driven",
+    ),
+    "two kinds of drive": (
+        GOOD.replace("[joints.A]", "torque = 1.0\nangles=[0.0,1.0]\ntimes=[0.0,1.0]\n[joints.A]"),
+        {},
+        "only one of",
+    ),
+    "table too short": (
+        GOOD.replace("speed = 5.0", "times=[0.0,0.5]\nangles=[0.0,1.0]"),
+        {},
+        "before the duration of 1 s",
+    ),
+    "table not increasing": (
+        GOOD.replace("speed = 5.0", "times=[0.0,2.0,1.0]\nangles=[0.0,1.0,2.0]"),
+        {},
+        "times must increase",
+    ),
+    "wrong gravity": (GOOD + "", {"gravity": [0.0, 1.0]}, "gravity"),
+    "unknown override": (GOOD, {"joints.A.clearence": "1"}, 'did you mean "clearance"?'),
+    "override into a value": (GOOD, {"duration.x": "1"}, '"duration" is a value'),
+    "unknown sdf path": (GOOD, {"sdf.links.couplr.mass": 1.0}, 'did you mean "coupler"?'),
+    "sdf value not a number": (GOOD, {"sdf.links.coupler.mass": "heavy"}, "must be a number"),
+    "negative sdf mass": (GOOD, {"sdf.links.coupler.mass": -1.0}, "must be positive"),
+    "accuracy zero": (GOOD, {"solver.accuracy": 0.0}, "greater than 0"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_experiments_are_refused_in_one_line(experiment_file, case):
+    text, overrides, reason = REFUSED[case]
+    with pytest.raises(InputError) as caught:
+        load(experiment_file(four_bar(), text), overrides)
+    message = str(caught.value)
+    assert reason in message
+    assert "\n" not in message
+    assert message.startswith(("experiment.toml: ", "machine.sdf: ", "--set: "))
+
+
+def test_missing_files_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"none\.toml: cannot be read"):
+        load(tmp_path / "none.toml")
+    path = tmp_path / "e.toml"
+    path.write_text('mechanism = "none.sdf"\nduration = 1.0\n')
+    with pytest.raises(InputError, match=r"none\.sdf: cannot be read"):
+        load(path)
+
+
+def test_comments_are_kept_as_sources(experiment_file):
+    experiment = load_experiment(experiment_file(four_bar(), GOOD), {"joints.A.viscosity": "0.2"})
+    assert experiment.sources["duration"] == "s, assumed"
+    assert experiment.sources["joints.A.clearance"] == "m, drawing 7"
+    assert experiment.sources["joints.A.shear_torque"] == "neglected"
+    assert experiment.sources["joints.A.viscosity"] == "--set"
+    assert experiment.joints["A"].viscosity == 0.2
+
+
+def test_every_number_of_the_shipped_experiments_has_a_source(seven_bar):
+    for name in ("seven_bar.toml", "seven_bar_rig.toml"):
+        experiment = load_experiment(seven_bar[1].source.parent / name)
+        for path in ("duration", "gravity", "drives.O1.speed", "joints.A.clearance", "joints.B.viscosity"):
+            assert len(experiment.sources[path]) > 5
+
+
+def test_replaced_leaves_the_original_alone(seven_bar):
+    _, experiment = seven_bar
+    other = experiment.replaced({"joints.A.clearance": 1e-4, "duration": 0.5})
+    assert (experiment.joints["A"].clearance, experiment.duration) == (3e-4, 2.0)
+    assert (other.joints["A"].clearance, other.duration) == (1e-4, 0.5)
+    assert other.ideal().play == ()
+    assert other.play == ("A", "B")
+
+
+def test_every_key_has_a_meaning():
+    listed = dict(keys())
+    assert "joints.NAME.clearance" in listed
+    assert all(listed.values())
+    assert "[m]" in listed["joints.NAME.clearance"]

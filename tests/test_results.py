@@ -1,0 +1,205 @@
+"""Trajectories, extremes, and the command line's files."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from machines import four_bar
+
+from linkages.analysis import extremes, integral
+from linkages.cli import main
+from linkages.errors import InputError, Status
+from linkages.trajectory import Trajectory, load_trajectory, sample
+
+
+def wave(times):
+    return {"time": times, "y": np.sin(7.0 * times) * np.exp(-0.3 * times), "z": np.cos(times)}
+
+
+def test_extremes_are_those_of_continuous_time_not_of_the_samples():
+    run = sample(np.linspace(0.0, 5.0, 19), wave, Status.OK, {})
+    found = extremes(run, ["y", "z"])
+    top = np.arctan(7.0 / 0.3) / 7.0  # zero of the derivative
+    assert np.abs(run["y"]).max() < 0.95 * wave(np.array([top]))["y"][0]
+    assert found["y"].max == pytest.approx(wave(np.array([top]))["y"][0], rel=1e-9)
+    assert found["y"].time == pytest.approx(top, abs=1e-5)
+    bottom = (np.arctan(7.0 / 0.3) + np.pi) / 7.0
+    assert found["y"].min == pytest.approx(wave(np.array([bottom]))["y"][0], rel=1e-9)
+    assert (found["z"].max, found["z"].peak) == (1.0, 1.0)  # at the start, not inside
+
+
+def test_extremes_of_a_loaded_trajectory_come_from_parabolas():
+    times = np.linspace(0.0, 5.0, 401)
+    run = Trajectory(times, wave(times), Status.OK)
+    exact = extremes(sample(times, wave, Status.OK, {}), ["y"])["y"]
+    assert extremes(run, ["y"])["y"].max == pytest.approx(exact.max, rel=1e-5)  # fourth order in the sampling
+
+
+def test_integral_is_of_third_order_at_least():
+    errors = []
+    for n in (41, 81):
+        run = sample(np.linspace(0.0, 2.0, n) ** 1.5, wave, Status.OK, {})
+        errors.append(abs(integral(run, run["z"]) - np.sin(run.time[-1])))
+    assert np.log2(errors[0] / errors[1]) > 3.0
+
+
+def test_save_and_load(tmp_path):
+    run = sample(np.linspace(0, 1, 11), wave, Status.SINGULAR, {"engine": "drake"})
+    run.save(tmp_path / "t.npz")
+    again = load_trajectory(tmp_path / "t.npz")
+    assert again.status is Status.SINGULAR
+    assert again.provenance == {"engine": "drake"}
+    for name, column in run.columns.items():
+        np.testing.assert_array_equal(again[name], column)
+    assert [p.name for p in tmp_path.iterdir()] == ["t.npz"]
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"PK\x03\x04broken"])
+def test_a_broken_trajectory_is_refused(tmp_path, content):
+    path = tmp_path / "t.npz"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"t\.npz: is not a trajectory"):
+        load_trajectory(path)
+
+
+TOML = """duration = 0.2
+outputs = ["follower.omega"]
+[drives.O]
+speed = 15.0
+[joints.A]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+"""
+
+
+def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert (
+        main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--exaggerate", "5"])
+        == 0
+    )
+    names = {path.name for path in out.iterdir()}
+    assert names == {
+        "summary.json", "trajectory.npz", "animation.html", "output_follower.omega.png", "orbits.png",
+        "joint_forces.png", "drive_torques.png",
+    }  # fmt: skip
+    summary = json.loads((out / "summary.json").read_text())
+    a = summary["joints"]["A"]
+    assert summary["status"] == "ok"
+    assert a["model"] == "lubricated"
+    assert a["force"]["peak"] == pytest.approx(summary["ideal"]["joints"]["A"]["force"]["peak"], rel=0.1)
+    assert 0.0 < a["eccentricity_ratio"]["peak"] < 1.0
+    assert summary["joints"]["Q"]["model"] == "ideal"
+    assert summary["error"]["A.force.peak"] < 1e-3 * a["force"]["peak"]
+    assert summary["mechanism"]["mobility"] == 1
+    assert load_trajectory(out / "trajectory.npz")["A.force"].max() == pytest.approx(
+        a["force"]["peak"], rel=1e-3
+    )
+    text = capsys.readouterr().out
+    assert "follower.omega [rad/s]" in text
+    page = (out / "animation.html").read_text()
+    assert "<script" in page
+    assert 'src="http' not in page
+
+
+def test_the_same_input_gives_the_same_summary(experiment_file, tmp_path):
+    path = experiment_file(four_bar(), TOML)
+    texts = []
+    for name in ("a", "b"):
+        assert (
+            main(["simulate", str(path), "--out", str(tmp_path / name), "--no-plots", "--no-animation"]) == 0
+        )
+        summary = json.loads((tmp_path / name / "summary.json").read_text())
+        del summary["provenance"]["wall_time"]
+        texts.append(json.dumps(summary))
+    assert texts[0] == texts[1]
+
+
+BAD = {
+    "no such file": (None, []),
+    "unknown key": (TOML.replace("viscosity", "viscocity"), []),
+    "unknown override": (TOML, ["--set", "joints.A.clearence=1"]),
+    "override without value": (TOML, ["--set", "duration"]),
+    "negative duration": (TOML, ["--duration", "-1"]),
+    "too many drives": (TOML + "[drives.Q]\nspeed = 1.0\n", []),
+    "exaggeration too large": (TOML, ["--exaggerate", "1e6", "--no-plots", "--no-error-estimate"]),
+    "exaggeration negative": (TOML, ["--exaggerate", "-1"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_exits_with_2_one_line_and_nothing_written(experiment_file, tmp_path, capsys, case):
+    text, options = BAD[case]
+    path = experiment_file(four_bar(), text) if text else tmp_path / "none.toml"
+    out = tmp_path / "out"
+    assert main(["simulate", str(path), "--out", str(out), *options]) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("error: ")
+    assert "\n" not in error
+    assert not out.exists() or not list(out.iterdir())
+
+
+def test_a_failed_run_exits_with_1_and_keeps_its_results(experiment_file, tmp_path, capsys):
+    out = tmp_path / "out"
+    weak = TOML.replace("viscosity = 0.1", "viscosity = 1e-9")
+    assert (
+        main(["simulate", str(experiment_file(four_bar(), weak)), "--out", str(out), "--no-animation"]) == 1
+    )
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"] == "journal-left-bearing"
+    assert 0.0 < summary["duration"] < 0.2
+    assert summary["error"] == {}
+    assert "raise the viscosity" in capsys.readouterr().err
+
+
+def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
+    path = experiment_file(four_bar(crank=0.2, coupler=0.15), TOML.replace("speed", "angle = 3.0\nspeed"))
+    assert main(["simulate", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert "no-assembly" in capsys.readouterr().err
+
+
+def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_path, monkeypatch):
+    import linkages.cli as cli
+
+    def bars(duration):
+        def stop(time):
+            if time > 0.5 * duration:
+                raise KeyboardInterrupt
+
+        return lambda name: stop
+
+    monkeypatch.setattr(cli, "_bars", bars)
+    out = tmp_path / "out"
+    assert (
+        main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == 130
+    )
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"] == "interrupted"
+    assert 0.1 < summary["duration"] < 0.2
+
+
+def test_importing_the_package_loads_no_engine():
+    code = "import sys, linkages; print([m for m in ('pydrake', 'numba', 'matplotlib', 'scipy') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_run_sevenbar_script_runs_from_anywhere(tmp_path):
+    script = Path(__file__).resolve().parents[1] / "run_sevenbar.py"
+    command = [
+        sys.executable,
+        script,
+        "--duration",
+        "0.05",
+        "--no-plots",
+        "--no-animation",
+        "--no-error-estimate",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "slider7.ax [m/s2]" in done.stdout
+    assert (tmp_path / "results" / "seven_bar" / "summary.json").exists()
