@@ -175,7 +175,9 @@ class Experiment(_Table):
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
     sdf: dict[str, Any] = Field({}, description="values that replace those of the SDF file, by dotted path")
-    solver: Solver = Field(Solver(), description="numerical settings")
+    solver: Solver = Field(
+        default_factory=lambda: Solver.model_validate({}), description="numerical settings"
+    )
 
     _source: Path = PrivateAttr(Path("experiment"))
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)

@@ -16,7 +16,7 @@ from linkages.planar.topology import Tree
 
 def law_parameters(tree: Tree, experiment: Experiment) -> NDArray[np.record]:
     """One record of `PARAMETERS` for each clearance joint of the tree."""
-    records: NDArray[np.record] = np.zeros(len(tree.play), PARAMETERS)  # type: ignore[assignment]
+    records: NDArray[np.record] = np.zeros(len(tree.play), PARAMETERS)
     for record, name in zip(records, tree.play, strict=True):
         bearing = tree.mechanism.joint[name].bearing
         if bearing is None:

@@ -28,8 +28,8 @@ from typing import NamedTuple
 
 from numba import njit
 
-#: Films are evaluated at min(eps, EPS_MAX): beyond it the closed forms lose their meaning (h -> 0).
-EPS_MAX = 1.0 - 1e-9
+#: Films are evaluated at min(eps, EPS_MAX): beyond it they cancel to round-off and lose their sign.
+EPS_MAX = 1.0 - 1e-6
 
 #: A film thinner than this fraction of the clearance has broken down: real surfaces touch long before.
 THINNEST = 1e-4

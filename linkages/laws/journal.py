@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from linkages.laws.film import film_force
+from linkages.laws.film import EPS_MAX, film_force
 from linkages.laws.parameters import SHEAR
 
 _NO_SHEAR = SHEAR["none"]
@@ -64,7 +64,7 @@ def clearance_force(
     if joint.shear != _NO_SHEAR:
         extent = half_extent
         if joint.shear == _FULL_SHEAR:
-            eps = min(eps, 1.0 - 1e-9)
+            eps = min(eps, EPS_MAX)
             extent = 2.0 * math.pi / math.sqrt(1.0 - eps * eps)
         petroff = joint.viscosity * joint.length * joint.radius**3 / c * extent * (omega_j - omega_b)
         couple = -petroff - 0.5 * (ex * fy - ey * fx)

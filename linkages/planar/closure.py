@@ -54,8 +54,7 @@ def least_squares(matrix: Array, rhs: Array) -> Array:
     m, n = matrix.shape
     if n == 0 or m == 0:
         return np.zeros(n)
-    solution: Array = np.linalg.lstsq(matrix, rhs, 1e-11)[0]
-    return solution
+    return np.linalg.lstsq(matrix, rhs, 1e-11)[0]  # type: ignore[return-value]
 
 
 @njit(cache=True)

@@ -105,11 +105,10 @@ def _solve(matrix: Array, rhs: Array) -> Array:
         condition = np.linalg.cond(matrix[:1] / scale[:1])
         if np.all(condition < 1e10):
             try:
-                return np.linalg.solve(matrix, rhs[..., None])[..., 0]
+                return np.asarray(np.linalg.solve(matrix, rhs[..., None])[..., 0], dtype=np.float64)
             except np.linalg.LinAlgError:
                 pass
-    least: Array = np.einsum("tij,tj->ti", np.linalg.pinv(matrix, rcond=1e-12), rhs)
-    return least
+    return np.einsum("tij,tj->ti", np.linalg.pinv(matrix, rcond=1e-12), rhs)
 
 
 def _turned(pose: Array, vector: Array) -> Array:

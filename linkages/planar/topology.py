@@ -98,7 +98,7 @@ class Tree:
     @cached_property
     def ends(self) -> NDArray[np.record]:
         """Bearing and journal centres of each clearance joint."""
-        ends: NDArray[np.record] = np.zeros(len(self.play), ENDS)  # type: ignore[assignment]
+        ends: NDArray[np.record] = np.zeros(len(self.play), ENDS)
         for end, name in zip(ends, self.play, strict=True):
             joint = self.mechanism.joint[name]
             end["bearing"], end["journal"] = self.index[joint.parent], self.index[joint.child]
