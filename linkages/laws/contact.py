@@ -172,7 +172,7 @@ CONTACTS = {
     "hunt-crossley": Contact(
         2,
         _DAMPED,
-        "e near 1",
+        "e > 0.9",
         "Hunt and Crossley, J. Appl. Mech. 42, 1975",
         "3(1-e)/2",
     ),
@@ -186,12 +186,12 @@ CONTACTS = {
     "herbert-mcwhannell": Contact(
         4,
         _DAMPED,
-        "e near 1",
+        "e > 0.7",
         "Herbert and McWhannell, J. Eng. Ind. 99, 1977",
         "6(1-e)/((2e-1)^2+3)",
     ),
     "lee-wang": Contact(
-        5, _DAMPED, "e near 1", "Lee and Wang, J. Mech. Transm. 105, 1983", "3(1-e)/4"
+        5, _DAMPED, "e > 0.97: half the damping that small losses need", "Lee and Wang, J. Mech. Transm. 105, 1983", "3(1-e)/4"
     ),
     "flores": Contact(
         6,
@@ -210,7 +210,7 @@ CONTACTS = {
     "zhiying-qishao": Contact(
         8,
         _DAMPED,
-        "e > 0.5",
+        "e > 0.3",
         "Zhiying and Qishao, J. Dyn. Control 4, 2006",
         "3(1-e^2)/4 exp(2(1-e))",
     ),

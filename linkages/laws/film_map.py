@@ -99,7 +99,7 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
     limit = table[5]
     nodes_y = int(table[4])
     x = -math.log(1.0 - eps) if eps < 1.0 else limit
-    if x > limit:
+    if x >= limit:
         x = limit
         eps = 1.0 - math.exp(-limit)
     f_n, f_t, extent = half_film_long(eps, deps, ew, 0.0)

@@ -149,30 +149,60 @@ def _banded(forward: Array, backward: Array, cube: Array, mesh: Mesh) -> Array:
     return band
 
 
-def full_film(mesh: Mesh) -> tuple[Array, Array]:
-    """Solve the film without cavitation for unit deps and for unit ew/2.
+def solve_odd(mesh: Mesh, load: Array) -> Array:
+    """Solve -div(h^3 grad p) = load for p odd about theta = 0 and pi.
 
-    The first pressure is even and the second odd about theta = 0 and pi, so half the film is solved.
+    Parameters
+    ----------
+    load : array of shape (around/2 - 1, along)
+        Integrals over the cells of the lines strictly between 0 and pi.
+
+    Returns
+    -------
+    p : array of shape (around, along)
+    """
+    half, k = mesh.theta.size // 2, mesh.along_theta
+    band = _banded(k[1:half], k[: half - 1], mesh.cube[1:half], mesh)
+    p = np.zeros((mesh.theta.size, mesh.z.size))
+    p[1:half] = solveh_banded(band, load.ravel(), lower=True, check_finite=False).reshape(load.shape)
+    p[half + 1 :] = -p[half - 1 : 0 : -1]
+    return p
+
+
+def solve_even(mesh: Mesh, load: Array) -> Array:
+    """Solve -div(h^3 grad p) = load for p even about theta = 0 and pi.
+
+    Parameters
+    ----------
+    load : array of shape (around/2 + 1, along)
+        Integrals over the cells of the lines from 0 to pi; the first and last cell are half cells.
+
+    Returns
+    -------
+    p : array of shape (around, along)
+    """
+    half, k = mesh.theta.size // 2, mesh.along_theta
+    cube = mesh.cube[: half + 1].copy()
+    cube[[0, -1]] *= 0.5
+    band = _banded(np.append(k[:half], 0.0), np.append(0.0, k[:half]), cube, mesh)
+    p = np.empty((mesh.theta.size, mesh.z.size))
+    p[: half + 1] = solveh_banded(band, load.ravel(), lower=True, check_finite=False).reshape(load.shape)
+    p[half + 1 :] = p[half - 1 : 0 : -1]
+    return p
+
+
+def full_film(mesh: Mesh) -> tuple[Array, Array]:
+    """Solve the film without cavitation for unit deps (even) and for unit ew/2 (odd).
 
     Returns
     -------
     p_b, p_w : arrays of shape (around, along)
     """
     half = mesh.theta.size // 2
-    k = mesh.along_theta
-    shape = (mesh.theta.size, mesh.z.size)
-    p_b, p_w = np.zeros(shape), np.zeros(shape)
-    band = _banded(k[1:half], k[: half - 1], mesh.cube[1:half], mesh)
-    rate = -(mesh.rate_w[1:half, None] * mesh.height).ravel()
-    p_w[1:half] = solveh_banded(band, rate, lower=True, check_finite=False).reshape(half - 1, -1)
-    p_w[half + 1 :] = -p_w[half - 1 : 0 : -1]
-    weight = np.ones(half + 1)
-    weight[[0, -1]] = 0.5  # half cells, through whose middle nothing flows
-    forward, backward = np.append(k[:half], 0.0), np.append(0.0, k[:half])
-    band = _banded(forward, backward, weight * mesh.cube[: half + 1], mesh)
-    rate = -((weight * mesh.rate_b[: half + 1])[:, None] * mesh.height).ravel()
-    p_b[: half + 1] = solveh_banded(band, rate, lower=True, check_finite=False).reshape(half + 1, -1)
-    p_b[half + 1 :] = p_b[half - 1 : 0 : -1]
+    rate_b = mesh.rate_b[: half + 1].copy()
+    rate_b[[0, -1]] *= 0.5
+    p_b = solve_even(mesh, -rate_b[:, None] * mesh.height)
+    p_w = solve_odd(mesh, -mesh.rate_w[1:half, None] * mesh.height)
     return p_b, p_w
 
 
