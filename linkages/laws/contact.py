@@ -167,7 +167,11 @@ _DAMPED = "K delta^n (1 + chi ddelta/ddelta0)"
 CONTACTS = {
     "hertz": Contact(0, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0"),
     "kelvin-voigt": Contact(
-        1, "K delta + D ddelta", "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960", ""
+        1,
+        "K delta + D ddelta",
+        "one known impacting mass; jumps at first touch",
+        "Goldsmith, Impact, 1960",
+        "",
     ),
     "hunt-crossley": Contact(
         2,
@@ -191,7 +195,11 @@ CONTACTS = {
         "6(1-e)/((2e-1)^2+3)",
     ),
     "lee-wang": Contact(
-        5, _DAMPED, "e > 0.97: half the damping that small losses need", "Lee and Wang, J. Mech. Transm. 105, 1983", "3(1-e)/4"
+        5,
+        _DAMPED,
+        "e > 0.97: half the damping that small losses need",
+        "Lee and Wang, J. Mech. Transm. 105, 1983",
+        "3(1-e)/4",
     ),
     "flores": Contact(
         6,

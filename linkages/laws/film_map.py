@@ -102,7 +102,7 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
     if x >= limit:
         x = limit
         eps = 1.0 - math.exp(-limit)
-    f_n, f_t, extent = half_film_long(eps, deps, ew, 0.0)
+    f_n, f_t, _ = half_film_long(eps, deps, ew, 0.0)
     scale = math.sqrt(f_n * f_n + f_t * f_t)
     root_q = math.sqrt(1.0 - eps * eps)
     y = math.atan2(math.sqrt(root_q) * abs(0.5 * ew), deps)

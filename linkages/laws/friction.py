@@ -108,10 +108,16 @@ class Friction(NamedTuple):
 FRICTIONS = {
     "none": Friction(0, "0", "frictionless contact", "-"),
     "ambrosio": Friction(
-        1, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)", "sliding; no stiction", "seed 000 Table 4; Ambrosio 2003"
+        1,
+        "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
+        "sliding; no stiction",
+        "seed 000 Table 4; Ambrosio 2003",
     ),
     "cubic": Friction(
-        2, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1", "sliding with a static peak; creeps at rest", "seed 001 [0051]-[0055]"
+        2,
+        "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
+        "sliding with a static peak; creeps at rest",
+        "seed 001 [0051]-[0055]",
     ),
     "coulomb": Friction(
         3, "mu_d tanh(v/v_1)", "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016"

@@ -84,7 +84,9 @@ def gauss_five_halves(u: float) -> float:
     return math.exp(t * b1 - b2 + _COEFFICIENTS[0])
 
 
-def asperity_pressure(roughness_b: float, roughness_j: float, density: float, tip_radius: float, modulus: float) -> float:
+def asperity_pressure(
+    roughness_b: float, roughness_j: float, density: float, tip_radius: float, modulus: float
+) -> float:
     """Factor of F_5/2 in the asperities' pressure [Pa].
 
     Parameters
@@ -107,7 +109,7 @@ def asperity_pressure(roughness_b: float, roughness_j: float, density: float, ti
 def asperity_force(
     eps: float, clearance: float, radius: float, length: float, roughness: float, pressure: float
 ) -> float:
-    """Normal force of the asperities, pushing the journal back to the centre [N].
+    """Compute the normal force of the asperities, pushing the journal back to the centre [N].
 
     Parameters
     ----------

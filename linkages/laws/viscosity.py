@@ -56,7 +56,7 @@ def walther(celsius: float, a: float, b: float) -> float:
 
     Source: ASTM D341, the form for nu > 2 mm2/s; Walther 1931.
     """
-    return 10.0 ** 10.0 ** (a - b * math.log10(celsius + _ZERO)) - 0.7
+    return 10.0**10.0 ** (a - b * math.log10(celsius + _ZERO)) - 0.7
 
 
 def vogel_constants(

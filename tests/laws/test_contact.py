@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import njit
+from scipy.special import lambertw
+
 from linkages.laws.contact import (
     CLIP,
     CONTACTS,
@@ -22,8 +25,6 @@ from linkages.laws.material import (
     line_shape,
     line_stiffness,
 )
-from numba import njit
-from scipy.special import lambertw
 
 STEEL = contact_modulus(200e9, 0.3, 200e9, 0.3)
 RADIUS, CLEARANCE, LENGTH = 0.015, 0.3e-3, 0.04
@@ -46,9 +47,12 @@ def impact(code, mass, speed, stiffness, exponent, restitution, damping, clearan
     """Free impact by RK4: separation speed over approach speed."""
 
     def rate(x, v):
-        return -contact_force(
-            code, x, v, speed, stiffness, exponent, restitution, damping, clearance, shape, 1.0
-        ) / mass
+        return (
+            -contact_force(
+                code, x, v, speed, stiffness, exponent, restitution, damping, clearance, shape, 1.0
+            )
+            / mass
+        )
 
     x, v = 0.0, speed
     for _ in range(2_000_000):
@@ -90,7 +94,7 @@ def measure(name, restitution, mass=0.2, speed=0.3, hertz=HERTZ, exponent=1.5, d
 @pytest.mark.parametrize("name", FORM)
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
 def test_effective_restitution_is_the_theory(name, restitution):
-    """chi - ln(1 + chi) = -chi e' - ln(1 - chi e'); RK4 with about 4000 steps is good to 1e-6."""
+    """It obeys chi - ln(1 + chi) = -chi e' - ln(1 - chi e'); RK4 with about 4000 steps is good to 1e-6."""
     chi = hysteresis_factor(CONTACTS[name].code, restitution)
     assert measure(name, restitution) == pytest.approx(effective_restitution(chi), abs=2e-6)
 
@@ -132,7 +136,9 @@ def test_lankarani_nikravesh_never_falls_below_two_thirds():
 )
 def test_laws_come_near_the_nominal_restitution_where_they_claim_to(name, least, tolerance):
     for e in np.linspace(least, 1.0, 25):
-        assert effective_restitution(hysteresis_factor(CONTACTS[name].code, e)) == pytest.approx(e, abs=tolerance)
+        assert effective_restitution(hysteresis_factor(CONTACTS[name].code, e)) == pytest.approx(
+            e, abs=tolerance
+        )
 
 
 @pytest.mark.parametrize("name", [n for n in FORM if n not in (*CONFORMAL, "hertz")])
@@ -151,7 +157,9 @@ def test_all_laws_agree_with_the_nominal_restitution_near_one(name):
 )
 def test_restitution_depends_on_neither_mass_nor_speed_nor_stiffness(mass, speed, hertz, exponent):
     theory = effective_restitution(hysteresis_factor(3, 0.6))
-    assert measure("lankarani-nikravesh", 0.6, mass, speed, hertz, exponent) == pytest.approx(theory, abs=1e-5)
+    assert measure("lankarani-nikravesh", 0.6, mass, speed, hertz, exponent) == pytest.approx(
+        theory, abs=1e-5
+    )
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
@@ -169,9 +177,7 @@ def test_kelvin_voigt_reaches_the_restitution_its_damping_is_made_for(restitutio
     limit=st.sampled_from([CLIP, 10.0, math.inf]),
 )
 def test_contact_never_pulls_and_needs_penetration(code, delta, ddelta, ddelta0, restitution, limit):
-    force = contact_force(
-        code, delta, ddelta, ddelta0, HERTZ, 1.5, restitution, 1e3, CLEARANCE, SHAPE, limit
-    )
+    force = contact_force(code, delta, ddelta, ddelta0, HERTZ, 1.5, restitution, 1e3, CLEARANCE, SHAPE, limit)
     assert math.isfinite(force)
     assert force >= 0.0
     if delta <= 0.0:
@@ -218,7 +224,9 @@ def test_line_contact_solves_its_equation(depth, shape):
         assert u == pytest.approx(end + (depth - limit) / (math.log(shape / end) - 1.0), rel=1e-12)
 
 
-@pytest.mark.parametrize(("name", "shape"), [("esdu-78035", 4.0), ("johnson", 4.0), ("dubowsky-freudenstein", SHAPE)])
+@pytest.mark.parametrize(
+    ("name", "shape"), [("esdu-78035", 4.0), ("johnson", 4.0), ("dubowsky-freudenstein", SHAPE)]
+)
 def test_conformal_laws_solve_the_printed_formulas(name, shape):
     """F/(pi E' L) (ln(4 pi E' L DR/F) +- 1), and with L^3 DR pi E'/(F R_b R_j) for Dubowsky-Freudenstein."""
     delta = 2e-6

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from linkages.laws import map_cache
 from linkages.laws.film import FILMS, film_force, half_film_long
 from linkages.laws.film_map import CAVITATIONS, EPS_LIMIT, build_map, finite_film, solve_scaled, table_limit
@@ -36,7 +37,7 @@ def map_errors(rule, table, largest, count=150):
 
 
 def test_map_against_the_solver(rule_and_table):
-    """Interpolation error; Reynolds' free boundary moves by mesh lines, which a smooth spline cannot follow."""
+    """Interpolation error; Reynolds' free boundary moves by mesh lines, which no smooth spline follows."""
     rule, table = rule_and_table
     assert map_errors(rule, table, 0.99) < {"guembel": 5e-4, "reynolds": 1e-3}[rule]
 
@@ -53,7 +54,7 @@ def test_map_at_its_nodes_is_the_solver(rule_and_table):
 
 
 def test_seed_slenderness_is_not_long():
-    """L/D = 1.33 in rotation, Guembel: the long film is 2.9, 2.4 and 1.4 times too strong at 0.05, 0.5, 0.9."""
+    """L/D = 1.33, rotation: the long film is 2.9, 2.4 and 1.4 times too strong at eps = 0.05, 0.5, 0.9."""
     table = build_map(SLENDERNESS, "guembel", nodes=33)
     for eps, ratio in ((0.05, 2.9), (0.5, 2.4), (0.9, 1.4)):
         finite, long = finite_film(eps, 0.0, eps, table), half_film_long(eps, 0.0, eps, SLENDERNESS)
@@ -97,7 +98,9 @@ def test_map_is_continuous_over_its_lines_and_clipped_at_its_limit(rule_and_tabl
     step = table[5] / 48.0
     for i in (1, 10, 47):
         below, above = -math.expm1(-i * step * (1.0 - 1e-12)), -math.expm1(-i * step * (1.0 + 1e-12))
-        assert finite_film(below, 0.3, 0.5, table) == pytest.approx(finite_film(above, 0.3, 0.5, table), rel=1e-8)
+        assert finite_film(below, 0.3, 0.5, table) == pytest.approx(
+            finite_film(above, 0.3, 0.5, table), rel=1e-8
+        )
     assert np.isfinite(finite_film(0.5, 0.0, 0.0, table)).all()  # a journal at rest
     assert finite_film(0.5, 0.0, 0.0, table)[:2] == (0.0, 0.0)
 

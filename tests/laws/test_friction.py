@@ -5,6 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from linkages.laws.friction import FRICTIONS, ambrosio, bristle_rate, cubic, friction_coefficient, stribeck
 
 MU_S, MU_D, V_0, V_1 = 0.15, 0.1, 1e-3, 5e-3

@@ -1,10 +1,14 @@
 """Mixed lubrication: the blend of seed 000 eq. (15), and Greenwood and Tripp's asperities."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import pbdv
+
 from linkages.laws.contact import contact_force
 from linkages.laws.film import film_force
 from linkages.laws.mixed import (
@@ -16,8 +20,6 @@ from linkages.laws.mixed import (
     gauss_five_halves,
     mix,
 )
-from scipy.integrate import quad
-from scipy.special import pbdv
 
 CLEARANCE, TRANSITION, UNIT = 1e-4, 2e-6, 0.4 * 0.04 * 0.015**3 / 1e-8
 STIFFNESS = 1e10
@@ -55,7 +57,9 @@ def test_blend_is_continuous(eps, v_n, v_t, spin):
     assert there == pytest.approx(here, abs=1e-10 * (1e6 * UNIT * speed + 1e7))
 
 
-@given(eps=st.floats(0.0, 1.1), v_n=st.floats(-1.0, 1.0), v_t=st.floats(-1.0, 1.0), spin=st.floats(-50.0, 50.0))
+@given(
+    eps=st.floats(0.0, 1.1), v_n=st.floats(-1.0, 1.0), v_t=st.floats(-1.0, 1.0), spin=st.floats(-50.0, 50.0)
+)
 def test_blend_is_passive(eps, v_n, v_t, spin):
     """The power in the frame of the film's mean rotation, beyond the elastic part, is never positive.
 
@@ -73,7 +77,11 @@ def test_gauss_five_halves_by_quadrature(u):
     """And by the parabolic cylinder function: F_5/2(u) = Gamma(7/2)/sqrt(2 pi) exp(-u^2/4) D_-7/2(u)."""
     peak = max(u, 0.0)
     value, _ = quad(
-        lambda x: 2.0 * x**6 * math.exp(-0.5 * (u + x * x) ** 2 + 0.5 * peak**2), 0.0, 5.0, epsabs=0.0, epsrel=1e-12
+        lambda x: 2.0 * x**6 * math.exp(-0.5 * (u + x * x) ** 2 + 0.5 * peak**2),
+        0.0,
+        5.0,
+        epsabs=0.0,
+        epsrel=1e-12,
     )
     value *= math.exp(-0.5 * peak**2) / math.sqrt(2.0 * math.pi)
     assert gauss_five_halves(u) == pytest.approx(value, rel=1e-9)
@@ -98,7 +106,7 @@ def test_asperity_force_by_quadrature(eps, roughness):
 
     arcs = [0.0, 0.05, 0.1, 0.2, 0.4, 0.8, math.pi]
     value = 2.0 * math.fsum(
-        quad(integrand, low, high, epsabs=0.0, epsrel=1e-11, limit=200)[0] for low, high in zip(arcs, arcs[1:], strict=False)
+        quad(integrand, low, high, epsabs=0.0, epsrel=1e-11, limit=200)[0] for low, high in pairwise(arcs)
     )
     force = asperity_force(eps, CLEARANCE, 0.015, 0.04, roughness, pressure)
     assert force == pytest.approx(pressure * 0.015 * 0.04 * value, rel=1e-7, abs=1e-20)
@@ -113,6 +121,6 @@ def test_asperities_push_back_ever_harder():
 
 
 def test_greenwood_tripp_factor():
-    """sigma combines as a root of squares; n beta sigma = 0.05, sigma/beta = 0.05, E' = 1e11 Pa."""
+    """Roughness combines as a root of squares; n beta sigma = 0.05, sigma/beta = 0.05, E' = 1e11 Pa."""
     # 16 sqrt(2) pi/15 * 0.0025 * sqrt(0.05) * 1e11 = 4.7391 * 5.5902e7
     assert asperity_pressure(3e-6, 4e-6, 1e8, 1e-4, 1e11) == pytest.approx(4.73910 * 5.590170e7, rel=1e-4)

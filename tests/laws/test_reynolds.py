@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkages.laws.film import half_film_long, short_bearing
-from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds, solve_even, solve_odd
 from scipy.integrate import quad
 from scipy.optimize import brentq
+
+from linkages.laws.film import half_film_long, short_bearing
+from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds, solve_even, solve_odd
 
 
 def manufactured(parity, around):
@@ -19,7 +20,9 @@ def manufactured(parity, around):
     rows = slice(0, half + 1) if parity == "even" else slice(1, half)
     t, z = mesh.theta[rows, None], mesh.z
     h = 1.0 + 0.7 * np.cos(t)
-    f, df, ddf = (np.cos(t), -np.sin(t), -np.cos(t)) if parity == "even" else (np.sin(t), np.cos(t), -np.sin(t))
+    f, df, ddf = (
+        (np.cos(t), -np.sin(t), -np.cos(t)) if parity == "even" else (np.sin(t), np.cos(t), -np.sin(t))
+    )
     around_part = h**3 * ddf - 3.0 * h**2 * 0.7 * np.sin(t) * df
     source = -(around_part - h**3 * (0.5 * math.pi / 0.8) ** 2 * f) * np.cos(0.5 * math.pi * z)
     width = mesh.width[rows].copy()
@@ -42,7 +45,7 @@ def one_dimensional(eps, around):
 
 
 def test_reynolds_condition_against_the_long_bearing_integrals():
-    """h^3 p' = 12 (cos(theta) - cos(theta_2)), p = 0 at 0 and theta_2 (long bearing, ambient at the widest gap)."""
+    """Long bearing: h^3 p' = 12 (cos(theta) - cos(theta_2)), p = 0 at the widest gap and at theta_2."""
     eps = 0.6
 
     def flow(t, end):
@@ -61,7 +64,7 @@ def test_reynolds_condition_against_the_long_bearing_integrals():
         force = np.array([film.f_n, film.f_t]) / mesh.height.sum()  # the rows do not reach z = 1
         errors.append(np.hypot(*(force - exact)) / np.hypot(*exact))
     assert errors[-1] < 2e-5
-    assert 0.5 * math.log2(errors[0] / errors[-1]) > 1.9  # the film's end falls between lines: never less than 2
+    assert 0.5 * math.log2(errors[0] / errors[-1]) > 1.9  # the end falls between lines
 
 
 @pytest.mark.parametrize("eps", [0.1, 0.6, 0.95])
@@ -85,6 +88,7 @@ def test_long_limit_with_squeeze_has_no_mean_axial_flow(direction):
     as soon as the journal moves radially.)
     """
     eps, b, w = 0.5, math.cos(direction), math.sin(direction)
+
     # h^3 p' = 12 (b sin + w cos) + const, both parts integrated: 6 b/(eps h^2) and Sommerfeld's pressure
     def pressure(t):
         h = 1.0 + eps * math.cos(t)

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from linkages.laws.viscosity import (
     ISO_VG,
     density,
