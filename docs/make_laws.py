@@ -18,7 +18,6 @@ from linkages.laws.material import (
     hertz_stiffness,
     kelvin_voigt_damping,
     line_shape,
-    line_stiffness,
 )
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
 
@@ -55,16 +54,12 @@ def restitution_figure(path: Path) -> None:
     """Effective against nominal restitution of every law."""
     modulus = contact_modulus(200e9, 0.3, 200e9, 0.3)
     stiffness = {"kelvin-voigt": LINEAR}
-    stiffness |= dict.fromkeys(
-        ("esdu-78035", "johnson", "dubowsky-freudenstein"), line_stiffness(LENGTH, modulus)
-    )
     hertz = hertz_stiffness(RADIUS, RADIUS - CLEARANCE, modulus)
     shape = line_shape(RADIUS, RADIUS - CLEARANCE, LENGTH)
     nominal = np.linspace(0.02, 1.0, 50)
     figure, axes = plt.subplots(figsize=(7.0, 5.6))
-    axes.plot([0, 1], [0, 1], color="0.6", lw=0.8, ls=":", label="nominal")
-    styles = ["-", "--", "-.", (0, (1, 1))]
-    shown = [name for name in CONTACTS if name not in ("johnson", "dubowsky-freudenstein")]
+    axes.plot([0, 1], [0, 1], color="0.6", lw=3.0, alpha=0.5, label="nominal")
+    shown = [name for name in CONTACTS if name not in ("esdu-78035", "johnson", "dubowsky-freudenstein")]
     for i, name in enumerate(shown):
         values = []
         for e in nominal:
@@ -75,8 +70,8 @@ def restitution_figure(path: Path) -> None:
             values.append(
                 measure(CONTACTS[name].code, stiffness.get(name, hertz), float(e), damping, shape, 1e-7)
             )
-        label = "esdu-78035, johnson, dubowsky-freud." if name == "esdu-78035" else name
-        axes.plot(nominal, values, ls=styles[i % 4], lw=1.4, color=plt.cm.tab20(i % 20), label=label)
+        label = f"{name} (and the cylinder laws)" if name == "lankarani-nikravesh" else name
+        axes.plot(nominal, values, ls=("-", "--")[i % 2], lw=1.4, color=plt.cm.tab10(i), label=label)
     axes.set(xlabel="nominal restitution e [-]", ylabel="effective restitution of a free impact [-]")
     axes.set(xlim=(0, 1), ylim=(0, 1.02))
     axes.legend(fontsize=8, loc="lower right")
@@ -94,6 +89,8 @@ def long_bearing_figure(path: Path) -> None:
             axes.loglog(slendernesses, ratio, color=plt.cm.viridis(i / len(RATIOS)), label=f"eps = {eps}")
         axes.axvline(4.0 / 3.0, color="0.6", lw=0.8, ls=":")
         axes.axvline(2.0, color="0.6", lw=0.8, ls="--")
+        axes.text(1.3, 60.0, "seed 000", rotation=90, fontsize=7, color="0.4", ha="right")
+        axes.text(2.05, 60.0, "L/D > 2", rotation=90, fontsize=7, color="0.4", ha="left")
         axes.set(title=motion, xlabel="L/D [-]")
         axes.set_xticks([0.25, 0.5, 1, 2, 4, 8], labels=["0.25", "0.5", "1", "2", "4", "8"])
         axes.minorticks_off()

@@ -20,6 +20,7 @@ Maps are kept on disk by `linkages.laws.map_cache`.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from linkages.laws.film import half_film_long
-from linkages.laws.reynolds import AROUND, full_film, guembel, make_mesh, reynolds
+from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds
 
 Array = NDArray[np.float64]
 
@@ -60,16 +61,16 @@ CAVITATIONS = {
         "2D Reynolds equation on the whole film, max(p, 0)",
         "any L/D, eps <= 0.999",
         "Guembel's half-Sommerfeld condition",
-        AROUND,
-        20,
+        480,
+        32,
     ),
     "reynolds": Cavitation(
         1,
         "2D Reynolds equation with p >= 0 as complementarity",
         "any L/D, eps <= 0.999",
         "Swift-Stieber condition; Butenschoen 1976",
-        160,
-        14,
+        240,
+        20,
     ),
 }
 
@@ -160,7 +161,12 @@ def solve_scaled(eps: float, slenderness: float, cavitation: str, angles: Array)
     return out
 
 
-def build_map(slenderness: float, cavitation: str = "guembel", nodes: int = NODES) -> Array:
+def build_map(
+    slenderness: float,
+    cavitation: str = "guembel",
+    nodes: int = NODES,
+    progress: Callable[[float], object] | None = None,
+) -> Array:
     """Solve Reynolds' equation on the grid of a map and fit its spline.
 
     Parameters
@@ -171,6 +177,8 @@ def build_map(slenderness: float, cavitation: str = "guembel", nodes: int = NODE
         A name in `CAVITATIONS`.
     nodes : int
         Nodes in each direction, at least 5.
+    progress : callable, optional
+        Called with the part that is done, in (0, 1]: a map takes seconds to build.
 
     Raises
     ------
@@ -184,7 +192,11 @@ def build_map(slenderness: float, cavitation: str = "guembel", nodes: int = NODE
     limit = -math.log1p(-EPS_LIMIT)
     angles = np.linspace(0.0, math.pi, nodes)
     eps = -np.expm1(-np.linspace(0.0, limit, nodes))
-    values = np.stack([solve_scaled(float(e), slenderness, cavitation, angles) for e in eps])
+    values = np.empty((nodes, nodes, _CHANNELS))
+    for i, e in enumerate(eps):
+        values[i] = solve_scaled(float(e), slenderness, cavitation, angles)
+        if progress is not None:
+            progress((i + 1) / nodes)
     values[:, [0, -1], 1] = 0.0  # odd about both ends
     free = np.linalg.inv(_collocation(nodes, 0))
     even, odd = np.linalg.inv(_collocation(nodes, 1)), np.linalg.inv(_collocation(nodes, -1))

@@ -15,6 +15,7 @@ import os
 import sys
 import tempfile
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,12 @@ def map_path(slenderness: float, cavitation: str = "guembel", nodes: int = NODES
     return cache_directory() / f"film-v{VERSION}-{cavitation}-{name}.map"
 
 
-def load_map(slenderness: float, cavitation: str = "guembel", nodes: int = NODES) -> Array:
+def load_map(
+    slenderness: float,
+    cavitation: str = "guembel",
+    nodes: int = NODES,
+    progress: Callable[[float], object] | None = None,
+) -> Array:
     """Map of a film: from the cache if a sound one is there, else built and stored.
 
     Parameters
@@ -60,6 +66,8 @@ def load_map(slenderness: float, cavitation: str = "guembel", nodes: int = NODES
         A name in `film_map.CAVITATIONS`.
     nodes : int
         Nodes of the map in each direction.
+    progress : callable, optional
+        Called with the part that is done, if the map must be built.
 
     Returns
     -------
@@ -78,7 +86,7 @@ def load_map(slenderness: float, cavitation: str = "guembel", nodes: int = NODES
     path = map_path(slenderness, cavitation, nodes)
     table = read_map(path, slenderness, cavitation, nodes)
     if table is None:
-        table = build_map(slenderness, cavitation, nodes)
+        table = build_map(slenderness, cavitation, nodes, progress)
         try:
             write_map(path, table)
         except OSError as error:

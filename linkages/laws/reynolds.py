@@ -75,7 +75,7 @@ def make_mesh(eps: float, slenderness: float, around: int = AROUND, along: int =
         raise ValueError(f"slenderness L/D {slenderness!r}: must be positive")
     if around < 8 or around % 2 or along < 2:
         raise ValueError(f"mesh {around} x {along}: needs an even number >= 8 around and >= 2 along")
-    lines = _graded(eps, np.arange(2 * around + 1) * (math.pi / around))
+    lines = _graded(eps, np.linspace(0.0, 2.0 * math.pi, 2 * around + 1))
     theta, face = lines[0:-1:2], lines[1::2]
     low = np.concatenate(([face[-1] - 2.0 * math.pi], face[:-1]))
     # Simpson's rule on the film between two lines: the conductance is 1 / integral of dtheta/h^3

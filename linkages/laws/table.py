@@ -130,10 +130,10 @@ def _long_bearing() -> list[str]:
     lines = [
         "### Error of the long-bearing assumption",
         "",
-        "Force of the exact long half film over the force of the finite film (2D Reynolds equation, Guembel's"
-        " condition). It tends to 1 with L/D in rotation only. With squeeze the two differ in the limit too: the"
-        " half film has p = 0 on two lines half a turn apart, while the open ends of a film however long fix the"
-        " mean of p, weighed with h^3, at zero. A separating journal then feels a far smaller force.",
+        "Force of the exact long half film over that of the finite film (2D Reynolds equation, Guembel's"
+        " condition). It tends to 1 with L/D in rotation only. With squeeze the two differ in the limit too:"
+        " the half film has p = 0 on two lines half a turn apart, while the open ends of a film, however"
+        " long, fix the mean of p, weighed with h^3, at zero. A separating journal then feels far less.",
         "",
         "![Error of the long-bearing assumption](figures/long_bearing_error.png)",
         "",

@@ -105,6 +105,12 @@ def test_map_is_continuous_over_its_lines_and_clipped_at_its_limit(rule_and_tabl
     assert finite_film(0.5, 0.0, 0.0, table)[:2] == (0.0, 0.0)
 
 
+def test_progress_is_told():
+    told = []
+    build_map(1.0, nodes=5, progress=told.append)
+    assert told == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+
+
 def test_bad_inputs_are_refused():
     with pytest.raises(ValueError, match="must be one of guembel, reynolds"):
         build_map(1.0, "jfo")
