@@ -49,6 +49,7 @@ GRAZING = 1e-6
 LEAST_RESTITUTION = 1e-3
 
 _NEWTON_STEPS = 12
+_TINY = 1e-200  # penetrations below this part of the clearance carry no load that floats could hold
 _HALF_TURN = 0.5  # the implicit laws are used up to this part of the load where they stop rising
 
 
@@ -133,9 +134,9 @@ def line_contact(delta: float, stiffness: float, clearance: float, shape: float)
     the half-space theory, the law goes on along its tangent. Newton's method: from the left of the root it
     rises to it monotonically, the right-hand side being concave.
     """
-    if delta <= 0.0:
-        return 0.0
     depth = delta / clearance
+    if depth < _TINY:
+        return 0.0
     end = _HALF_TURN * shape / math.e
     rise = math.log(shape / end)
     if depth >= end * rise:
