@@ -142,7 +142,7 @@ BUTENSCHOEN = [
 
 @pytest.mark.parametrize(("width", "eps", "sommerfeld", "attitude"), BUTENSCHOEN)
 def test_butenschoen(width, eps, sommerfeld, attitude):
-    """1 % and 0.1 deg: the tables have 3 to 6 digits, and a coarser mesh than ours at high eps."""
+    """To 1 % and 0.1 deg: the tables have 3 to 6 digits, computed on the meshes of 1976."""
     film = reynolds(make_mesh(eps, width), 0.0, 0.5 * eps, ambient_at_widest=True)
     assert 0.5 * math.hypot(film.f_n, film.f_t) == pytest.approx(sommerfeld, rel=0.01)
     assert math.degrees(math.atan2(film.f_t, -film.f_n)) == pytest.approx(attitude, abs=0.1)
