@@ -4,7 +4,16 @@
 |------------|------------------------------------------------------------------------|
 | parameters | the record of numbers that describes one joint to every law            |
 | film       | hydrodynamic films: exact half film, Pinkus-Sternlicht, short bearing  |
+| reynolds   | the 2D Reynolds equation of a finite film, with two rules of cavitation |
+| film_map   | the finite film as a map, evaluated by a spline                        |
+| map_cache  | film maps on disk                                                      |
+| contact    | normal contact laws                                                    |
+| friction   | friction laws                                                          |
+| mixed      | between film and contact: blend, asperities                            |
+| material   | from material and geometry to the constants of the contact laws        |
+| viscosity  | viscosity of an oil at a temperature                                   |
 | journal    | journal kinematics and the force pair on journal and bearing           |
+| table      | all of them as tables for the documentation                            |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;
 n = e/|e| is radial and outward, t = z x n. Forces act on the **journal**; the bearing gets the opposite
@@ -12,7 +21,9 @@ force on the same line of action. Angular velocities are positive counter-clockw
 the mechanism's plane. SI units throughout.
 """
 
+from linkages.laws.contact import CONTACTS
 from linkages.laws.film import FILMS
+from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS
 
-__all__ = ["FILMS", "PARAMETERS"]
+__all__ = ["CONTACTS", "FILMS", "FRICTIONS", "PARAMETERS"]

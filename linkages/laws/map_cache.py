@@ -1,0 +1,137 @@
+"""Film maps on disk: built on demand, checked when read, written atomically.
+
+A map is stored in the user's cache directory, or in the one that the environment variable LINKAGES_CACHE
+names, under a name made of its inputs and of `film_map.VERSION`: eight bytes of identification, the SHA-256
+of the rest, and an array in NumPy's format. It is used only if the identification, the checksum, the inputs
+in its head and its shape are right and all its numbers finite; otherwise it is built again and replaced.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import math
+import os
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.laws.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map
+
+Array = NDArray[np.float64]
+
+_MAGIC = b"FILMMAP1"
+_DIGEST = hashlib.sha256().digest_size
+
+
+def cache_directory() -> Path:
+    """Directory of the stored maps: LINKAGES_CACHE, or the platform's place for caches."""
+    named = os.environ.get("LINKAGES_CACHE")
+    if named:
+        return Path(named)
+    if sys.platform == "win32":
+        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+    elif sys.platform == "darwin":
+        base = Path.home() / "Library" / "Caches"
+    else:
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "linkages"
+
+
+def map_path(slenderness: float, cavitation: str = "guembel", nodes: int = NODES) -> Path:
+    """Where the map of these inputs is stored."""
+    key = f"{float(slenderness).hex()} {cavitation} {nodes} {EPS_LIMIT.hex()}"
+    name = hashlib.sha256(key.encode()).hexdigest()[:16]
+    return cache_directory() / f"film-v{VERSION}-{cavitation}-{name}.map"
+
+
+def load_map(
+    slenderness: float,
+    cavitation: str = "guembel",
+    nodes: int = NODES,
+    progress: Callable[[float], object] | None = None,
+) -> Array:
+    """Map of a film: from the cache if a sound one is there, else built and stored.
+
+    Parameters
+    ----------
+    slenderness : float
+        L/D > 0.
+    cavitation : str
+        A name in `film_map.CAVITATIONS`.
+    nodes : int
+        Nodes of the map in each direction.
+    progress : callable, optional
+        Called with the part that is done, if the map must be built.
+
+    Returns
+    -------
+    table : array of float
+        For `film_map.finite_film`.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Notes
+    -----
+    A directory that cannot be written to costs a warning and the time to build the map again.
+    """
+    path = map_path(slenderness, cavitation, nodes)
+    table = read_map(path, slenderness, cavitation, nodes)
+    if table is None:
+        table = build_map(slenderness, cavitation, nodes, progress)
+        try:
+            write_map(path, table)
+        except OSError as error:
+            warnings.warn(f"film map not stored in {path.parent}: {error.strerror}", stacklevel=2)
+    return table
+
+
+def read_map(path: Path, slenderness: float, cavitation: str, nodes: int) -> Array | None:
+    """Read a stored map; None if there is none or it is not sound."""
+    if cavitation not in CAVITATIONS:
+        return None
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    start = len(_MAGIC) + _DIGEST
+    if data[: len(_MAGIC)] != _MAGIC or hashlib.sha256(data[start:]).digest() != data[len(_MAGIC) : start]:
+        return None
+    try:
+        table = np.load(io.BytesIO(data[start:]), allow_pickle=False)
+    except (ValueError, EOFError):
+        return None
+    head = [VERSION, slenderness, CAVITATIONS[cavitation].code, nodes, nodes, -math.log1p(-EPS_LIMIT)]
+    sound = (
+        table.dtype == np.float64
+        and table.shape == (HEAD + 3 * (nodes + 2) ** 2,)
+        and np.array_equal(table[:HEAD], head)
+        and bool(np.isfinite(table).all())
+    )
+    return table if sound else None
+
+
+def write_map(path: Path, table: Array) -> None:
+    """Store a map so that a reader finds either the whole of it or none."""
+    buffer = io.BytesIO()
+    np.save(buffer, table, allow_pickle=False)
+    payload = buffer.getvalue()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(_MAGIC + hashlib.sha256(payload).digest() + payload)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

@@ -1,0 +1,148 @@
+"""The registries of laws as tables: law -> formula -> valid for -> source; and two measured tables."""
+
+from __future__ import annotations
+
+import math
+
+from linkages.laws.contact import CONTACTS, hysteresis_factor
+from linkages.laws.film import FILMS, half_film_long
+from linkages.laws.film_map import CAVITATIONS
+from linkages.laws.friction import FRICTIONS
+from linkages.laws.material import effective_restitution
+from linkages.laws.reynolds import full_film, guembel, make_mesh
+
+#: Motions of the journal for which the long film is compared: name -> (deps, ew/2).
+MOTIONS = {"rotation": (0.0, 1.0), "approach": (1.0, 0.0), "separation": (-1.0, 0.0)}
+#: Slendernesses and eccentricity ratios of that table.
+SLENDERNESSES, RATIOS = (0.25, 0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
+
+_FILM_FORMULAS = {
+    "long": "closed form of the film of extent pi",
+    "pinkus-sternlicht": "rational fit of the film of extent pi",
+    "short": "closed form of the parabolic film where p > 0",
+}
+_MIXED = [
+    (
+        "blend",
+        "F_L + clip((abs(e) - c)/E_0, 0, 1) (F_D - F_L), film at eps <= eps_max",
+        "numerical transition; E_0 is not physical",
+        "seed 000 eq. (15), made continuous",
+    ),
+    (
+        "greenwood-tripp",
+        "p = 16 sqrt(2) pi/15 (n beta sigma)^2 sqrt(sigma/beta) E' F_5/2(h/sigma), integrated over the gap",
+        "Gaussian summits, h > 0",
+        "Greenwood and Tripp, Proc. IMechE 185, 1970",
+    ),
+]
+_VISCOSITY = [
+    ("walther", "log10 log10(nu + 0.7) = A - B log10 T", "nu > 2 mm2/s", "ASTM D341; Walther 1931"),
+    ("vogel", "mu = a exp(b/(T - c))", "T > c, between its three points", "Vogel 1921"),
+    (
+        "ISO VG grade",
+        "walther through nu(40 C) = grade and nu(100 C)",
+        "mineral oil, index 95",
+        "ISO 3448, ASTM D2270",
+    ),
+]
+
+
+def markdown() -> str:
+    """Tables of all laws, in the order of their codes, as Markdown."""
+    parts = [
+        "# Force laws",
+        "",
+        "Generated from the registries in `linkages/laws` by `docs/make_laws.py`: do not edit.",
+        "",
+    ]
+    films = [(name, _FILM_FORMULAS.get(name, ""), film.valid, film.source) for name, film in FILMS.items()]
+    finite = [
+        (f"finite, {name}", rule.formula, rule.valid, rule.source) for name, rule in CAVITATIONS.items()
+    ]
+    parts += _section("Films", films + finite)
+    parts += _long_bearing()
+    contacts = [
+        (
+            name,
+            f"{law.formula}, chi = {law.chi}" if law.chi != "0" and law.chi else law.formula,
+            law.valid,
+            law.source,
+        )
+        for name, law in CONTACTS.items()
+    ]
+    parts += _section("Contact", contacts)
+    parts += [
+        "E' is the contact modulus, L the length, DR = R_b - R_j, S = pi E' L. No contact pulls: a negative"
+        " force is set to zero. ddelta0 is the speed at the start of this contact, and ddelta/ddelta0 is"
+        " clipped to [-1, 1] unless told otherwise: a journal that swings in a contact which never separates"
+        " would meet a damping without bound.",
+        "",
+    ]
+    parts += _restitution()
+    frictions = [(name, law.formula, law.valid, law.source) for name, law in FRICTIONS.items()]
+    parts += _section("Friction", frictions)
+    parts += _section("Between film and contact", _MIXED)
+    parts += _section("Viscosity", _VISCOSITY)
+    return "\n".join(parts)
+
+
+def _section(title: str, rows: list[tuple[str, str, str, str]]) -> list[str]:
+    lines = [f"## {title}", "", "| law | formula | valid for | source |", "|---|---|---|---|"]
+    return [
+        *lines,
+        *(f"| {name} | {formula} | {valid} | {source} |" for name, formula, valid, source in rows),
+        "",
+    ]
+
+
+def _restitution() -> list[str]:
+    """Table of the restitution that a nominal one gives, for the laws with an hysteresis factor."""
+    nominal = (0.1, 0.3, 0.5, 0.7, 0.9)
+    lines = [
+        "### Effective restitution",
+        "",
+        "A law with F = F_e(delta) (1 + chi ddelta/ddelta0) gives e' by"
+        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), whatever the stiffness, mass and speed.",
+        "",
+        "![Effective restitution](figures/restitution.png)",
+        "",
+        "| law | " + " | ".join(f"e = {e}" for e in nominal) + " |",
+        "|---" * (len(nominal) + 1) + "|",
+    ]
+    for name, law in CONTACTS.items():
+        if law.chi:
+            values = (effective_restitution(hysteresis_factor(law.code, e)) for e in nominal)
+            lines.append(f"| {name} | " + " | ".join(f"{value:.4f}" for value in values) + " |")
+    return [*lines, ""]
+
+
+def long_bearing_ratio(slenderness: float, eps: float, motion: str) -> float:
+    """Force of the long half film over that of the finite film, for a motion in `MOTIONS` (Guembel)."""
+    deps, half_ew = MOTIONS[motion]
+    mesh = make_mesh(eps, slenderness)
+    finite = guembel(mesh, full_film(mesh), deps, half_ew)
+    f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
+    return math.hypot(f_n, f_t) / math.hypot(finite.f_n, finite.f_t)
+
+
+def _long_bearing() -> list[str]:
+    """Tables of the error of the long-bearing assumption."""
+    lines = [
+        "### Error of the long-bearing assumption",
+        "",
+        "Force of the exact long half film over that of the finite film (2D Reynolds equation, Guembel's"
+        " condition). It tends to 1 with L/D in rotation only. With squeeze the two differ in the limit too:"
+        " the half film has p = 0 on two lines half a turn apart, while the open ends of a film, however"
+        " long, fix the mean of p, weighed with h^3, at zero. A separating journal then feels far less.",
+        "",
+        "![Error of the long-bearing assumption](figures/long_bearing_error.png)",
+        "",
+    ]
+    for motion in MOTIONS:
+        lines += [f"| {motion}, L/D | " + " | ".join(f"eps = {eps}" for eps in RATIOS) + " |"]
+        lines += ["|---" * (len(RATIOS) + 1) + "|"]
+        for slenderness in SLENDERNESSES:
+            values = (long_bearing_ratio(slenderness, eps, motion) for eps in RATIOS)
+            lines.append(f"| {slenderness:.4g} | " + " | ".join(f"{value:.3g}" for value in values) + " |")
+        lines.append("")
+    return lines

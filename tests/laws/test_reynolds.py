@@ -1,0 +1,217 @@
+"""The Reynolds solver: manufactured solutions, limits, published tables, passivity."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from linkages.laws.film import half_film_long, short_bearing
+from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds, solve_even, solve_odd
+
+
+def manufactured(parity, around):
+    """Largest error for p = f(theta)*cos(pi z/2), f = cos or sin (even, odd), eps = 0.7, L/D = 0.8."""
+    mesh = make_mesh(0.7, 0.8, around, around // 4)
+    half = around // 2
+    rows = slice(0, half + 1) if parity == "even" else slice(1, half)
+    t, z = mesh.theta[rows, None], mesh.z
+    h = 1.0 + 0.7 * np.cos(t)
+    f, df, ddf = (
+        (np.cos(t), -np.sin(t), -np.cos(t)) if parity == "even" else (np.sin(t), np.cos(t), -np.sin(t))
+    )
+    around_part = h**3 * ddf - 3.0 * h**2 * 0.7 * np.sin(t) * df
+    source = -(around_part - h**3 * (0.5 * math.pi / 0.8) ** 2 * f) * np.cos(0.5 * math.pi * z)
+    width = mesh.width[rows].copy()
+    if parity == "even":
+        width[[0, -1]] *= 0.5
+    p = (solve_even if parity == "even" else solve_odd)(mesh, source * width[:, None] * mesh.height)
+    return np.abs(p[rows] - f * np.cos(0.5 * math.pi * z)).max()
+
+
+@pytest.mark.parametrize("parity", ["even", "odd"])
+def test_second_order_on_a_manufactured_solution(parity):
+    errors = [manufactured(parity, around) for around in (64, 128, 256)]
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert orders == pytest.approx([2.0, 2.0], abs=0.1)
+
+
+def one_dimensional(eps, around):
+    mesh = make_mesh(eps, 1.0, around, 2)
+    return mesh._replace(along_z=np.zeros_like(mesh.along_z))
+
+
+def test_reynolds_condition_against_the_long_bearing_integrals():
+    """Long bearing: h^3 p' = 12 (cos(theta) - cos(theta_2)), p = 0 at the widest gap and at theta_2."""
+    eps = 0.6
+
+    def flow(t, end):
+        return 12.0 * (math.cos(t) - math.cos(end)) / (1.0 + eps * math.cos(t)) ** 3
+
+    end = brentq(lambda end: quad(flow, 0.0, end, args=(end,))[0], math.pi, 1.9 * math.pi)
+    # integrals of p cos and p sin, by parts
+    exact = [
+        quad(lambda t: -math.sin(t) * flow(t, end), 0.0, end)[0],
+        quad(lambda t: math.cos(t) * flow(t, end), 0.0, end)[0],
+    ]
+    errors = []
+    for around in (100, 200, 400):
+        mesh = one_dimensional(eps, around)
+        film = reynolds(mesh, 0.0, 1.0, ambient_at_widest=True)
+        force = np.array([film.f_n, film.f_t]) / mesh.height.sum()  # the rows do not reach z = 1
+        errors.append(np.hypot(*(force - exact)) / np.hypot(*exact))
+    assert errors[-1] < 2e-5
+    assert 0.5 * math.log2(errors[0] / errors[-1]) > 1.9  # the end falls between lines
+
+
+@pytest.mark.parametrize("eps", [0.1, 0.6, 0.95])
+def test_long_limit_in_rotation_is_the_half_film(eps):
+    """Relative end effects of a film of constant width fall as D/L."""
+    errors = []
+    for slenderness in (8.0, 16.0, 32.0):
+        mesh = make_mesh(eps, slenderness, 400, 48)
+        film = guembel(mesh, full_film(mesh), 0.0, 0.5)
+        exact = half_film_long(eps, 0.0, 1.0, slenderness)
+        errors.append(math.hypot(film.f_n - exact[0], film.f_t - exact[1]) / math.hypot(*exact[:2]))
+    assert errors[0] / errors[1] == pytest.approx(2.0, abs=0.1)
+    assert errors[1] / errors[2] == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("direction", [0.4, 1.6, 2.8])
+def test_long_limit_with_squeeze_has_no_mean_axial_flow(direction):
+    """The ends fix the constant of the long film's full pressure: its mean weighed with h^3 is zero.
+
+    (The closed form of the half film puts p = 0 at two lines half a turn apart instead: the two differ
+    as soon as the journal moves radially.)
+    """
+    eps, b, w = 0.5, math.cos(direction), math.sin(direction)
+
+    # h^3 p' = 12 (b sin + w cos) + const, both parts integrated: 6 b/(eps h^2) and Sommerfeld's pressure
+    def pressure(t):
+        h = 1.0 + eps * math.cos(t)
+        squeeze = 6.0 * b / eps * (1.0 / h**2 - 1.0 / (1.0 + 1.5 * eps**2))
+        return squeeze + 12.0 * w * math.sin(t) * (1.0 + h) / ((2.0 + eps**2) * h**2)
+
+    def component(trig):
+        values = [max(pressure(t), 0.0) * trig(t) for t in np.arange(20000) * (math.pi / 10000)]
+        return math.fsum(values) * math.pi / 10000
+
+    exact = component(math.cos), component(math.sin)
+    long = [make_mesh(eps, slenderness, 400, 48) for slenderness in (16.0, 32.0)]
+    near, far = (guembel(mesh, full_film(mesh), b, w) for mesh in long)
+    limit = 2.0 * far.f_n - near.f_n, 2.0 * far.f_t - near.f_t  # end effects fall as D/L
+    assert math.hypot(limit[0] - exact[0], limit[1] - exact[1]) < 1e-3 * math.hypot(*exact)
+
+
+@pytest.mark.parametrize("eps", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("direction", [0.0, 0.8, 1.6, 2.4, 3.0])
+def test_short_limit_is_ocvirk(eps, direction):
+    """The axial parabola is exact for L/D -> 0; the mesh leaves 1e-3."""
+    mesh = make_mesh(eps, 0.01, 400, 24)
+    b, w = math.cos(direction), math.sin(direction)
+    film = guembel(mesh, full_film(mesh), b, w)
+    exact = short_bearing(eps, b, 2.0 * w, 0.01)
+    assert math.hypot(film.f_n - exact[0], film.f_t - exact[1]) < 1e-3 * math.hypot(*exact[:2])
+
+
+#: H. J. Butenschoen, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer
+#: Belastung, dissertation, Karlsruhe 1976: rotation, ambient axial line at the widest gap, Reynolds'
+#: condition. B/D, eps, Sommerfeld number So_D = F psi^2/(B D eta omega), attitude angle [deg].
+BUTENSCHOEN = [
+    (1.0, 0.1, 0.1196, 79.41),
+    (1.0, 0.5, 0.8903, 56.705),
+    (1.0, 0.8, 3.5663, 36.235),
+    (1.0, 0.95, 18.7895, 19.45),
+    (1.0, 0.99, 107.7868, 9.416),
+    (0.5, 0.1, 0.0368, 81.767),
+    (0.5, 0.3, 0.1304, 68.493),
+    (0.5, 0.7, 0.8595, 40.803),
+    (0.5, 0.9, 5.0881, 23.566),
+    (0.5, 0.98, 41.923, 11.598),
+    (0.25, 0.2, 0.021, 75.287),
+    (0.25, 0.4, 0.056, 61.208),
+    (0.25, 0.6, 0.1476, 46.825),
+    (0.25, 0.9, 2.1595, 21.79),
+    (0.25, 0.97, 15.2697, 12.299),
+    (0.25, 0.99, 70.0359, 7.703),
+]
+
+
+@pytest.mark.parametrize(("width", "eps", "sommerfeld", "attitude"), BUTENSCHOEN)
+def test_butenschoen(width, eps, sommerfeld, attitude):
+    """To 1 % and 0.1 deg: the tables have 3 to 6 digits, computed on the meshes of 1976."""
+    film = reynolds(make_mesh(eps, width), 0.0, 0.5 * eps, ambient_at_widest=True)
+    assert 0.5 * math.hypot(film.f_n, film.f_t) == pytest.approx(sommerfeld, rel=0.01)
+    assert math.degrees(math.atan2(film.f_t, -film.f_n)) == pytest.approx(attitude, abs=0.1)
+
+
+def test_short_bearing_coefficients():
+    """ROSS 2.3.0 CylindricalBearing: 1500 rpm, 525 N, L 30 mm, D 100 mm, c 0.1 mm, 0.1 Pa s."""
+    c, radius, length, omega = 1e-4, 0.05, 0.03, 1500.0 * math.pi / 30.0
+    unit = 0.1 * length * radius**3 / c**2
+
+    def force(x, y, vx, vy):
+        e = math.hypot(x, y)
+        nx, ny = x / e, y / e
+        eps, deps, v_t = e / c, (vx * nx + vy * ny) / c, vy * nx - vx * ny
+        f_n, f_t, _ = short_bearing(eps, deps, eps * omega - 2.0 * v_t / c, length / (2.0 * radius))
+        return unit * np.array([f_n * nx - f_t * ny, f_n * ny + f_t * nx])
+
+    eps = brentq(lambda eps: np.hypot(*force(eps * c, 0.0, 0.0, 0.0)) - 525.0, 0.05, 0.9, xtol=1e-15)
+    assert eps == pytest.approx(0.26629750900547683, rel=1e-9)
+    f_x, f_y = force(eps * c, 0.0, 0.0, 0.0)
+    turn = math.pi / 2.0 - math.atan2(f_y, f_x)  # the film carries the load, which points along -y
+    x, y = eps * c * math.cos(turn), eps * c * math.sin(turn)
+    at, step = np.array([x, y, 0.0, 0.0]), np.array([1e-9, 1e-9, 1e-7, 1e-7])
+    columns = [
+        (force(*(at - step * (k == i))) - force(*(at + step * (k == i)))) / (2.0 * step[i])
+        for i, k in ((i, np.arange(4)) for i in range(4))
+    ]
+    stiffness = np.array([[12807959.57740873, 16393593.24867439], [-25060393.27644924, 8815302.74116861]])
+    damping = np.array([[232896.92986658, -81924.37052422], [-81924.37052422, 294911.61944048]])
+    # finite differences leave 1e-8; the reference's own damping is differenced, 1e-7
+    assert np.transpose(columns[:2]) == pytest.approx(stiffness, rel=1e-6)
+    assert np.transpose(columns[2:]) == pytest.approx(damping, rel=1e-6)
+
+
+STATES = {
+    "eps": st.floats(0.0, 0.99),
+    "slenderness": st.floats(0.1, 4.0),
+    "direction": st.floats(-math.pi, math.pi),
+}
+
+
+@settings(max_examples=25)
+@given(**STATES)
+def test_complementarity_passivity_and_symmetry(eps, slenderness, direction):
+    mesh = make_mesh(eps, slenderness, 96, 8)
+    b, w = math.cos(direction), math.sin(direction)
+    film, mirrored = reynolds(mesh, b, w), reynolds(mesh, b, -w)
+    assert film.p.min() >= 0.0
+    assert (film.p == 0.0).any(axis=0).all()  # the cut is not inside the film
+    assert film.f_n * b - film.f_t * w < 0.0
+    size = math.hypot(film.f_n, film.f_t)
+    assert mirrored.f_n == pytest.approx(film.f_n, abs=1e-8 * size)
+    assert mirrored.f_t == pytest.approx(-film.f_t, abs=1e-8 * size)
+    double = reynolds(mesh, 2.0 * b, 2.0 * w)
+    assert double.f_n == pytest.approx(2.0 * film.f_n, abs=1e-8 * size)
+    clipped = guembel(mesh, full_film(mesh), b, w)
+    assert clipped.f_n * b - clipped.f_t * w < 0.0
+
+
+def test_a_guess_changes_nothing():
+    mesh = make_mesh(0.7, 1.0, 96, 8)
+    start = reynolds(mesh, 0.2, 0.5)
+    assert np.array_equal(reynolds(mesh, 0.3, 0.4, guess=start.p).p, reynolds(mesh, 0.3, 0.4).p)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [((1.0, 1.0), "eccentricity"), ((0.5, 0.0), "slenderness"), ((0.5, 1.0, 7, 4), "mesh 7 x 4")],
+)
+def test_bad_meshes_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        make_mesh(*arguments)
