@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
 
 from linkages.planar.dynamics import CLEARANCE_OUTPUTS, clearance_forces
 from linkages.planar.topology import Tree
@@ -32,7 +29,11 @@ class ClearanceJoints(LeafSystem):
         For each joint `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and
         couple on it [N m]; eccentricity ratio [1]; attitude angle of the eccentricity [rad]. Plane axes.
 
-    The laws are evaluated once for each state: both ports read one cache entry.
+    evaluation : output, (nv + 5 nj,)
+        Generalised forces, then `CLEARANCE_OUTPUTS` of each joint: what `Drives` reads, a callback cheaper than
+        ``generalized_force``.
+
+    The laws are evaluated once for each state: the other ports read the cached value of ``evaluation``.
 
     Parameters
     ----------
@@ -61,18 +62,23 @@ class ClearanceJoints(LeafSystem):
         self._q, self._v, self._into = positions, num_positions + velocities, velocities
         self._size = num_velocities
         self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
-        ticket = self.input_port_ticket(self._state.get_index())
-        self._result = self.DeclareCacheEntry(
-            "forces",
-            ValueProducer(allocate=AbstractValue.Make([None, None]).Clone, calc=self._evaluate),
-            {ticket},
+        needs = {self.input_port_ticket(self._state.get_index())}
+        self._evaluation = self.DeclareVectorOutputPort(
+            "evaluation",
+            num_velocities + len(CLEARANCE_OUTPUTS) * len(tree.play),
+            self._evaluate,
+            needs,
         )
         self._force = self.DeclareVectorOutputPort(
-            "generalized_force", num_velocities, self._give_force, {self._result.ticket()}
+            "generalized_force", num_velocities, self._give_force, needs
         )
         self._joints = self.DeclareVectorOutputPort(
-            "joints", len(JOINT_OUTPUTS) * len(tree.play), self._give_joints, {self._result.ticket()}
+            "joints", len(JOINT_OUTPUTS) * len(tree.play), self._give_joints, needs
         )
+
+    def get_evaluation_output_port(self) -> OutputPort:
+        """Output port ``evaluation``."""
+        return self._evaluation
 
     def get_force_output_port(self) -> OutputPort:
         """Output port ``generalized_force``."""
@@ -84,18 +90,25 @@ class ClearanceJoints(LeafSystem):
 
     def evaluate(self, context: Context) -> Array:
         """``CLEARANCE_OUTPUTS`` of each joint, (nj, 5)."""
-        return self._result.Eval(context)[1]
+        joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, len(CLEARANCE_OUTPUTS))
+        return joints
 
-    def _evaluate(self, context: Context, value: Any) -> None:
-        state = self._state.Eval(context)
-        joints = np.empty((len(self._ends), len(CLEARANCE_OUTPUTS)))
-        force = clearance_forces(
-            self._bodies, self._ends, self._laws, state, self._q, self._v, self._into, self._size, joints
+    def _evaluate(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(
+            clearance_forces(
+                self._bodies,
+                self._ends,
+                self._laws,
+                self._state.Eval(context),
+                self._q,
+                self._v,
+                self._into,
+                self._size,
+            )
         )
-        value.get_mutable_value()[:] = force, joints
 
     def _give_force(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._result.Eval(context)[0])
+        output.SetFromVector(self._evaluation.Eval(context)[: self._size])
 
     def _give_joints(self, context: Context, output: BasicVector) -> None:
         joints = self.evaluate(context)

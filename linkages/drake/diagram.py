@@ -83,29 +83,30 @@ def add_linkage(
     order = (positions, velocities, plant.num_positions(), plant.num_velocities())
     torques = Motions([experiment.drives[name].torque_history() for name in tree.powered])
     gravity = mechanism.basis[:, :2].T @ np.array(experiment.gravity)
-    drives = builder.AddSystem(
-        Drives(tree, assembly.motions, torques, gravity, experiment.solver.stabilisation, *order)
-    )
-    state = plant.get_state_output_port()
-    builder.Connect(state, drives.get_state_input_port())
-    builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
-    clearance, port = None, drives.get_applied_input_port()
+    state, clearance, port = plant.get_state_output_port(), None, None
     if tree.play:
         clearance = builder.AddSystem(ClearanceJoints(tree, law_parameters(tree, experiment), *order))
         builder.Connect(state, clearance.get_input_port(0))
-        if external:
-            adder = builder.AddSystem(Adder(2, plant.num_velocities()))
-            builder.Connect(adder.get_output_port(), port)
-            builder.Connect(clearance.get_force_output_port(), adder.get_input_port(0))
-            port = adder.get_input_port(1)
-        else:
-            builder.Connect(clearance.get_force_output_port(), port)
-    elif not external:
-        nothing = builder.AddSystem(ConstantVectorSource(np.zeros(plant.num_velocities())))
-        builder.Connect(nothing.get_output_port(), port)
-    return Linkage(
-        assembly, plant, scene_graph, clearance, drives, port if external else None, positions, velocities
+    direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
+    extra = direct.size() - plant.num_velocities() if direct is not None else 0
+    drives = builder.AddSystem(
+        Drives(tree, assembly.motions, torques, gravity, experiment.solver.stabilisation, *order, extra)
     )
+    builder.Connect(state, drives.get_state_input_port())
+    builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
+    if direct is not None:
+        builder.Connect(direct, drives.get_applied_input_port())
+    elif clearance is not None:
+        adder = builder.AddSystem(Adder(2, plant.num_velocities()))
+        builder.Connect(clearance.get_force_output_port(), adder.get_input_port(0))
+        builder.Connect(adder.get_output_port(), drives.get_applied_input_port())
+        port = adder.get_input_port(1)
+    elif external:
+        port = drives.get_applied_input_port()
+    else:
+        nothing = builder.AddSystem(ConstantVectorSource(np.zeros(plant.num_velocities())))
+        builder.Connect(nothing.get_output_port(), drives.get_applied_input_port())
+    return Linkage(assembly, plant, scene_graph, clearance, drives, port, positions, velocities)
 
 
 def build_diagram(

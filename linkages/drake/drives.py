@@ -27,8 +27,9 @@ class Drives(LeafSystem):
     -----
     state : input, (nx,)
         State [q; v] of the plant.
-    applied : input, (nv,)
+    applied : input, (nv + extra,)
         Every other generalised force that acts on the plant; from `ClearanceJoints`, or summed with the user's own.
+        Entries after the first nv are not read.
     generalized_force : output, (nv,)
         `applied` plus the forces of drives and loops: for the plant's applied generalised forces.
     torques : output, (nd,)
@@ -47,6 +48,8 @@ class Drives(LeafSystem):
         [1/s]
     positions, velocities, num_positions, num_velocities
         As for `ClearanceJoints`.
+    extra : int
+        Entries of `applied` after the forces.
     """
 
     def __init__(
@@ -60,6 +63,7 @@ class Drives(LeafSystem):
         velocities: Indices,
         num_positions: int,
         num_velocities: int,
+        extra: int = 0,
     ) -> None:
         super().__init__()
         self.set_name("drives")
@@ -68,9 +72,10 @@ class Drives(LeafSystem):
         self._motion, self._torque = motions.arrays, torques.arrays
         self._model = (tree.bodies, tree.loop_rows, stabilisation, np.asarray(gravity, float))
         self._driven, self._powered = tree.driven_dofs, tree.powered_dofs
+        self._size = num_velocities
         self._q, self._v, self._into = positions, num_positions + velocities, velocities
         self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
-        self._applied = self.DeclareVectorInputPort("applied", num_velocities)
+        self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         needs = {
             self.time_ticket(),
             self.input_port_ticket(self._state.get_index()),
@@ -116,6 +121,7 @@ class Drives(LeafSystem):
             self._v,
             self._applied.Eval(context),
             self._into,
+            self._size,
         )
 
     def _give_force(self, context: Context, output: BasicVector) -> None:

@@ -99,7 +99,6 @@ def clearance_forces(
     rates: NDArray[np.int64],
     into: NDArray[np.int64],
     size: int,
-    out: Array,
 ) -> Array:
     """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.
 
@@ -108,17 +107,20 @@ def clearance_forces(
     state : (nx,) array
         Holds coordinate i at ``positions[i]`` and its rate at ``rates[i]``.
     into : (n,) array of int
-        Where coordinate i stands in the result, of length `size`.
-    out : (nj, 5) array
-        Filled with `CLEARANCE_OUTPUTS`.
+        Where coordinate i stands in the result's first `size` entries.
+
+    Returns
+    -------
+    (size + 5 nj,) array
+        Generalised forces, then `CLEARANCE_OUTPUTS` of each joint.
     """
-    nb, n = len(bodies), len(into)
+    nb, n, nj = len(bodies), len(into), len(ends)
     pose, vel, wrench, tau = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
     body_positions(bodies, state[positions], pose)
     body_velocities(bodies, pose, state[rates], vel)
-    clearance_wrenches(ends, laws, pose, vel, wrench, out)
+    result = np.zeros(size + 5 * nj)
+    clearance_wrenches(ends, laws, pose, vel, wrench, result[size:].reshape(nj, 5))
     generalized_force(bodies, pose, wrench, tau)
-    result = np.zeros(size)
     result[into] = tau
     return result
 
@@ -378,6 +380,7 @@ def driven_forces(
     rates: NDArray[np.int64],
     applied: Array,
     into: NDArray[np.int64],
+    size: int,
 ) -> tuple[Array, Array]:
     """Compute forces of drives and loops at a state, added to those already applied.
 
@@ -391,8 +394,10 @@ def driven_forces(
         Their motions and torques over time, as `Motions.arrays`.
     state, positions, rates, into
         As for `clearance_forces`.
-    applied : (nv,) array
-        All other generalised forces.
+    applied : (nv,) or longer array
+        All other generalised forces, and whatever comes after them.
+    size : int
+        nv.
 
     Returns
     -------
@@ -422,7 +427,7 @@ def driven_forces(
         tau[driven[k]] = needed[driven[k]]
     if len(rows):
         add_loop_forces(bodies, rows, q, reaction, tau)
-    total = applied.copy()
+    total = applied[:size].copy()
     total[into] = tau
     return total, drive
 
