@@ -3,6 +3,7 @@
 import pytest
 from machines import four_bar
 
+from linkages.cli import main
 from linkages.errors import InputError
 from linkages.experiment import keys, load, load_experiment
 
@@ -81,8 +82,15 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_bad_experiments_are_refused_in_one_line(experiment_file, case):
+def test_bad_experiments_are_refused_in_one_line_with_exit_status_2(experiment_file, tmp_path, capsys, case):
     text, overrides, reason = REFUSED[case]
+    sets = [part for path, value in overrides.items() for part in ("--set", f"{path}={value}")]
+    out = tmp_path / "out"
+    assert main(["simulate", str(experiment_file(four_bar(), text)), "--out", str(out), *sets]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert reason in error
+    assert not out.exists()
     with pytest.raises(InputError) as caught:
         load(experiment_file(four_bar(), text), overrides)
     message = str(caught.value)

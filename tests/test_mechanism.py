@@ -6,6 +6,7 @@ from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotatio
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
+from linkages.cli import main
 from linkages.errors import InputError
 from linkages.mechanism import load_mechanism
 from linkages.planar.topology import spanning_tree
@@ -182,11 +183,18 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_bad_files_are_refused_in_one_line(tmp_path, case):
+def test_bad_files_are_refused_in_one_line_with_exit_status_2(tmp_path, capsys, case):
     text, reason = REFUSED[case]
     assert text != GOOD
     path = tmp_path / "bad.sdf"
     path.write_text(text)
+    (tmp_path / "e.toml").write_text('mechanism = "bad.sdf"\nduration = 1.0\n')
+    assert main(["simulate", str(tmp_path / "e.toml"), "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert error.startswith("error: bad.sdf: ")
+    assert reason in error
+    assert not (tmp_path / "out").exists()
     with pytest.raises(InputError) as caught:
         load_mechanism(path)
     message = str(caught.value)

@@ -115,9 +115,10 @@ def test_the_papers_designs_change_the_forces_but_not_the_acceleration(
 
 
 def test_energy_balance_of_a_full_run(seven_bar):
-    """Net drive work = change of kinetic energy + film dissipation, to 1e-5 of the work that goes through the drives.
+    """Net drive work = change of kinetic energy + film dissipation, to 1e-6 of the work that goes through the drives.
 
-    The two drives exchange 0.65 J, nearly all of it with each other; what remains for the film is 8e-5 J.
+    The two drives exchange 0.65 J, nearly all of it with each other; what remains for the film is 8e-5 J. What is
+    missing is the integrator's error on the exchange: 1.1e-7, 0.7e-7, 0.2e-7 J at accuracies 1e-8, 1e-9, 1e-10.
     """
     mechanism, experiment = seven_bar
     run = simulate(mechanism, experiment.replaced({"duration": 1.0, "solver.accuracy": 1e-9}))
@@ -127,8 +128,8 @@ def test_energy_balance_of_a_full_run(seven_bar):
     film = -sum(integral(run, run[f"{name}.power"]) for name in "AB")
     kinetic = run["kinetic_energy"][-1] - run["kinetic_energy"][0]
     assert film > 5e-5
-    assert abs(net - kinetic - film) < 1e-5 * through
-    assert abs(net - kinetic - film) < 1e-2 * film
+    assert abs(net - kinetic - film) < 1e-6 * through
+    assert abs(net - kinetic - film) < 2e-3 * film
 
 
 @pytest.mark.slow
