@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 _CANDIDATES = 3  # neighbouring samples within this many of the best local extremes are refined
 _POINTS = 7  # samples across a bracket in each round of refinement
-_ROUNDS = 3
+_ROUNDS = 4
 
 
 @dataclass(frozen=True)
