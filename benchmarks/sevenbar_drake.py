@@ -21,8 +21,9 @@ from linkages.data import data_folder
 from linkages.drake import build_diagram
 from linkages.drake.simulation import _advance, _set_up, _Watch
 from linkages.experiment import load
-from linkages.joint_parameters import law_parameters
-from linkages.planar.dynamics import clearance_wrenches, constrained_dynamics
+from linkages.joint_parameters import film_tables, law_parameters
+from linkages.planar.clearance import WIDTH, clearance_wrenches
+from linkages.planar.dynamics import constrained_dynamics
 from linkages.planar.kinematics import body_positions, body_velocities
 
 
@@ -31,6 +32,7 @@ def reference(mechanism, experiment):
     assembly = assemble(mechanism, experiment)
     tree = assembly.tree
     laws, nb = law_parameters(tree, experiment), len(tree.bodies)
+    tables, memory = film_tables(tree, experiment), np.zeros((len(tree.play), 2))
     free = np.setdiff1d(np.arange(tree.size), tree.driven_dofs)
     gravity = mechanism.basis[:, :2].T @ np.array(experiment.gravity)
 
@@ -40,10 +42,10 @@ def reference(mechanism, experiment):
         for target, values in zip((q, v, a), assembly.motions(np.array([t])), strict=True):
             target[tree.driven_dofs] = values[0]
         pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
-        joints = np.empty((len(tree.play), 5))
+        joints = np.empty((len(tree.play), WIDTH))
         body_positions(tree.bodies, q, pose)
         body_velocities(tree.bodies, pose, v, vel)
-        clearance_wrenches(tree.ends, laws, pose, vel, wrench, joints)
+        clearance_wrenches(tree.ends, laws, tables, memory, pose, vel, wrench, joints)
         constrained_dynamics(
             tree.bodies, tree.loop_rows, 0.0, gravity, q, v, wrench, np.zeros(tree.size), a, np.empty(0)
         )

@@ -21,8 +21,9 @@ from linkages.assembly import AssemblyError
 from linkages.data import find_file
 from linkages.errors import InputError, Status
 from linkages.experiment import Experiment, keys, load
+from linkages.impacts import impacts, write_impacts
 from linkages.mechanism import Mechanism
-from linkages.run import ENGINES, Study, study, summarize
+from linkages.run import ENGINES, Study, study, summarize, touching
 from linkages.table import format_summary
 
 _EXAMPLES = """examples:
@@ -121,6 +122,8 @@ def _simulate(mechanism: Mechanism, experiment: Experiment, options: argparse.Na
     with _Folder(out) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
+        if joints := touching(experiment, result.run):
+            write_impacts(impacts(result.run, joints), folder / "impacts.csv")
         if not options.no_plots:
             from linkages.plots import write_figures
 

@@ -9,6 +9,8 @@
 | ``JOINT.moment``                       | moment on the child about the joint, drive torque excluded   | N m     |
 | ``JOINT.ex, .ey``                      | eccentricity vector, clearance joints                        | m       |
 | ``JOINT.eccentricity_ratio``           | its length over the clearance                                | 1       |
+| ``JOINT.penetration``                  | length of e less c, joints that can touch                   | m       |
+| ``JOINT.closing, .sliding``            | rate of that length, sliding speed of the journal's surface | m/s     |
 | ``JOINT.power``                        | power that the force pair delivers, clearance joints         | W       |
 | ``JOINT.torque``                       | drive torque (force), driven joints                          | N m (N) |
 | ``JOINT.rate``                         | rate of the coordinate, driven joints                        | rad/s   |
@@ -49,8 +51,8 @@ def columns_from_states(
     times : (nt,) array
     q, v, a : (nt, n) arrays
         Coordinates of the tree, their rates and accelerations.
-    clearance : (nt, nj, 5) array, optional
-        `linkages.planar.dynamics.CLEARANCE_OUTPUTS` of each clearance joint, from the engine. Without it,
+    clearance : (nt, nj, WIDTH) array, optional
+        `linkages.planar.clearance.CLEARANCE_OUTPUTS` of each clearance joint, from the engine. Without it,
         the tree's clearance joints are taken as ideal, and their reactions computed.
     drive : (nt, nd) array, optional
         Drive torques from the engine; without it they are computed with the reactions.
@@ -120,9 +122,12 @@ def _clearance(
     """Columns of one clearance joint; the pair's power is taken where its force acts, at the journal's centre."""
     joint = tree.mechanism.joint[name]
     model = experiment.joints[name]
-    ex, ey, fx, fy, couple = output.T
+    ex, ey, fx, fy, couple, closing, sliding, _ = output.T
     columns[f"{name}.ex"], columns[f"{name}.ey"] = ex, ey
     columns[f"{name}.eccentricity_ratio"] = np.hypot(ex, ey) / model.clearance
+    if model.can_touch:
+        columns[f"{name}.penetration"] = np.hypot(ex, ey) - model.clearance
+        columns[f"{name}.closing"], columns[f"{name}.sliding"] = closing, sliding
     rate = []
     at = None
     for link, point in ((joint.child, joint.on_child), (joint.parent, joint.on_parent)):

@@ -19,13 +19,29 @@ from scipy.interpolate import PPoly
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.errors import InputError, nearest
-from linkages.laws import FILMS
+from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.mechanism import Mechanism, load_mechanism
 from linkages.planar import motion
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+ContactLaw = Literal[
+    "hertz",
+    "kelvin-voigt",
+    "hunt-crossley",
+    "lankarani-nikravesh",
+    "herbert-mcwhannell",
+    "lee-wang",
+    "flores",
+    "gonthier",
+    "zhiying-qishao",
+    "hu-guo",
+    "esdu-78035",
+    "johnson",
+    "dubowsky-freudenstein",
+]
 
 #: What an output can measure of a link or frame, in plane axes; units m, rad and s.
 QUANTITIES = {
@@ -121,13 +137,102 @@ class SmallEccentricity(_Table):
     power: NonNegative = Field(description="m, 0 to 5 [1]")
 
 
+class Contact(_Table):
+    """Contact of journal and bearing, for dry and mixed joints."""
+
+    law: ContactLaw = Field(description="normal contact law")
+    restitution: Annotated[float, Field(gt=0, le=1)] = Field(
+        description="nominal coefficient of restitution [1]"
+    )
+    youngs_modulus: Positive | None = Field(None, description="Young's modulus of both bodies [Pa]")
+    poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(
+        0.3, description="Poisson's ratio of both [1]"
+    )
+    stiffness: Positive | None = Field(
+        None, description="stiffness instead of the law's from material and radii [N/m^n; N/m for cylinders]"
+    )
+    exponent: Annotated[float, Field(ge=1, le=3)] = Field(1.5, description="exponent n of power laws [1]")
+    damping: NonNegative = Field(0.0, description="damping of kelvin-voigt [N s/m]")
+    clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Contact:
+        if self.youngs_modulus is None and self.stiffness is None:
+            raise ValueError("give youngs_modulus or stiffness")
+        if self.law == "kelvin-voigt" and self.stiffness is None:
+            raise ValueError("kelvin-voigt needs its stiffness [N/m]")
+        return self
+
+
+class Friction(_Table):
+    """Friction between journal and bearing, for dry and mixed joints."""
+
+    law: Literal["ambrosio", "cubic", "coulomb", "lugre"] = Field(description="friction law")
+    coefficient: Positive = Field(description="dynamic coefficient [1]")
+    static: Positive | None = Field(None, description="static coefficient; default: the dynamic one [1]")
+    v_0: NonNegative = Field(1e-4, description="first speed of the law [m/s]")
+    v_1: Positive = Field(1e-3, description="second speed of the law, above v_0 [m/s]")
+    bristle_stiffness: Positive = Field(1e5, description="LuGre: sigma_0 per unit of load [1/m]")
+    bristle_damping: NonNegative = Field(0.0, description="LuGre: sigma_1 per unit of load [s/m]")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Friction:
+        if self.v_1 <= self.v_0:
+            raise ValueError("v_1 must be above v_0")
+        if self.static is not None and self.static < self.coefficient:
+            raise ValueError("static must not be below coefficient")
+        if self.law == "cubic" and self.v_0 == 0.0:
+            raise ValueError("cubic needs v_0 above 0")
+        return self
+
+
+class Mixed(_Table):
+    """Between film and contact, for mixed joints."""
+
+    law: Literal["blend", "greenwood-tripp"] = Field(description="blend of seed eq. (15), or asperities")
+    transition: Positive | None = Field(
+        None, description="blend: penetration E_0 where only contact is left [m]"
+    )
+    film_limit: Annotated[float, Field(gt=0, lt=1)] = Field(
+        0.99, description="largest eccentricity ratio at which the film is evaluated [1]"
+    )
+    roughness: Positive | None = Field(
+        None, description="asperities: standard deviation of either surface [m]"
+    )
+    density: Positive | None = Field(None, description="asperities: summits per area [1/m2]")
+    tip_radius: Positive | None = Field(None, description="asperities: radius of the summits [m]")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Mixed:
+        needed = ("transition",) if self.law == "blend" else ("roughness", "density", "tip_radius")
+        missing = [key for key in needed if getattr(self, key) is None]
+        if missing:
+            raise ValueError(f"{self.law} needs {' and '.join(missing)}")
+        return self
+
+
+class Oil(_Table):
+    """A mineral oil by its ISO VG grade, at a temperature: gives the viscosity."""
+
+    grade: Annotated[int, Field(gt=1)] = Field(
+        description="ISO VG grade: kinematic viscosity at 40 C [mm2/s]"
+    )
+    temperature: Annotated[float, Field(ge=-50, le=250)] = Field(description="[degC]")
+    density: Positive = Field(870.0, description="density at 15 C [kg/m3]")
+
+
 class JointModel(_Table):
     """How a joint that has a bearing in the SDF file is modelled."""
 
-    model: Literal["ideal", "lubricated"] = Field(description="ideal, or lubricated with clearance")
+    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="what the joint is")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
-    film: Literal["long", "pinkus-sternlicht", "short"] = Field("long", description="film law")
+    film: Literal["long", "pinkus-sternlicht", "short", "finite"] = Field("long", description="film law")
+    cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
     viscosity: Positive | None = Field(None, description="dynamic viscosity [Pa s]")
+    oil: Oil | None = Field(None, description="instead of viscosity")
+    contact: Contact | None = Field(None, description="dry and mixed: normal contact")
+    friction: Friction | None = Field(None, description="dry and mixed: friction; none without it")
+    mixed: Mixed | None = Field(None, description="mixed: between film and contact")
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
     shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
     small_eccentricity: SmallEccentricity | None = Field(
@@ -139,11 +244,34 @@ class JointModel(_Table):
 
     @model_validator(mode="after")
     def _complete(self) -> JointModel:
-        if self.model == "lubricated":
-            missing = [key for key in ("clearance", "viscosity") if getattr(self, key) is None]
-            if missing:
-                raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
+        given = {key for key in ("clearance", "contact", "mixed") if getattr(self, key) is not None}
+        if self.viscosity is not None and self.oil is not None:
+            raise ValueError("give viscosity or oil, not both")
+        if self.viscosity is not None or self.oil is not None:
+            given.add("viscosity")
+        needed = {
+            "ideal": (),
+            "lubricated": ("clearance", "viscosity"),
+            "dry": ("clearance", "contact"),
+            "mixed": ("clearance", "viscosity", "contact", "mixed"),
+        }[self.model]
+        missing = [key for key in needed if key not in given]
+        if missing:
+            raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
+        asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
+        if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
+            raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
         return self
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether journal and bearing can be in contact."""
+        return self.model in ("dry", "mixed")
+
+    @property
+    def has_film(self) -> bool:
+        """Whether there is oil between journal and bearing."""
+        return self.model in ("lubricated", "mixed")
 
     @property
     def has_play(self) -> bool:
@@ -154,11 +282,16 @@ class JointModel(_Table):
 class Solver(_Table):
     """Numerical settings; the defaults suit lubricated joints."""
 
-    integrator: Literal[
-        "radau3", "radau1", "implicit_euler", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"
-    ] = Field("radau3", description="Drake's integration scheme")
+    integrator: (
+        Literal["radau3", "radau1", "implicit_euler", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
+        | None
+    ) = Field(
+        None, description="Drake's integration scheme; default radau3, with dry joints alone runge_kutta5"
+    )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
-    max_step: Positive = Field(2e-3, description="largest step [s]")
+    max_step: Positive | None = Field(
+        None, description="largest step; default 2e-3, where contact is possible 2e-5 [s]"
+    )
     stabilisation: NonNegative = Field(50.0, description="decay rate of drive and loop errors [1/s]")
 
 
@@ -206,6 +339,21 @@ class Experiment(_Table):
                 raise InputError(self._source, f"sdf.{path}", "must be a number")
             result[path] = float(value)
         return result
+
+    @property
+    def integrator(self) -> str:
+        """Drake's integration scheme: implicit for films, explicit for dry contact, which is not stiff."""
+        if self.solver.integrator is not None:
+            return self.solver.integrator
+        stiff = any(joint.has_film for joint in self.joints.values()) or not self.play
+        return "radau3" if stiff else "runge_kutta5"
+
+    @property
+    def max_step(self) -> float:
+        """Largest step [s]: short enough not to miss a contact, which lasts some 50 microseconds."""
+        if self.solver.max_step is not None:
+            return self.solver.max_step
+        return 2e-5 if any(joint.can_touch for joint in self.joints.values()) else 2e-3
 
     @property
     def play(self) -> tuple[str, ...]:
@@ -442,5 +590,7 @@ def _model_at(loc: tuple[Any, ...]) -> type[BaseModel]:
     return model
 
 
-#: The film names of the schema are those of the registry.
+#: The names of the schema are those of the registries.
 assert set(get_args(JointModel.model_fields["film"].annotation)) == set(FILMS)
+assert set(get_args(ContactLaw)) == set(CONTACTS)
+assert set(get_args(Friction.model_fields["law"].annotation)) == set(FRICTIONS) - {"none"}

@@ -14,6 +14,7 @@ from linkages.analysis import extremes, integral
 from linkages.assembly import Assembly, AssemblyError, IdealMotion, assemble
 from linkages.errors import InputError, Status, nearest
 from linkages.experiment import Experiment, check
+from linkages.impacts import impacts
 from linkages.mechanism import Mechanism
 from linkages.trajectory import Trajectory, sample
 
@@ -169,6 +170,11 @@ def summarize(study: Study, engine: str) -> dict[str, Any]:
     }
 
 
+def touching(experiment: Experiment, trajectory: Trajectory) -> list[str]:
+    """Joints of a run that can touch."""
+    return [name for name in experiment.play if f"{name}.penetration" in trajectory.columns]
+
+
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that determine the numbers."""
     packages = ("linkages", "drake", "numba", "numpy", "scipy")
@@ -192,6 +198,7 @@ def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajector
         *(f"{name}.torque" for name in experiment.drives),
     ]
     found = extremes(trajectory, wanted)
+    touches = impacts(trajectory, touching(experiment, trajectory))
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
     for name in experiment.outputs:
         value = found[name]
@@ -202,7 +209,9 @@ def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajector
         if name in play:
             entry["model"] = experiment.joints[name].model
             entry["eccentricity_ratio"] = {"peak": found[f"{name}.eccentricity_ratio"].peak}
-            entry["contact_fraction"] = 0.0  # a film alone: the journal never touches its bearing
+            contacts = [row for row in touches if row.joint == name]
+            entry["contact_fraction"] = sum(row.duration for row in contacts) / float(np.ptp(trajectory.time))
+            entry["impacts"] = len(contacts)
         result["joints"][name] = entry
     for name in experiment.drives:
         power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]

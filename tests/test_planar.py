@@ -9,14 +9,11 @@ from linkages.assembly import assemble
 from linkages.columns import columns_from_states
 from linkages.drake.plant import add_tree, state_indices
 from linkages.experiment import load
-from linkages.joint_parameters import law_parameters
+from linkages.joint_parameters import film_tables, law_parameters
 from linkages.mechanism import load_mechanism
+from linkages.planar.clearance import WIDTH, clearance_wrenches
 from linkages.planar.closure import closure_error, closure_jacobian
-from linkages.planar.dynamics import (
-    clearance_wrenches,
-    constrained_dynamics,
-    solve_semidefinite,
-)
+from linkages.planar.dynamics import constrained_dynamics, solve_semidefinite
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
@@ -161,14 +158,14 @@ def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(tmp_path, 
         )
     )
     tree = spanning_tree(mechanism, ("A", "B"), ())
-    laws = law_parameters(tree, experiment)
+    laws, tables, memory = law_parameters(tree, experiment), film_tables(tree, experiment), np.zeros((2, 2))
     for _ in range(50):
         q, v = 1e-4 * RNG.normal(size=tree.size), RNG.normal(size=tree.size)
         nb = len(tree.bodies)
-        pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, 5))
+        pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, WIDTH))
         body_positions(tree.bodies, q, pose)
         body_velocities(tree.bodies, pose, v, vel)
-        clearance_wrenches(tree.ends, laws, pose, vel, wrench, out)
+        clearance_wrenches(tree.ends, laws, tables, memory, pose, vel, wrench, out)
         net = wrench[:, 1:].sum(axis=0)
         moment = np.sum(wrench[:, 0] + pose[:, 0] * wrench[:, 2] - pose[:, 1] * wrench[:, 1])
         size = np.abs(wrench).max()

@@ -15,7 +15,7 @@ from linkages.drake.clearance import ClearanceJoints
 from linkages.drake.drives import Drives
 from linkages.drake.plant import Indices, add_tree, state_indices
 from linkages.experiment import Experiment
-from linkages.joint_parameters import law_parameters
+from linkages.joint_parameters import film_tables, law_parameters
 from linkages.mechanism import Mechanism
 from linkages.planar.motion import Motions
 
@@ -85,7 +85,9 @@ def add_linkage(
     gravity = mechanism.basis[:, :2].T @ np.array(experiment.gravity)
     state, clearance, port = plant.get_state_output_port(), None, None
     if tree.play:
-        clearance = builder.AddSystem(ClearanceJoints(tree, law_parameters(tree, experiment), *order))
+        clearance = builder.AddSystem(
+            ClearanceJoints(tree, law_parameters(tree, experiment), film_tables(tree, experiment), *order)
+        )
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0

@@ -16,12 +16,16 @@ from linkages.errors import Status
 from linkages.experiment import Experiment
 from linkages.laws.film import THINNEST
 from linkages.mechanism import Mechanism
+from linkages.planar.clearance import WIDTH
 from linkages.trajectory import Trajectory, sample
 
 Array = NDArray[np.float64]
 
 _SMALLEST_STEP = 1e-11  # of the duration: below it the run has collapsed
+_EVENT_ACCURACY = 1e-3  # of the accuracy: with what contacts are located
 _SHRUNK = 0.5  # of the step before: below it the integrator's matrices are dropped
+_SMALL, _PATIENCE = 1e-2, 50  # with contacts: as many steps below this part of the largest one
+_IMPLICIT = ("radau3", "radau1", "implicit_euler")
 
 
 def simulate(
@@ -72,14 +76,15 @@ def simulate(
         "wall_time": clock.perf_counter() - started,
         "loop_error": watch.loop_error,
     }
-    recorder = _Recorder(diagram, linkage, experiment, np.array(watch.times), np.array(watch.states))
+    recorder = _Recorder(diagram, linkage, experiment, watch)
     return sample(recorder.times, recorder, status, provenance)
 
 
 def _set_up(simulator: Simulator, experiment: Experiment) -> IntegratorBase:
-    solver = experiment.solver
-    integrator = ResetIntegratorFromFlags(simulator, solver.integrator, solver.max_step)
-    integrator.set_target_accuracy(solver.accuracy)
+    accuracy = experiment.solver.accuracy
+    integrator = ResetIntegratorFromFlags(simulator, experiment.integrator, experiment.max_step)
+    integrator.set_target_accuracy(accuracy)
+    simulator.get_mutable_context().SetAccuracy(_EVENT_ACCURACY * accuracy)
     integrator.set_requested_minimum_step_size(_SMALLEST_STEP * experiment.duration)
     integrator.set_throw_on_minimum_step_size_violation(True)
     return integrator
@@ -116,19 +121,28 @@ class _Watch:
         self.wants_fresh_matrices = False
         self.times: list[float] = []
         self.states: list[Array] = []
+        self.memories: list[Array | None] = []
         clearance = [experiment.joints[name].clearance for name in linkage.assembly.tree.play]
         self._limit = (1.0 - THINNEST) * np.array(clearance)
         self._has_loops = bool(linkage.assembly.tree.loops)
+        joints = [experiment.joints[name] for name in linkage.assembly.tree.play]
+        self._film_alone = np.array([not joint.can_touch for joint in joints], dtype=bool)
+        self._implicit = experiment.integrator in _IMPLICIT
+        self._small = _SMALL * experiment.max_step
+        self._crawling = 0
 
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
         if self.times and time == self.times[-1]:  # initialised anew
             return EventStatus.DidNothing()
         step = time - self.times[-1] if self.times else 0.0
-        self.wants_fresh_matrices = step < _SHRUNK * self.last_step
+        self.wants_fresh_matrices = self._implicit and self._is_stuck(step)
         self.last_step = step
         self.times.append(time)
         self.states.append(root.get_continuous_state_vector().CopyToVector())
+        self.memories.append(
+            root.get_discrete_state_vector().CopyToVector() if root.num_discrete_state_groups() else None
+        )
         if self.progress is not None:
             self.progress(time)
         linkage = self.linkage
@@ -137,7 +151,7 @@ class _Watch:
             self.loop_error = max(self.loop_error, error)
         if linkage.clearance is not None:
             joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-            outside = np.hypot(joints[:, 0], joints[:, 1]) >= self._limit
+            outside = self._film_alone & (np.hypot(joints[:, 0], joints[:, 1]) >= self._limit)
             if outside.any():
                 self.status = Status.JOURNAL_LEFT_BEARING
                 self.wants_fresh_matrices = False
@@ -146,6 +160,16 @@ class _Watch:
         if self.wants_fresh_matrices:
             return EventStatus.ReachedTermination(linkage.drives, "the step shrank")
         return EventStatus.DidNothing()
+
+    def _is_stuck(self, step: float) -> bool:
+        """Whether steps shrank for no good reason; where contacts end steps, only if they stay small."""
+        if self._film_alone.all():
+            return step < _SHRUNK * self.last_step
+        self._crawling = self._crawling + 1 if step < self._small else 0
+        if self._crawling < _PATIENCE:
+            return False
+        self._crawling = 0
+        return True
 
 
 class _Recorder:
@@ -156,10 +180,10 @@ class _Recorder:
     digits of the velocities, is lost in any interpolation of the state.
     """
 
-    def __init__(
-        self, diagram: Diagram, linkage: Linkage, experiment: Experiment, times: Array, states: Array
-    ) -> None:
-        self.times, self.states = times, states
+    def __init__(self, diagram: Diagram, linkage: Linkage, experiment: Experiment, watch: _Watch) -> None:
+        self.times, self.states = np.array(watch.times), np.array(watch.states)
+        # what was latched at the start of a step is known at its end
+        self.memories = [*watch.memories[1:], watch.memories[-1]]
         self.diagram, self.linkage, self.experiment = diagram, linkage, experiment
         self.simulator = Simulator(diagram)
         self.integrator = _set_up(self.simulator, experiment)
@@ -171,7 +195,7 @@ class _Recorder:
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
         torque = np.empty((len(times), len(linkage.drives.joints)))
-        clearance = np.empty((len(times), len(tree.play), 5)) if linkage.clearance is not None else None
+        clearance = np.empty((len(times), len(tree.play), WIDTH)) if linkage.clearance is not None else None
         for k, t in enumerate(times):
             self._go_to(t)
             states[k] = root.get_continuous_state_vector().CopyToVector()
@@ -192,7 +216,10 @@ class _Recorder:
         step = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
         root.SetTime(self.times[step])
         root.SetContinuousState(self.states[step])
+        if self.memories[step] is not None:
+            root.SetDiscreteState(self.memories[step])
         if t > self.times[step]:
-            self.integrator.request_initial_step_size_target(t - self.times[step])
+            smallest = self.integrator.get_requested_minimum_step_size()
+            self.integrator.request_initial_step_size_target(max(t - self.times[step], smallest))
             self.simulator.Initialize()
             self.simulator.AdvanceTo(t)

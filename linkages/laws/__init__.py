@@ -3,7 +3,8 @@
 | module     | what it holds                                                          |
 |------------|------------------------------------------------------------------------|
 | parameters | the record of numbers that describes one joint to every law            |
-| film       | hydrodynamic films: exact half film, Pinkus-Sternlicht, short bearing  |
+| film       | closed-form films: exact half film, Pinkus-Sternlicht, short bearing   |
+| films      | all films by name, and their dispatcher                                |
 | reynolds   | the 2D Reynolds equation of a finite film, with two rules of cavitation |
 | film_map   | the finite film as a map, evaluated by a spline                        |
 | map_cache  | film maps on disk                                                      |
@@ -22,7 +23,7 @@ the mechanism's plane. SI units throughout.
 """
 
 from linkages.laws.contact import CONTACTS
-from linkages.laws.film import FILMS
+from linkages.laws.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS
 

@@ -18,13 +18,12 @@ Returned are the normal and tangential force on the journal in units of mu*L*R^3
 of dtheta/(1 + eps*cos(theta)) over the half film that carries pressure, for its shear torque. All films
 are isoviscous, homogeneous of degree one in (deps, ew), and passive: f_n*deps - f_t*ew/2 <= 0.
 
-To add a film: write the function here and add a line to `FILMS` and to `film_force`.
+To add a film: write the function here, and add a line to `FILMS` and to `film_force` in `linkages.laws.films`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from numba import njit
 
@@ -99,32 +98,3 @@ def short_bearing(eps: float, deps: float, ew: float, slenderness: float) -> tup
     g3 = (0.5 * extent + eps * s * (1.0 - k * k * (2.0 - eps * eps)) / (d * d)) / q
     scale = 4.0 * slenderness * slenderness * speed
     return scale * (k * g1 - s * g2), scale * (k * g3 - s * g1), extent
-
-
-class Film(NamedTuple):
-    """A film by name: its code in `PARAMETERS`, and what it is good for."""
-
-    code: int
-    valid: str
-    source: str
-
-
-#: The films an experiment can name.
-FILMS = {
-    "long": Film(0, "L/D > 2, half film", "exact integral of seed 000 eq. (8) over the pi film"),
-    "pinkus-sternlicht": Film(1, "L/D > 2, half film", "seed 000 eqs. (9)-(11), sign corrected"),
-    "short": Film(2, "L/D < 1/4, half film", "Ocvirk's short bearing"),
-}
-
-
-@njit(cache=True)
-def film_force(
-    code: int, eps: float, deps: float, ew: float, slenderness: float
-) -> tuple[float, float, float]:
-    """Evaluate the film with this code; eps is clipped to `EPS_MAX`. See the head of the module."""
-    eps = min(eps, EPS_MAX)
-    if code == 0:
-        return half_film_long(eps, deps, ew, slenderness)
-    if code == 1:
-        return pinkus_sternlicht(eps, deps, ew, slenderness)
-    return short_bearing(eps, deps, ew, slenderness)

@@ -1,4 +1,4 @@
-"""Journal kinematics and the force pair between journal and bearing."""
+"""Journal kinematics and the force pair between journal and bearing: film, contact, or both."""
 
 from __future__ import annotations
 
@@ -6,29 +6,51 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from linkages.laws.film import EPS_MAX, film_force
-from linkages.laws.parameters import SHEAR
+from linkages.laws.contact import contact_force
+from linkages.laws.film import EPS_MAX
+from linkages.laws.films import film_force
+from linkages.laws.friction import bristle_rate, friction_coefficient
+from linkages.laws.mixed import asperity_force, mix
+from linkages.laws.parameters import MODELS, SHEAR
 
 _NO_SHEAR = SHEAR["none"]
 _FULL_SHEAR = SHEAR["full"]
+_LUBRICATED = MODELS["lubricated"]
+_DRY = MODELS["dry"]
 
 
 @njit(cache=True)
 def clearance_force(
-    joint: np.record, ex: float, ey: float, vx: float, vy: float, omega_b: float, omega_j: float
-) -> tuple[float, float, float]:
+    joint: np.record,
+    table: NDArray[np.float64],
+    ex: float,
+    ey: float,
+    vx: float,
+    vy: float,
+    omega_b: float,
+    omega_j: float,
+    approach: float,
+    bristle: float,
+) -> tuple[float, float, float, float]:
     """Force and couple on the journal.
 
     Parameters
     ----------
     joint : record of `PARAMETERS`
+    table : array of float
+        Map of a finite film; others ignore it.
     ex, ey : float
         Eccentricity vector e, from the bearing's centre to the journal's [m].
     vx, vy : float
         Velocity of the journal's centre relative to the bearing's centre, seen from the inertial frame [m/s].
     omega_b, omega_j : float
         Inertial angular velocities of bearing and journal [rad/s].
+    approach : float
+        Normal speed at which this contact began, latched at its start [m/s].
+    bristle : float
+        State of LuGre's bristles [m].
 
     Returns
     -------
@@ -37,13 +59,8 @@ def clearance_force(
     couple : float
         Couple on the journal [N m]. The bearing gets -(fx, fy) **at the journal's centre** and -couple, so
         that the pair has neither net force nor net moment.
-
-    Notes
-    -----
-    With U = omega_j + omega_b the power that the pair delivers is F.(v - U/2 z x e) - T_s*(omega_j - omega_b):
-    both terms are <= 0, with T_s = mu R^3 L/c * (omega_j - omega_b) * integral dtheta/(1 + eps cos(theta)) the
-    Sommerfeld-Petroff shear torque. The couple on the journal is -T_s - (e x F)/2; its second part is the shear
-    by the pressure gradient, integral of h/2 dp/dtheta. Without shear torque (seed 000 neglects it) both are left out.
+    rate : float
+        Rate of the bristles' state [m/s].
     """
     c = joint.clearance
     e = math.hypot(ex, ey)
@@ -51,21 +68,94 @@ def clearance_force(
         nx, ny = ex / e, ey / e
     else:  # the force is isotropic at the centre: any direction serves
         nx, ny = 1.0, 0.0
+    v_n = vx * nx + vy * ny
+    v_t = vy * nx - vx * ny
+    f_n, f_t, couple, rate = 0.0, 0.0, 0.0, 0.0
+    if joint.model != _DRY:
+        f_n, f_t, couple = _film(joint, table, e, v_n, v_t, omega_b, omega_j)
+    if joint.model != _LUBRICATED:
+        delta = e - c
+        radius = joint.radius - c  # of the journal
+        sliding = v_t + omega_j * radius - omega_b * (e + radius)
+        load = 0.0
+        if delta > 0.0:
+            load = contact_force(
+                joint.contact,
+                delta,
+                v_n,
+                approach,
+                joint.stiffness,
+                joint.exponent,
+                joint.restitution,
+                joint.damping,
+                c,
+                joint.shape_ratio,
+                joint.damping_limit,
+            )
+        if joint.model != _DRY and joint.transition == 0.0:
+            load += asperity_force(
+                e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure
+            )
+        mu = friction_coefficient(
+            joint.friction,
+            sliding,
+            bristle,
+            joint.mu_s,
+            joint.mu_d,
+            joint.v_0,
+            joint.v_1,
+            joint.bristle_stiffness,
+            joint.bristle_damping,
+        )
+        # without a load the bristles relax: nothing holds them
+        held = sliding if load > 0.0 else 0.0
+        rate = bristle_rate(held, bristle, joint.mu_s, joint.mu_d, joint.v_1, joint.bristle_stiffness)
+        d_n, d_t, d_couple = -load, -mu * load, -radius * mu * load
+        if joint.model == _DRY or joint.transition == 0.0:
+            f_n, f_t, couple = f_n + d_n, f_t + d_t, couple + d_couple
+        else:  # seed 000 eq. (15)
+            f_n = mix(f_n, d_n, delta, joint.transition)
+            f_t = mix(f_t, d_t, delta, joint.transition)
+            couple = mix(couple, d_couple, delta, joint.transition)
+    return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate
+
+
+@njit(cache=True)
+def _film(
+    joint: np.record,
+    table: NDArray[np.float64],
+    e: float,
+    v_n: float,
+    v_t: float,
+    omega_b: float,
+    omega_j: float,
+) -> tuple[float, float, float]:
+    """Force (normal, tangential) and couple of the film on the journal.
+
+    With U = omega_j + omega_b the power that the pair delivers is F.(v - U/2 z x e) - T_s*(omega_j - omega_b):
+    both terms are <= 0, with T_s = mu R^3 L/c * (omega_j - omega_b) * integral dtheta/(1 + eps cos(theta)) the
+    Sommerfeld-Petroff shear torque. The couple on the journal is -T_s - (e x F)/2; its second part is the shear
+    by the pressure gradient, integral of h/2 dp/dtheta. Without shear torque (seed 000 neglects it) both are left
+    out. Next to a contact the film sees eps <= film_limit, so that it stays a film.
+    """
+    c = joint.clearance
     eps = e / c
-    deps = (vx * nx + vy * ny) / c
-    ew = eps * (omega_j + omega_b) - 2.0 * (vy * nx - vx * ny) / c
-    f_n, f_t, half_extent = film_force(joint.film, eps, deps, ew, 0.5 * joint.length / joint.radius)
+    seen = eps
+    if joint.model != _LUBRICATED:
+        seen = min(eps, joint.film_limit)
+    deps = v_n / c
+    ew = eps * (omega_j + omega_b) - 2.0 * v_t / c
+    f_n, f_t, half_extent = film_force(joint.film, seen, deps, ew, 0.5 * joint.length / joint.radius, table)
     scale = joint.viscosity * joint.length * joint.radius**3 / (c * c)
     if eps < joint.small_eps:  # seed 000 eqs. (12)-(13)
         scale *= eps**joint.small_power
-    fx = scale * (f_n * nx - f_t * ny)
-    fy = scale * (f_n * ny + f_t * nx)
+    f_n, f_t = scale * f_n, scale * f_t
     couple = 0.0
     if joint.shear != _NO_SHEAR:
         extent = half_extent
         if joint.shear == _FULL_SHEAR:
-            eps = min(eps, EPS_MAX)
-            extent = 2.0 * math.pi / math.sqrt(1.0 - eps * eps)
+            seen = min(seen, EPS_MAX)
+            extent = 2.0 * math.pi / math.sqrt(1.0 - seen * seen)
         petroff = joint.viscosity * joint.length * joint.radius**3 / c * extent * (omega_j - omega_b)
-        couple = -petroff - 0.5 * (ex * fy - ey * fx)
-    return fx, fy, couple
+        couple = -petroff - 0.5 * e * f_t
+    return f_n, f_t, couple

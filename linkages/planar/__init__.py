@@ -6,6 +6,7 @@
 | topology   | `Tree`: a mechanism's spanning tree, which joints are cut, names of coordinates   |
 | kinematics | positions, velocities and accelerations of all bodies, and of the closure rows    |
 | dynamics   | articulated-body dynamics with prescribed joints, loop reactions, joint forces    |
+| clearance  | clearance joints in a tree: from body states to force pairs                      |
 | closure    | Newton's method on the closure rows: assembly, consistent rates and accelerations |
 | reactions  | all joint reactions by Newton-Euler on free bodies                                |
 

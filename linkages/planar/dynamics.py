@@ -13,9 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from linkages.laws.journal import clearance_force
 from linkages.planar.kinematics import (
-    add_force,
     add_row_wrench,
     body_accelerations,
     body_positions,
@@ -29,47 +27,6 @@ from linkages.planar.motion import evaluate_motions
 from linkages.planar.records import FIXED, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
-
-#: Columns of the output of `clearance_wrenches`: e [m], force on the journal [N], couple on it [N m].
-CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple")
-
-
-@njit(cache=True)
-def clearance_wrenches(
-    ends: NDArray[np.record], laws: NDArray[np.record], pose: Array, vel: Array, wrench: Array, out: Array
-) -> None:
-    """Add the force pair of every clearance joint to the bodies' wrenches.
-
-    Parameters
-    ----------
-    ends : array of ENDS
-    laws : array of `linkages.laws.PARAMETERS`
-    pose, vel : (nb, 5), (nb, 3) arrays
-    wrench : (nb, 3) array
-        Added to.
-    out : (nj, 5) array
-        Filled with `CLEARANCE_OUTPUTS`.
-    """
-    for k in range(len(ends)):
-        end = ends[k]
-        b, j = end.bearing, end.journal
-        rbx, rby = point_offset(pose, b, end.bx, end.by)
-        rjx, rjy = point_offset(pose, j, end.jx, end.jy)
-        ex = pose[j, 0] + rjx - pose[b, 0] - rbx
-        ey = pose[j, 1] + rjy - pose[b, 1] - rby
-        wb, wj = vel[b, 0], vel[j, 0]
-        vx = vel[j, 1] - wj * rjy - vel[b, 1] + wb * rby
-        vy = vel[j, 2] + wj * rjx - vel[b, 2] - wb * rbx
-        fx, fy, couple = clearance_force(laws[k], ex, ey, vx, vy, wb, wj)
-        add_force(wrench, j, rjx, rjy, fx, fy)
-        add_force(wrench, b, rbx + ex, rby + ey, -fx, -fy)
-        wrench[j, 0] += couple
-        wrench[b, 0] -= couple
-        out[k, 0] = ex
-        out[k, 1] = ey
-        out[k, 2] = fx
-        out[k, 3] = fy
-        out[k, 4] = couple
 
 
 @njit(cache=True)
@@ -87,42 +44,6 @@ def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, ta
         wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
         wrench[p, 1] += wrench[i, 1]
         wrench[p, 2] += wrench[i, 2]
-
-
-@njit(cache=True)
-def clearance_forces(
-    bodies: NDArray[np.record],
-    ends: NDArray[np.record],
-    laws: NDArray[np.record],
-    state: Array,
-    positions: NDArray[np.int64],
-    rates: NDArray[np.int64],
-    into: NDArray[np.int64],
-    size: int,
-) -> Array:
-    """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.
-
-    Parameters
-    ----------
-    state : (nx,) array
-        Holds coordinate i at ``positions[i]`` and its rate at ``rates[i]``.
-    into : (n,) array of int
-        Where coordinate i stands in the result's first `size` entries.
-
-    Returns
-    -------
-    (size + 5 nj,) array
-        Generalised forces, then `CLEARANCE_OUTPUTS` of each joint.
-    """
-    nb, n, nj = len(bodies), len(into), len(ends)
-    pose, vel, wrench, tau = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
-    body_positions(bodies, state[positions], pose)
-    body_velocities(bodies, pose, state[rates], vel)
-    result = np.zeros(size + 5 * nj)
-    clearance_wrenches(ends, laws, pose, vel, wrench, result[size:].reshape(nj, 5))
-    generalized_force(bodies, pose, wrench, tau)
-    result[into] = tau
-    return result
 
 
 @njit(cache=True)
@@ -393,7 +314,7 @@ def driven_forces(
     motion, torque
         Their motions and torques over time, as `Motions.arrays`.
     state, positions, rates, into
-        As for `clearance_forces`.
+        As for `linkages.planar.clearance.clearance_forces`.
     applied : (nv,) or longer array
         All other generalised forces, and whatever comes after them.
     size : int

@@ -3,6 +3,7 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,7 +11,7 @@ from scipy.integrate import quad
 from scipy.special import pbdv
 
 from linkages.laws.contact import contact_force
-from linkages.laws.film import film_force
+from linkages.laws.films import film_force
 from linkages.laws.mixed import (
     FILM_EPS_MAX,
     asperity_force,
@@ -28,7 +29,7 @@ STIFFNESS = 1e10
 def radial(eps, v_n, v_t, spin, restitution=0.9):
     """Blended radial and tangential force: exact half film, Lankarani-Nikravesh."""
     ew = eps * spin - 2.0 * v_t / CLEARANCE
-    f_n, f_t, _ = film_force(0, film_eps(eps, FILM_EPS_MAX), v_n / CLEARANCE, ew, 1.33)
+    f_n, f_t, _ = film_force(0, film_eps(eps, FILM_EPS_MAX), v_n / CLEARANCE, ew, 1.33, np.empty(0))
     delta = (eps - 1.0) * CLEARANCE
     dry = -contact_force(3, delta, v_n, 0.1, STIFFNESS, 1.5, restitution, 0.0, CLEARANCE, 1.0, 1.0)
     return mix(UNIT * f_n, dry, delta, TRANSITION), mix(UNIT * f_t, 0.0, delta, TRANSITION)

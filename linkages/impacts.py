@@ -1,0 +1,98 @@
+"""Contacts of a joint, one by one: when, how fast, how hard."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from linkages.analysis import Bracket, refine
+from linkages.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One contact of one joint, SI units.
+
+    Attributes
+    ----------
+    joint : str
+    start : float
+        When journal and bearing touch.
+    approach_speed, tangential_speed : float
+        Rate of the eccentricity and sliding speed then.
+    duration : float
+        Until they part, or until the run ends.
+    peak_force, peak_penetration : float
+        Over continuous time.
+    separation_speed : float
+        Rate at which they part; NaN if the run ends before.
+    """
+
+    joint: str
+    start: float
+    approach_speed: float
+    tangential_speed: float
+    duration: float
+    peak_force: float
+    peak_penetration: float
+    separation_speed: float
+
+
+def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
+    """All contacts of the named joints, in the order of their starts.
+
+    The run's steps end at the start and at the end of each contact; a step is in contact if the penetration in
+    its middle, by the cubic through its ends, is positive.
+    """
+    found = []
+    brackets: list[Bracket] = []
+    time = trajectory.time
+    for name in joints:
+        for first, last in _intervals(trajectory, name):
+            closing = trajectory[f"{name}.closing"]
+            ended = last < len(time) - 1
+            found.append(
+                (
+                    name,
+                    float(time[first]),
+                    float(closing[first]),
+                    float(trajectory[f"{name}.sliding"][first]),
+                    float(time[last] - time[first]),
+                    float(-closing[last]) if ended else math.nan,
+                )
+            )
+            for column in ("force", "penetration"):
+                y = trajectory[f"{name}.{column}"][first : last + 1]
+                best = int(np.argmax(y))
+                window = slice(first + max(best - 1, 0), first + min(best + 1, last - first) + 1)
+                brackets.append(
+                    (f"{name}.{column}", 1.0, time[window], trajectory[f"{name}.{column}"][window])
+                )
+    peaks = [value for _, value in refine(trajectory, brackets)]
+    rows = [Impact(*head[:5], peaks[2 * k], peaks[2 * k + 1], head[5]) for k, head in enumerate(found)]
+    return sorted(rows, key=lambda row: (row.start, row.joint))
+
+
+def write_impacts(rows: Sequence[Impact], path: Path) -> None:
+    """Write ``impacts.csv``."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([field.name for field in fields(Impact)])
+        for row in rows:
+            writer.writerow(["" if isinstance(v, float) and math.isnan(v) else v for v in astuple(row)])
+
+
+def _intervals(trajectory: Trajectory, name: str) -> list[tuple[int, int]]:
+    """First and last sample of each contact."""
+    delta, closing = trajectory[f"{name}.penetration"], trajectory[f"{name}.closing"]
+    step = np.diff(trajectory.time)
+    middle = 0.5 * (delta[:-1] + delta[1:]) + step * (closing[:-1] - closing[1:]) / 8.0
+    touching = np.concatenate([[False], middle > 0.0, [False]])
+    starts = np.flatnonzero(~touching[:-1] & touching[1:])
+    ends = np.flatnonzero(touching[:-1] & ~touching[1:])
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))

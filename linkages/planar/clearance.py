@@ -1,0 +1,120 @@
+"""Clearance joints in a tree: from body states to force pairs, by the laws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from linkages.laws.journal import clearance_force
+from linkages.planar.dynamics import generalized_force
+from linkages.planar.kinematics import add_force, body_positions, body_velocities, point_offset
+
+Array = NDArray[np.float64]
+
+#: What is known of each joint at a state: e [m], force on the journal [N], couple on it [N m], rate of |e| and
+#: sliding speed of the journal's surface [m/s], rate of LuGre's bristles [m/s].
+CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "closing", "sliding", "bristle_rate")
+WIDTH = len(CLEARANCE_OUTPUTS)
+
+#: What each joint remembers: the speed at which its contact began [m/s], LuGre's bristle state [m].
+MEMORY = ("approach", "bristle")
+
+
+@njit(cache=True)
+def clearance_wrenches(
+    ends: NDArray[np.record],
+    laws: NDArray[np.record],
+    tables: Array,
+    memory: Array,
+    pose: Array,
+    vel: Array,
+    wrench: Array,
+    out: Array,
+) -> None:
+    """Add the force pair of every clearance joint to the bodies' wrenches.
+
+    Parameters
+    ----------
+    ends : array of ENDS
+    laws : array of `linkages.laws.PARAMETERS`
+    tables : (nj, nt) array
+        Maps of finite films.
+    memory : (nj, 2) array
+        `MEMORY` of each joint.
+    pose, vel : (nb, 5), (nb, 3) arrays
+    wrench : (nb, 3) array
+        Added to.
+    out : (nj, WIDTH) array
+        Filled with `CLEARANCE_OUTPUTS`.
+    """
+    for k in range(len(ends)):
+        end = ends[k]
+        b, j = end.bearing, end.journal
+        rbx, rby = point_offset(pose, b, end.bx, end.by)
+        rjx, rjy = point_offset(pose, j, end.jx, end.jy)
+        ex = pose[j, 0] + rjx - pose[b, 0] - rbx
+        ey = pose[j, 1] + rjy - pose[b, 1] - rby
+        wb, wj = vel[b, 0], vel[j, 0]
+        vx = vel[j, 1] - wj * rjy - vel[b, 1] + wb * rby
+        vy = vel[j, 2] + wj * rjx - vel[b, 2] - wb * rbx
+        fx, fy, couple, rate = clearance_force(
+            laws[k], tables[k], ex, ey, vx, vy, wb, wj, memory[k, 0], memory[k, 1]
+        )
+        add_force(wrench, j, rjx, rjy, fx, fy)
+        add_force(wrench, b, rbx + ex, rby + ey, -fx, -fy)
+        wrench[j, 0] += couple
+        wrench[b, 0] -= couple
+        e = math.hypot(ex, ey)
+        nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
+        radius = laws[k].radius - laws[k].clearance
+        out[k, 0] = ex
+        out[k, 1] = ey
+        out[k, 2] = fx
+        out[k, 3] = fy
+        out[k, 4] = couple
+        out[k, 5] = vx * nx + vy * ny
+        out[k, 6] = vy * nx - vx * ny + wj * radius - wb * (e + radius)
+        out[k, 7] = rate
+
+
+@njit(cache=True)
+def clearance_forces(
+    bodies: NDArray[np.record],
+    ends: NDArray[np.record],
+    laws: NDArray[np.record],
+    tables: Array,
+    memory: Array,
+    state: Array,
+    positions: NDArray[np.int64],
+    rates: NDArray[np.int64],
+    into: NDArray[np.int64],
+    size: int,
+) -> Array:
+    """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.
+
+    Parameters
+    ----------
+    ends, laws, tables, memory
+        As for `clearance_wrenches`.
+    state : (nx,) array
+        Holds coordinate i at ``positions[i]`` and its rate at ``rates[i]``.
+    into : (n,) array of int
+        Where coordinate i stands in the result's first `size` entries.
+
+    Returns
+    -------
+    (size + WIDTH nj,) array
+        Generalised forces, then `CLEARANCE_OUTPUTS` of each joint.
+    """
+    nb, n, nj = len(bodies), len(into), len(ends)
+    pose, vel, wrench, tau = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
+    body_positions(bodies, state[positions], pose)
+    body_velocities(bodies, pose, state[rates], vel)
+    result = np.zeros(size + WIDTH * nj)
+    clearance_wrenches(ends, laws, tables, memory, pose, vel, wrench, result[size:].reshape(nj, WIDTH))
+    generalized_force(bodies, pose, wrench, tau)
+    result[into] = tau
+    return result
