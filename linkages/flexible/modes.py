@@ -1,0 +1,117 @@
+"""Natural frequencies and mode shapes over poses, and their tracking by the modal assurance criterion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse.linalg import eigsh
+
+from linkages.flexible.kinematics import Motion
+from linkages.flexible.model import Model
+
+Array = NDArray[np.float64]
+
+DENSE = 100  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/modes.py)
+_BATCH = 64  # poses solved together by the dense solver
+_SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechanism's zero modes do not disturb
+
+
+def frequencies(model: Model, state: Motion, count: int | None = None) -> Array:
+    """Natural frequencies (N, count) at each pose, rising [Hz]; all of them without a count."""
+    return _solve(model, state, count, vectors=False)[0]
+
+
+def modes(
+    model: Model, state: Motion, count: int | None = None, progress: Callable[[float], None] | None = None
+) -> tuple[Array, Array]:
+    """Frequencies (N, count) [Hz] and shapes (N, size, count), with unit modal mass."""
+    return _solve(model, state, count, True, progress)
+
+
+def _solve(
+    model: Model,
+    state: Motion,
+    count: int | None,
+    vectors: bool,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Array, Array]:
+    count = model.size if count is None else min(count, model.size)
+    sparse_pays = model.size > DENSE and count < model.size // 4
+    values = np.empty((len(state), count))
+    shapes = np.empty((len(state), model.size, count) if vectors else (0, 0, 0))
+    step = 1 if sparse_pays else _BATCH if model.size <= DENSE else 4
+    for start in range(0, len(state), step):
+        part = slice(start, start + step)
+        if sparse_pays:
+            values[start], found = _sparse(model, state.part(part), count)
+        else:
+            values[part], found = dense(*model.matrices(state.part(part)), count, vectors)
+        if vectors:
+            shapes[part] = found
+        if progress is not None:
+            progress(min(start + step, len(state)) / len(state))
+    return np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi), shapes
+
+
+def dense(k: Array, m: Array, count: int, vectors: bool = True) -> tuple[Array, Array]:
+    """Smallest eigenvalues (N, count) of K a = p^2 M a and, if asked for, vectors (N, size, count) with unit mass."""
+    inverse = np.linalg.inv(np.linalg.cholesky(m))
+    transposed = np.swapaxes(inverse, 1, 2)
+    standard = inverse @ k @ transposed
+    if not vectors:
+        return np.linalg.eigvalsh(standard)[:, :count], np.empty((0, 0, 0))
+    values, found = np.linalg.eigh(standard)
+    return values[:, :count], transposed @ found[:, :, :count]
+
+
+def _sparse(model: Model, state: Motion, count: int) -> tuple[Array, Array]:
+    k, m = next(iter(model.sparse_matrices(state)))
+    start = np.ones(model.size)  # a fixed start makes the result repeatable
+    values, found = eigsh(k, count, m, sigma=_SHIFT, v0=start)
+    order = np.argsort(values)
+    return values[order], found[:, order]
+
+
+def mac(first: Array, second: Array, mass: Array) -> Array:
+    """Modal assurance criterion (n, m) of shapes (size, n) and (size, m), weighted with the mass matrix."""
+    cross = first.T @ mass @ second
+    own = np.einsum("sn,st,tn->n", first, mass, first), np.einsum("sn,st,tn->n", second, mass, second)
+    return cross**2 / np.outer(*own)
+
+
+def track(
+    model: Model, state: Motion, values: Array, shapes: Array, count: int
+) -> tuple[Array, Array, Array]:
+    """Follow modes from pose to pose.
+
+    Each pose's modes are assigned to those of the pose before so that the sum of their MAC is largest, and their signs
+    are chosen alike.
+
+    Parameters
+    ----------
+    values, shapes : (N, n), (N, size, n) arrays
+        Rising frequencies and their shapes; n should exceed `count` by a few, for modes that cross.
+    count : int
+        Number of modes to follow from the first pose.
+
+    Returns
+    -------
+    (N, count), (N, size, count), (N - 1, count) arrays
+        Frequencies and shapes of each mode, and the MAC of each step.
+    """
+    order = np.arange(count)
+    tracked, forms = [values[0, order]], [shapes[0][:, order]]
+    quality = []
+    for n in range(1, len(state)):
+        _, mass = model.matrices(state.part(slice(n, n + 1)))
+        table = mac(forms[-1], shapes[n], mass[0])
+        _, order = linear_sum_assignment(-table)
+        form = shapes[n][:, order]
+        form = form * np.where(np.einsum("sn,st,tn->n", forms[-1], mass[0], form) < 0.0, -1.0, 1.0)
+        tracked.append(values[n, order])
+        forms.append(form)
+        quality.append(table[np.arange(count), order])
+    return np.array(tracked), np.array(forms), np.array(quality).reshape(-1, count)
