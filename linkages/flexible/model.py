@@ -197,7 +197,7 @@ class Model:
         """Stiffness and mass (N, size, size), dense."""
         k, m = self.full_matrices(state)
         if self.rigid:
-            g = self._reduction(state)
+            g = self.reduction(state)
             transposed = np.swapaxes(g, 1, 2)
             return transposed @ k @ g, transposed @ m @ g
         if self.size == self.full:
@@ -211,25 +211,25 @@ class Model:
         for n in range(len(state)):
             one = state.part(slice(n, n + 1))
             table = functions(angles(one))[0]
-            g = sparse.csc_matrix(self._reduction(one)[0])
+            g = sparse.csc_matrix(self.reduction(one)[0])
             pair = []
             for coefficients in (k_table, m_table):
                 matrix = sparse.csr_matrix((table @ coefficients, (row, column)), (self.full, self.full))
                 pair.append((g.T @ matrix @ g).tocsc())
             yield pair[0], pair[1]
 
-    def _reduction(self, state: Motion) -> Array:
-        """All displacements from the unknowns: (N, full, size)."""
+    def reduction(self, state: Motion) -> Array:
+        """Matrices (N, full, size) that give all displacements from the unknowns."""
         g = np.zeros((len(state), self.full, self.size))
         g[:, self.kept, np.arange(len(self.kept))] = 1.0
         if self.rigid:
-            r = turned(self._platform_arms(state))
+            r = turned(self.platform_arms(state))
             for axis in range(2):
                 g[:, self.c[:, axis], -3] = r[..., axis]
                 g[:, self.c[:, axis], -2 + axis] = 1.0
         return g
 
-    def _platform_arms(self, state: Motion) -> Array:
+    def platform_arms(self, state: Motion) -> Array:
         """Vectors (N, 3, 2) from the platform's centre to its pivots [m]."""
         r = arms(self.geometry, state.x[:, 0])
         return r - r.mean(axis=1, keepdims=True)
@@ -299,7 +299,7 @@ class Model:
         starts = np.searchsorted(row, np.arange(self.full))
         load = -np.add.reduceat(data, starts, axis=1)
         force, moment = np.array(self.robot.load.force), self.robot.load.moment
-        r = self._platform_arms(state)
+        r = self.platform_arms(state)
         share = force / 3.0 + moment * turned(r) / np.sum(r**2, axis=(1, 2))[:, None, None]
         load[:, self.c.ravel()] += share.reshape(len(state), 6)
         return load
@@ -312,7 +312,7 @@ class Model:
         """Load on the unknowns (N, size) from one on all displacements (N, full)."""
         if not self.rigid:
             return load[:, self.kept]
-        return np.einsum("nfs,nf->ns", self._reduction(state), load)
+        return np.einsum("nfs,nf->ns", self.reduction(state), load)
 
     def expand(self, state: Motion, unknowns: Array) -> Array:
         """All displacements (N, full) from the unknowns (N, size)."""
@@ -320,12 +320,12 @@ class Model:
             result = np.zeros((len(unknowns), self.full))
             result[:, self.kept] = unknowns
             return result
-        return np.einsum("nfs,ns->nf", self._reduction(state), unknowns)
+        return np.einsum("nfs,ns->nf", self.reduction(state), unknowns)
 
     def platform_displacement(self, state: Motion, unknowns: Array) -> Array:
         """Elastic displacement (N, 3) of the platform: x, y of its centre [m], mean turning [rad]."""
         corners = self.expand(state, unknowns)[:, self.c.ravel()].reshape(-1, 3, 2)
-        r = self._platform_arms(state)
+        r = self.platform_arms(state)
         angle = np.sum(turned(r) * corners, axis=(1, 2)) / np.sum(r**2, axis=(1, 2))
         return np.column_stack([corners.mean(axis=1), angle])
 
