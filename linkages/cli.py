@@ -21,6 +21,8 @@ from linkages.assembly import AssemblyError
 from linkages.data import find_file
 from linkages.errors import InputError, Status
 from linkages.experiment import Experiment, keys, load
+from linkages.flexible.command import add_options as add_modes_options
+from linkages.flexible.command import modes_command
 from linkages.mechanism import Mechanism
 from linkages.run import ENGINES, Study, study, summarize
 from linkages.table import format_summary
@@ -45,7 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     simulate.add_argument("file", help="experiment (.toml), a path or the name of a shipped one")
     add_simulate_options(simulate)
     commands.add_parser("keys", help="list the keys of an experiment file with their units")
+    add_modes_options(commands.add_parser("modes", help="flexible 3-RRR robot: kinematics, modes, stress"))
     options = parser.parse_args(arguments)
+    if options.command == "modes":
+        return modes_command(options)
     if options.command == "keys":
         for name, meaning in keys():
             print(f"{name:42s} {meaning}")
@@ -64,10 +69,16 @@ def add_simulate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
     parser.add_argument(
-        "--exaggerate", type=float, default=1.0, metavar="FACTOR", help="show clearances enlarged in the animation"
+        "--exaggerate",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="show clearances enlarged in the animation",
     )
     parser.add_argument(
-        "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
+        "--no-error-estimate",
+        action="store_true",
+        help="do not repeat the run at a ten times tighter tolerance",
     )
 
 
@@ -125,7 +136,10 @@ def _simulate(mechanism: Mechanism, experiment: Experiment, options: argparse.Na
     print(f"\nwritten to {out}{os.sep}: {', '.join(sorted(p.name for p in out.iterdir()))}")
     status = result.run.status
     if status is not Status.OK:
-        print(f"the run ended at t = {result.run.time[-1]:.6g} s: {status.value}; {status.remedy}", file=sys.stderr)
+        print(
+            f"the run ended at t = {result.run.time[-1]:.6g} s: {status.value}; {status.remedy}",
+            file=sys.stderr,
+        )
     return {Status.OK: 0, Status.INTERRUPTED: 130}.get(status, 1)
 
 
