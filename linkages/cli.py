@@ -69,16 +69,10 @@ def add_simulate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
     parser.add_argument(
-        "--exaggerate",
-        type=float,
-        default=1.0,
-        metavar="FACTOR",
-        help="show clearances enlarged in the animation",
+        "--exaggerate", type=float, default=1.0, metavar="FACTOR", help="show clearances enlarged in the animation"
     )
     parser.add_argument(
-        "--no-error-estimate",
-        action="store_true",
-        help="do not repeat the run at a ten times tighter tolerance",
+        "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
     )
 
 
@@ -136,10 +130,7 @@ def _simulate(mechanism: Mechanism, experiment: Experiment, options: argparse.Na
     print(f"\nwritten to {out}{os.sep}: {', '.join(sorted(p.name for p in out.iterdir()))}")
     status = result.run.status
     if status is not Status.OK:
-        print(
-            f"the run ended at t = {result.run.time[-1]:.6g} s: {status.value}; {status.remedy}",
-            file=sys.stderr,
-        )
+        print(f"the run ended at t = {result.run.time[-1]:.6g} s: {status.value}; {status.remedy}", file=sys.stderr)
     return {Status.OK: 0, Status.INTERRUPTED: 130}.get(status, 1)
 
 
