@@ -65,8 +65,8 @@ class Beam:
     def shapes(self, s: Array) -> tuple[Array, Array, Array]:
         """Shape functions at s (n,) in [0, 1]: displacements (n, 2, 6), turning and curvature (n, 6) each.
 
-        Cubic, with the turning of the section consistent with the shear that the beam's equations give it;
-        Hermite's polynomials without shear.
+        Without shear Hermite's cubics, whose frequencies converge at fourth order. With shear the cubics of Friedman
+        and Kosmatka (1993): exact under end loads and free of locking, uniform shear in an element, second order.
         """
         p, length = self.shear_ratio, self.length
         s = np.asarray(s, dtype=float)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.linalg import eigsh
 
+from linkages.flexible.branch import Branch
 from linkages.flexible.kinematics import Motion
 from linkages.flexible.model import Model
 
@@ -16,6 +17,7 @@ Array = NDArray[np.float64]
 
 DENSE = 100  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/modes.py)
 _BATCH = 64  # poses solved together by the dense solver
+_LEAST_MAC, _HALVINGS = 0.9, 10  # when and how often a step between poses is halved
 _SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechanism's zero modes do not disturb
 
 
@@ -83,15 +85,17 @@ def mac(first: Array, second: Array, mass: Array) -> Array:
 
 
 def track(
-    model: Model, state: Motion, values: Array, shapes: Array, count: int
+    model: Model, branch: Branch, state: Motion, values: Array, shapes: Array, count: int
 ) -> tuple[Array, Array, Array]:
     """Follow modes from pose to pose.
 
     Each pose's modes are assigned to those of the pose before so that the sum of their MAC is largest, and their signs
-    are chosen alike.
+    are chosen alike. Where a MAC falls below 0.9 (modes that veer or cross) the step is halved, up to ten times.
 
     Parameters
     ----------
+    branch : Branch
+        Supplies the poses in between.
     values, shapes : (N, n), (N, size, n) arrays
         Rising frequencies and their shapes; n should exceed `count` by a few, for modes that cross.
     count : int
@@ -100,18 +104,34 @@ def track(
     Returns
     -------
     (N, count), (N, size, count), (N - 1, count) arrays
-        Frequencies and shapes of each mode, and the MAC of each step.
+        Frequencies and shapes of each mode, and the least MAC within each step.
     """
-    order = np.arange(count)
-    tracked, forms = [values[0, order]], [shapes[0][:, order]]
-    quality = []
+    tracked, forms, quality = [values[0, :count]], [shapes[0][:, :count]], []
     for n in range(1, len(state)):
-        _, mass = model.matrices(state.part(slice(n, n + 1)))
-        table = mac(forms[-1], shapes[n], mass[0])
-        _, order = linear_sum_assignment(-table)
-        form = shapes[n][:, order]
-        form = form * np.where(np.einsum("sn,st,tn->n", forms[-1], mass[0], form) < 0.0, -1.0, 1.0)
-        tracked.append(values[n, order])
+        one = state.part(slice(n, n + 1))
+        target = one, values[n], shapes[n]
+        found, form, least = _advance(model, branch, forms[-1], float(state.time[n - 1]), target, _HALVINGS)
+        tracked.append(found)
         forms.append(form)
-        quality.append(table[np.arange(count), order])
+        quality.append(least)
     return np.array(tracked), np.array(forms), np.array(quality).reshape(-1, count)
+
+
+def _advance(
+    model: Model, branch: Branch, form: Array, time: float, target: tuple[Motion, Array, Array], halvings: int
+) -> tuple[Array, Array, Array]:
+    """Carry modes `form` (size, count) from a time to the target's; returns frequencies, shapes and least MAC."""
+    state, values, shapes = target
+    _, mass = model.matrices(state)
+    table = mac(form, shapes, mass[0])
+    _, order = linear_sum_assignment(-table)
+    quality = table[np.arange(len(order)), order]
+    if halvings and np.min(quality) < _LEAST_MAC:
+        middle = 0.5 * (time + float(state.time[0]))
+        between = branch.motion(np.array([middle]))
+        found = modes(model, between, shapes.shape[1])
+        _, form, first = _advance(model, branch, form, time, (between, found[0][0], found[1][0]), halvings - 1)
+        frequency, form, second = _advance(model, branch, form, middle, target, halvings - 1)
+        return frequency, form, np.minimum(first, second)
+    signs = np.where(np.einsum("sn,st,tn->n", form, mass[0], shapes[:, order]) < 0.0, -1.0, 1.0)
+    return values[order], shapes[:, order] * signs, quality

@@ -74,7 +74,7 @@ def run_study(
     model = Model(held)
     count = model.size if model.size < 100 else 24
     values, shapes = modes(model, state, count, progress)
-    tracked, forms, quality = track(model, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED)
+    tracked, forms, quality = track(model, branch, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED)
     free = frequencies(Model(changed(robot, drives={"roots": "free"})), state.part(slice(0, 1)), count)[0]
     static = quasi_static_response(model, state)
     error = float(np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))))
