@@ -185,13 +185,17 @@ def assemblies(geometry: Geometry, phi: Array) -> Assemblies:
 
 def count(geometry: Geometry, phi: Array) -> NDArray[np.int64]:
     """Number of assemblies (N,) at each row of crank angles (N, 3), vectorised."""
-    x = candidates(geometry, phi)
+    return count_distinct(candidates(geometry, phi), geometry.size)
+
+
+def count_distinct(x: Array, size: float) -> NDArray[np.int64]:
+    """Number of different platform positions (N,) among the rows of `candidates` (N, 12, 3)."""
     result = np.zeros(len(x), dtype=np.int64)
-    for k in range(12):
+    for k in range(x.shape[1]):
         new = np.isfinite(x[:, k, 0])
         for j in range(k):
             near = np.abs(_wrap(x[:, k, 0] - x[:, j, 0])) < _SAME
-            near &= np.max(np.abs(x[:, k, 1:] - x[:, j, 1:]), axis=1) < _SAME * geometry.size
+            near &= np.max(np.abs(x[:, k, 1:] - x[:, j, 1:]), axis=1) < _SAME * size
             new &= ~near
         result += new
     return result

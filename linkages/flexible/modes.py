@@ -130,7 +130,9 @@ def _advance(
         middle = 0.5 * (time + float(state.time[0]))
         between = branch.motion(np.array([middle]))
         found = modes(model, between, shapes.shape[1])
-        _, form, first = _advance(model, branch, form, time, (between, found[0][0], found[1][0]), halvings - 1)
+        _, form, first = _advance(
+            model, branch, form, time, (between, found[0][0], found[1][0]), halvings - 1
+        )
         frequency, form, second = _advance(model, branch, form, middle, target, halvings - 1)
         return frequency, form, np.minimum(first, second)
     signs = np.where(np.einsum("sn,st,tn->n", form, mass[0], shapes[:, order]) < 0.0, -1.0, 1.0)

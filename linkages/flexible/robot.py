@@ -199,7 +199,9 @@ def make_robot(
     try:
         robot = Robot.model_validate(dict(data))
     except ValidationError as problem:
-        first = problem.errors()[0]
+        first = min(
+            problem.errors(), key=lambda e: e["type"] != "extra_forbidden"
+        )  # a misspelt key comes first
         raise InputError(path, ".".join(str(part) for part in first["loc"]), _explain(first)) from None
     robot._source = path
     robot._geometry = geometry
