@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from linkages.flexible.drawing import OUTLINE, draw_pose, shape_lines
+from linkages.flexible.modes import DENSE
 from linkages.flexible.response import generalised_alpha
 from linkages.flexible.stress import platform_stress
 from linkages.flexible.study import FlexibleStudy
@@ -132,8 +133,8 @@ def _frequencies(study: FlexibleStudy) -> Figure:
     axis.set_xlabel("time [s]")
     axis.set_ylabel("natural frequency [Hz]")
     axis.set_ylim(bottom=0.0)
-    axis.set_title("modes followed by MAC from t = 0, crank roots held", fontsize=9)
-    axis.legend(ncols=3)
+    figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize=9)
+    axis.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=7.5)
     return figure
 
 
@@ -169,7 +170,7 @@ def _displacement(study: FlexibleStudy) -> Figure:
     axes = figure.subplots(3, 2, sharex="col")
     window = min(_WINDOW, float(study.branch.times[-1]))
     vibration = None
-    if study.model.size <= 100:
+    if study.model.size <= DENSE:
         vibration = generalised_alpha(study.model, study.branch, np.linspace(0.0, window, 4001), radius=1.0)
     for k, label in enumerate(("x [µm]", "y [µm]", "turning [µrad]")):
         axes[k, 0].plot(study.motion.time, 1e6 * study.static.platform[:, k], color=COLORS[1], lw=1.2)
@@ -190,7 +191,7 @@ def _displacement(study: FlexibleStudy) -> Figure:
         axes[k, 1].set_xlim(0.0, 1e3 * window)
     axes[0, 0].set_title("over the motion, quasi-static", fontsize=9)
     axes[0, 1].set_title("the first moments, undamped", fontsize=9)
-    axes[0, 1].legend(fontsize=7.5, loc="upper right")
+    figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[2, 0].set_xlabel("time [s]")
     axes[2, 1].set_xlabel("time [ms]")
     return figure
@@ -198,28 +199,22 @@ def _displacement(study: FlexibleStudy) -> Figure:
 
 def _stress(study: FlexibleStudy) -> Figure:
     """Over time in leg 2 and the platform; along the rods where it is largest."""
-    figure = Figure(figsize=(_WIDTH, 6.4), layout="constrained")
-    axes = figure.subplots(3, 2, width_ratios=[2, 1])
+    figure = Figure(figsize=(_WIDTH, 7.0), layout="constrained")
+    axes = figure.subplots(3, 2, width_ratios=[1.7, 1])
     time = study.motion.time
     for row, link in enumerate((study.stress[2], study.stress[3])):
         pose, place = np.unravel_index(np.argmax(link.largest), link.largest.shape)
         left, right = axes[row]
         for end, k in enumerate((0, len(link.s) // 2, len(link.s) - 1)):
-            left.plot(
-                time,
-                1e-6 * link.signed[:, k],
-                color=COLORS[end],
-                ls=STYLES[end],
-                lw=1.2,
-                label=f"{1e3 * link.s[k]:.0f} mm",
-            )
-        left.set_ylabel(f"{link.name}\nstress [MPa]")
-        left.legend(title="from its first pivot", fontsize=7.5, title_fontsize=7.5, ncols=3)
-        right.plot(1e3 * link.s, 1e-6 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
-        right.plot(1e3 * link.s, 1e-6 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
-        right.set_title(f"t = {time[pose]:.2f} s, largest at {1e3 * link.s[place]:.0f} mm", fontsize=7.5)
-        right.set_xlabel("along the rod [mm]")
-        right.legend(fontsize=7.5)
+            label = f"{1e3 * link.s[k]:.0f} mm"
+            left.plot(time, 1e-3 * link.fibre[:, k], color=COLORS[end], ls=STYLES[end], lw=1.2, label=label)
+        left.set_ylabel(f"{link.name}: outer fibre [kPa]")
+        left.set_xlabel("time [s]")
+        right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
+        right.plot(1e3 * link.s, 1e-3 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
+        right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s", fontsize=8)
+        _legend_above(left)
+        _legend_above(right)
     left, right = axes[2]
     if study.model.rigid:
         left.text(0.5, 0.5, "the platform is rigid", transform=left.transAxes, ha="center")
@@ -227,16 +222,27 @@ def _stress(study: FlexibleStudy) -> Figure:
         plate = platform_stress(study.model, study.static)
         curves = (
             (plate.first, "larger principal"),
-            (plate.second, "smaller principal"),
-            (plate.largest_shear, "largest shear"),
+            (plate.second, "smaller"),
+            (plate.largest_shear, "shear"),
         )
         for k, (values, label) in enumerate(curves):
             left.plot(time, values, color=COLORS[k], ls=STYLES[k], lw=1.2, label=label)
-        left.legend(fontsize=7.5, ncols=3)
-    left.set_ylabel("platform\nstress [Pa]")
+        _legend_above(left)
+    left.set_ylabel("platform: stress [Pa]")
     left.set_xlabel("time [s]")
     right.axis("off")
     draw_pose(right, study.model, study.motion, 0, color=OUTLINE)
     right.set_aspect("equal")
     right.set_title("robot at t = 0", fontsize=7.5)
     return figure
+
+
+def _legend_above(axis: Axes) -> None:
+    axis.legend(
+        fontsize=7.5,
+        ncols=3,
+        loc="lower left",
+        bbox_to_anchor=(0.0, 0.98),
+        borderaxespad=0.0,
+        columnspacing=1.0,
+    )

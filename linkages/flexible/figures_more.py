@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from linkages.flexible.figures import COLORS, STYLES
 from linkages.flexible.maps import drive_map
@@ -48,7 +49,8 @@ def map_figure(study: FlexibleStudy) -> Figure:
         axis.set_aspect("equal")
         axis.grid(False)
     axes[0].set_ylabel("φ₂ [deg]")
-    figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0; grey: no assembly", fontsize=9)
+    note = "; grey: no assembly" if np.any(found.count == 0) else ""
+    figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0{note}", fontsize=9)
     return figure
 
 
@@ -122,10 +124,14 @@ def speed_figure(study: FlexibleStudy) -> Figure:
     bottom.axhline(RESONANCE, color="0.4", lw=0.8, ls=":")
     bottom.set_ylabel("amplification [1]")
     bottom.set_xlabel("speed of the fastest drive [rad/s]")
+    for axis in (top.xaxis, top.yaxis, bottom.xaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_formatter(NullFormatter())
     if found.resonance is not None:
         at = speed[found.resonance]
-        for axis in (top, bottom):
-            axis.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
+        for panel in (top, bottom):
+            panel.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
         bottom.set_title(
             f"first resonance at {at:.0f} rad/s, {found.factors[found.resonance]:.0f} times the experiment's speed",
             fontsize=9,

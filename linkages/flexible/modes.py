@@ -15,7 +15,7 @@ from linkages.flexible.model import Model
 
 Array = NDArray[np.float64]
 
-DENSE = 100  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/modes.py)
+DENSE = 80  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/flexible.py)
 _BATCH = 64  # poses solved together by the dense solver
 _LEAST_MAC, _HALVINGS = 0.9, 10  # when and how often a step between poses is halved
 _SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechanism's zero modes do not disturb

@@ -49,9 +49,9 @@ class LinkStress:
         return np.abs(self.axial) + np.abs(self.bending)
 
     @property
-    def signed(self) -> Array:
-        """Stress of largest magnitude over the section, with its sign (N, P) [Pa]."""
-        return self.axial + np.where(self.axial < 0.0, -1.0, 1.0) * np.abs(self.bending)
+    def fibre(self) -> Array:
+        """Stress in the outer fibre at the side of +v (N, P) [Pa]."""
+        return self.axial + self.bending
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from linkages.flexible.branch import Branch, follow, start_assembly
 from linkages.flexible.direct import Assemblies, assemblies
 from linkages.flexible.kinematics import Motion, loop_errors
 from linkages.flexible.model import Model
-from linkages.flexible.modes import frequencies, modes, track
+from linkages.flexible.modes import DENSE, frequencies, modes, track
 from linkages.flexible.response import Response, quasi_static_response
 from linkages.flexible.robot import Robot, changed
 from linkages.flexible.stress import LinkStress, link_stress
@@ -72,7 +72,7 @@ def run_study(
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
     held = changed(robot, drives={"roots": "locked"}) if robot.drives.roots == "free" else robot
     model = Model(held)
-    count = model.size if model.size < 100 else 24
+    count = model.size if model.size <= DENSE else 24
     values, shapes = modes(model, state, count, progress)
     tracked, forms, quality = track(model, branch, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED)
     free = frequencies(Model(changed(robot, drives={"roots": "free"})), state.part(slice(0, 1)), count)[0]

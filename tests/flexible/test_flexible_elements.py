@@ -83,7 +83,9 @@ def test_timoshenko_frequencies_converge_to_the_pinned_closed_form() -> None:
     exact = np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * c)))
     assert exact < 0.99 * q**2 * np.sqrt(ei / m)
     error = np.array([spectrum(THICK, n, [1, -2])[0] / exact - 1 for n in (16, 32, 64)])
-    np.testing.assert_allclose(np.log2(error[:-1] / error[1:]), 2.0, atol=0.1)  # its shear is uniform in an element
+    np.testing.assert_allclose(
+        np.log2(error[:-1] / error[1:]), 2.0, atol=0.1
+    )  # its shear is uniform in an element
     assert 0.0 < error[-1] < 1e-5
 
 
@@ -115,7 +117,9 @@ def test_a_beam_moves_rigidly_without_strain_and_with_its_rigid_inertia(beam: Be
 
 def test_timoshenko_tends_to_euler_bernoulli() -> None:
     stiff = replace(THICK, shear=1e9 * SHEAR, rotary=0.0)
-    np.testing.assert_allclose(stiff.stiffness(), ROD.stiffness(), rtol=1e-6, atol=1e-6 * np.max(ROD.stiffness()))
+    np.testing.assert_allclose(
+        stiff.stiffness(), ROD.stiffness(), rtol=1e-6, atol=1e-6 * np.max(ROD.stiffness())
+    )
     np.testing.assert_allclose(stiff.mass(), ROD.mass(), rtol=1e-6, atol=1e-9)
 
 
@@ -143,7 +147,12 @@ def test_spinning_cantilever_stiffens_as_southwell_found() -> None:
     stiffness = k + geometric + speed**2 * twice - speed * gyro @ d + speed**2 * m @ d @ d
     damping, stiffness, m = (matrix[3:, 3:] for matrix in (damping, stiffness, m))
     size = len(m)
-    state = np.block([[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(m, stiffness), -np.linalg.solve(m, damping)]])
+    state = np.block(
+        [
+            [np.zeros((size, size)), np.eye(size)],
+            [-np.linalg.solve(m, stiffness), -np.linalg.solve(m, damping)],
+        ]
+    )
     values = np.linalg.eigvals(state)
     assert np.max(np.abs(values.real)) < 1e-6 * np.max(np.abs(values))
     first = np.min(np.abs(values.imag))
@@ -170,7 +179,9 @@ def test_triangle_patch_test() -> None:
     u[inner] = np.linalg.solve(k[np.ix_(inner, inner)], -k[np.ix_(inner, border)] @ exact[border])
     np.testing.assert_allclose(u, exact, rtol=0, atol=1e-15)
     for corners in triangles:
-        strain = Triangle(nodes[corners], 0.01, E, NU, RHO).strain_matrix() @ u.reshape(-1, 2)[corners].ravel()
+        strain = (
+            Triangle(nodes[corners], 0.01, E, NU, RHO).strain_matrix() @ u.reshape(-1, 2)[corners].ravel()
+        )
         np.testing.assert_allclose(strain, [2e-4, 5e-4, 2e-4], atol=1e-15)
 
 
@@ -183,7 +194,9 @@ def test_triangle_inertia_and_orientation() -> None:
     assert turn @ plate.mass() @ turn == pytest.approx(mass * 0.36**2 / 12, rel=1e-12)
     back = Triangle(corners[[0, 2, 1]], 0.025, E, NU, RHO)
     place = [0, 1, 4, 5, 2, 3]
-    np.testing.assert_allclose(back.stiffness()[np.ix_(place, place)], plate.stiffness(), rtol=1e-12, atol=1e-3)
+    np.testing.assert_allclose(
+        back.stiffness()[np.ix_(place, place)], plate.stiffness(), rtol=1e-12, atol=1e-3
+    )
 
 
 def test_triangle_under_tension_and_shear_obeys_hooke() -> None:

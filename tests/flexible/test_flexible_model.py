@@ -63,7 +63,9 @@ def test_first_locked_frequency(robot: Robot, poses: Motion) -> None:
 
 def test_frequency_scales_with_the_material(robot: Robot, poses: Motion) -> None:
     soft = changed(robot, material={"youngs_modulus": 0.5 * 2.06e11, "density": 2 * 7850.0})
-    np.testing.assert_allclose(frequencies(Model(soft), poses), 0.5 * frequencies(Model(robot), poses), rtol=1e-9)
+    np.testing.assert_allclose(
+        frequencies(Model(soft), poses), 0.5 * frequencies(Model(robot), poses), rtol=1e-9
+    )
 
 
 def test_frequencies_do_not_depend_on_the_axes(robot: Robot, poses: Motion) -> None:
@@ -95,12 +97,16 @@ def test_sparse_and_dense_solvers_agree(robot: Robot, poses: Motion) -> None:
     k, m = model.matrices(some)
     exact = np.sqrt(dense(k, m, 10)[0]) / (2 * np.pi)
     np.testing.assert_allclose(found, exact, rtol=1e-9)
-    np.testing.assert_allclose(np.swapaxes(shapes, 1, 2) @ m @ shapes, np.tile(np.eye(10), (3, 1, 1)), atol=1e-9)
+    np.testing.assert_allclose(
+        np.swapaxes(shapes, 1, 2) @ m @ shapes, np.tile(np.eye(10), (3, 1, 1)), atol=1e-9
+    )
 
 
 def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None:
     def first(roots: str, stiffness: float = 1.0) -> np.ndarray:
-        return frequencies(Model(changed(robot, drives={"roots": roots, "servo_stiffness": stiffness})), poses)
+        return frequencies(
+            Model(changed(robot, drives={"roots": roots, "servo_stiffness": stiffness})), poses
+        )
 
     locked, free = first("locked"), first("free")
     np.testing.assert_allclose(first("servo", 1e13)[:, :6], locked[:, :6], rtol=1e-5)
@@ -147,7 +153,9 @@ def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motio
         e1 = np.stack([np.cos(poses.phi[:, leg]), np.sin(poses.phi[:, leg])], -1)
         n1 = np.stack([-e1[:, 1], e1[:, 0]], -1)
         at_b = g.crank[leg] * (poses.ddphi[:, leg, None] * n1 - poses.dphi[:, leg, None] ** 2 * e1)
-        angle, speed, rate = ((poses.psi, poses.dpsi, poses.ddpsi) if coupler else (poses.phi, poses.dphi, poses.ddphi))
+        angle, speed, rate = (
+            (poses.psi, poses.dpsi, poses.ddpsi) if coupler else (poses.phi, poses.dphi, poses.ddphi)
+        )
         e = np.stack([np.cos(angle[:, leg]), np.sin(angle[:, leg])], -1)
         n = np.stack([-e[:, 1], e[:, 0]], -1)
         back = np.swapaxes(element_rotations(angle[:, leg]), 1, 2)

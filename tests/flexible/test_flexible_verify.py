@@ -56,7 +56,9 @@ def test_the_sdf_file_has_the_masses_of_the_robot_file(robot: Robot) -> None:
         if quantity in ("mass", "inertia"):
             assert getattr(mechanism.link[link], quantity) == pytest.approx(value, rel=1e-12)
         else:
-            assert mechanism.link[link].com_local["xyz".index(quantity[-1])] == pytest.approx(value, abs=1e-15)
+            assert mechanism.link[link].com_local["xyz".index(quantity[-1])] == pytest.approx(
+                value, abs=1e-15
+            )
 
 
 def test_a_wrong_mass_or_motion_is_noticed(robot: Robot, poses: Motion) -> None:
@@ -78,7 +80,16 @@ def _couplers(state: Motion) -> dict[str, float]:
 def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     status = main(
-        ["modes", str(data_folder() / "three_rrr.toml"), "--verify", "--branch", "98", "--no-plots", "--out", str(out)]
+        [
+            "modes",
+            str(data_folder() / "three_rrr.toml"),
+            "--verify",
+            "--branch",
+            "98",
+            "--no-plots",
+            "--out",
+            str(out),
+        ]
     )
     assert status == 0
     found = json.loads((out / "modes.json").read_text())
@@ -102,7 +113,11 @@ def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("density        = 7850.0", "density        = 0.0", "material.density: is 0.0; it should be greater than 0"),
+        (
+            "density        = 7850.0",
+            "density        = 0.0",
+            "material.density: is 0.0; it should be greater than 0",
+        ),
         ("density        = 7850.0", "densty         = 7850.0", 'unknown key; did you mean "density"?'),
         ("coupler_diameter   = 0.04", "coupler_diameter   = -0.04", "sections.coupler_diameter: is -0.04"),
         ("elements = 1 ", "elements = 0 ", "model.elements: is 0; it should be greater than or equal to 1"),
@@ -121,9 +136,17 @@ def test_bad_robots_get_one_line(
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('attached_to="crank2"><pose>0.112', 'attached_to="crank2"><pose>0.0', "crank2: has the length 0 m; it must be positive"),
+        (
+            'attached_to="crank2"><pose>0.112',
+            'attached_to="crank2"><pose>0.0',
+            "crank2: has the length 0 m; it must be positive",
+        ),
         ('name="B2"', 'name="Q2"', '<joint name="B2">: is missing; did you mean'),
-        ("<parent>crank3_B</parent>", "<parent>world</parent>", '<joint name="B3">: is a revolute joint of world'),
+        (
+            "<parent>crank3_B</parent>",
+            "<parent>world</parent>",
+            '<joint name="B3">: is a revolute joint of world',
+        ),
     ],
 )
 def test_bad_mechanisms_get_one_line(
@@ -152,17 +175,24 @@ def edited(tmp_path: Path, changes: dict[str, tuple[str, str]]) -> int:
     return main(["modes", str(tmp_path / "three_rrr.toml"), "--no-plots", "--out", str(tmp_path / "out")])
 
 
-def test_no_assembly_and_wrong_branch_are_failures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_assembly_and_wrong_branch_are_failures(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert edited(tmp_path, {"three_rrr.toml": ("branch    = 98.05", "branch    = 10.0")}) == 1
     error = capsys.readouterr().err
     assert "no-assembly: no assembly starts near theta = 10 deg; there are 98.05, -87.51 deg" in error
     assert error.count("\n") == 1
-    far = ('attached_to="world"><pose relative_to="__model__">0.3 ', 'attached_to="world"><pose relative_to="__model__">3.0 ')
+    far = (
+        'attached_to="world"><pose relative_to="__model__">0.3 ',
+        'attached_to="world"><pose relative_to="__model__">3.0 ',
+    )
     assert edited(tmp_path, {"three_rrr.sdf": far}) == 1
     assert "no assembly at the crank angles 60, 0, 220 deg" in capsys.readouterr().err
 
 
-def test_a_crossed_fold_ends_the_study_with_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_crossed_fold_ends_the_study_with_a_status(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from linkages.flexible.direct import count
 
     robot = load_robot(data_folder() / "three_rrr.toml")
@@ -176,7 +206,9 @@ def test_a_crossed_fold_ends_the_study_with_a_status(tmp_path: Path, capsys: pyt
         if branch.status.value == "singular":
             kept.append(x)
     text = (data_folder() / "three_rrr.toml").read_text()
-    text = text.replace("[60.0, 0.0, 220.0]", str(phi0.tolist())).replace("98.05 ", f"{np.rad2deg(kept[1][0])} ")
+    text = text.replace("[60.0, 0.0, 220.0]", str(phi0.tolist())).replace(
+        "98.05 ", f"{np.rad2deg(kept[1][0])} "
+    )
     (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
     (tmp_path / "fold.toml").write_text(text)
     assert main(["modes", str(tmp_path / "fold.toml"), "--no-plots", "--out", str(tmp_path / "out")]) == 1
