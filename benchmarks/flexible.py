@@ -1,7 +1,7 @@
 """Cost of the flexible robot: ``python benchmarks/flexible.py [--figure FILE.png]``.
 
-Prints the time of the modal map of 360 poses with one element in each link (21 unknowns; wanted: 0.15 s), with 16
-elements (first 10 modes; wanted: 10 s), and dense against sparse for several numbers of elements.
+Prints the time of the modal map of 360 poses with one element in each link (21 unknowns; wanted: 0.15 s),
+with 16 elements (first 10 modes; wanted: 10 s), and dense against sparse for several numbers of elements.
 """
 
 from __future__ import annotations
@@ -57,22 +57,27 @@ def main() -> None:
     model = Model(robot)
     frequencies(model, state.part(slice(0, 2)))  # builds the tables
     print(
-        f"modal map, {POSES} poses x {model.size} unknowns, all frequencies: {best(lambda: frequencies(model, state)):.3f} s"
+        f"modal map, {POSES} poses x {model.size} unknowns, all frequencies: "
+        f"{best(lambda: frequencies(model, state)):.3f} s"
     )
     print(f"  the same with shapes: {best(lambda: modes(model, state)):.3f} s")
     fine = Model(changed(robot, model={"elements": 16}))
     frequencies(fine, state.part(slice(0, 2)), MODES)
     print(
-        f"16 elements, {POSES} poses x {fine.size} unknowns, {MODES} modes: {best(lambda: modes(fine, state, MODES), 1):.2f} s"
+        f"16 elements, {POSES} poses x {fine.size} unknowns, {MODES} modes: "
+        f"{best(lambda: modes(fine, state, MODES), 1):.2f} s"
     )
     print(
-        f"one direct kinematics, certified: {1e3 * best(lambda: [assemblies(g, p) for p in state.phi[:50]]) / 50:.2f} ms"
+        "one direct kinematics, certified: "
+        f"{1e3 * best(lambda: [assemblies(g, p) for p in state.phi[:50]]) / 50:.2f} ms"
     )
     print(
-        f"one assembly count in a batch: {1e6 * best(lambda: count(g, np.tile(state.phi, (10, 1)))) / (10 * POSES):.1f} us"
+        "one assembly count in a batch: "
+        f"{1e6 * best(lambda: count(g, np.tile(state.phi, (10, 1)))) / (10 * POSES):.1f} us"
     )
     print(
-        f"one branch over the revolution: {best(lambda: follow(g, robot.phi0, robot.phidot, start, robot.duration)):.3f} s"
+        "one branch over the revolution: "
+        f"{best(lambda: follow(g, robot.phi0, robot.phidot, start, robot.duration)):.3f} s"
     )
     print(
         f"\n{'elements':>8s}{'unknowns':>10s}{'dense':>12s}{'sparse':>12s}   ms per pose, first {MODES} modes"

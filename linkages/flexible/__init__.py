@@ -1,7 +1,8 @@
 """Elastodynamics of a planar 3-RRR parallel robot with flexible links, and its rigid kinematics.
 
-The source is Lu, Shi, Gao and Dan, "Elastic-dynamics of planar flexile parallel mechanism", Transactions of the
-Chinese Society for Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers are its own.
+The source is Lu, Shi, Gao and Dan, "Elastic-dynamics of planar flexile parallel mechanism", Transactions of
+the Chinese Society for Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers are
+its own.
 
 | module      | responsibility                                                                            |
 |-------------|-------------------------------------------------------------------------------------------|
@@ -23,9 +24,9 @@ Chinese Society for Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"
 | replication | the paper's printed numbers beside ours                                                    |
 | command     | ``linkages modes``                                                                         |
 
-Conventions: SI units, plane axes x, y as in the paper (origin at the base's centre in the shipped machine). Leg r has
-the pivots A_r (base), B_r (crank - coupler), C_r (coupler - platform). phi_r is the angle of A_r B_r, psi_r of
-B_r C_r, theta of the platform, all absolute, counter-clockwise from x. A platform position is the row
-(theta, x, y), as in the paper. Elastic displacements are small, in plane axes, relative to the rigid motion.
-Arrays over poses have the pose as their first axis.
+Conventions: SI units, plane axes x, y as in the paper (origin at the base's centre in the shipped machine).
+Leg r has the pivots A_r (base), B_r (crank - coupler), C_r (coupler - platform). phi_r is the angle of A_r
+B_r, psi_r of B_r C_r, theta of the platform, all absolute, counter-clockwise from x. A platform position is
+the row (theta, x, y), as in the paper. Elastic displacements are small, in plane axes, relative to the
+rigid motion. Arrays over poses have the pose as their first axis.
 """

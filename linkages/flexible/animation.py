@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from linkages.flexible.drawing import displaced_lines
 from linkages.flexible.study import FlexibleStudy
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _FRAMES = 121
 _SHARE = 0.1  # drawn deflection as a part of the coupler's length
@@ -35,7 +35,7 @@ def animation_data(study: FlexibleStudy) -> dict[str, Any]:
     """
     places = np.unique(np.linspace(0, len(study.motion) - 1, _FRAMES).astype(int))
     size = _SHARE * float(np.max(study.model.geometry.coupler))
-    frames = []
+    frames: list[dict[str, Any]] = []
     for index in places:
         one = study.motion.part(slice(int(index), int(index) + 1))
         rest = _points(displaced_lines(study.model, one, np.zeros(study.model.full)))
@@ -94,8 +94,8 @@ p{color:#555;font-size:13px}
 <label>pose <input id="pose" type="range" min="0" value="0" step="1"></label>
 <output id="text"></output>
 </div>
-<p>Grey: the rigid pose. Colour: the mode's shape, its size and its vibration's speed chosen to be seen. The mode is followed
-from pose to pose; its natural frequency changes with the pose.</p>
+<p>Grey: the rigid pose. Colour: the mode's shape, its size and its vibration's speed chosen to be seen.
+The mode is followed from pose to pose; its natural frequency changes with the pose.</p>
 </main>
 <script>
 const D=@DATA@;
@@ -106,17 +106,21 @@ el("pose").max=D.frames.length-1;
 const [x0,y0,x1,y1]=D.box,k=Math.min(cv.width/(x1-x0),cv.height/(y1-y0));
 const ox=(cv.width-k*(x1-x0))/2,oy=(cv.height-k*(y1-y0))/2;
 const X=x=>ox+k*(x-x0),Y=y=>cv.height-oy-k*(y-y0);
-function line(p,d,s,color,width){g.beginPath();p.forEach((q,i)=>{const x=X(q[0]+(d?s*d[i][0]:0)),y=Y(q[1]+(d?s*d[i][1]:0));
+function line(p,d,s,color,width){g.beginPath();p.forEach((q,i)=>{
+const x=X(q[0]+(d?s*d[i][0]:0)),y=Y(q[1]+(d?s*d[i][1]:0));
 i?g.lineTo(x,y):g.moveTo(x,y)});g.strokeStyle=color;g.lineWidth=width;g.lineJoin="round";g.stroke()}
 let playing=true,at=0,phase=0,last=null;
 function draw(){const n=Math.round(at)%D.frames.length,F=D.frames[n],m=+el("mode").value,s=+el("size").value*Math.sin(phase);
 g.fillStyle="#fff";g.fillRect(0,0,cv.width,cv.height);
 F.rest.forEach(p=>line(p,null,0,"#bbb",3));
 F.rest.forEach((p,i)=>line(p,F.shape[m][i],s,colors[m%6],i==F.rest.length-1?5:6));
-g.fillStyle="#333";D.base.forEach(p=>{g.beginPath();g.moveTo(X(p[0]),Y(p[1]));g.lineTo(X(p[0])-13,Y(p[1])+22);
+g.fillStyle="#333";D.base.forEach(p=>{g.beginPath();
+g.moveTo(X(p[0]),Y(p[1]));g.lineTo(X(p[0])-13,Y(p[1])+22);
 g.lineTo(X(p[0])+13,Y(p[1])+22);g.fill()});
-el("text").textContent="t = "+F.t.toFixed(2)+" s, "+D.hz[n][m].toFixed(1)+" Hz";if(playing)el("pose").value=n}
-function step(now){if(last!==null&&playing){const dt=Math.min((now-last)/1000,0.1);at=(at+dt*D.frames.length/20)%D.frames.length}
+el("text").textContent="t = "+F.t.toFixed(2)+" s, "+D.hz[n][m].toFixed(1)+" Hz";
+if(playing)el("pose").value=n}
+function step(now){if(last!==null&&playing){const dt=Math.min((now-last)/1000,0.1);
+at=(at+dt*D.frames.length/20)%D.frames.length}
 if(last!==null)phase+=Math.min((now-last)/1000,0.1)*2*Math.PI*0.8;last=now;draw();requestAnimationFrame(step)}
 el("play").onclick=()=>{playing=!playing;el("play").textContent=playing?"Pause":"Play"};
 el("pose").oninput=()=>{playing=false;el("play").textContent="Play";at=+el("pose").value};

@@ -14,7 +14,7 @@ from linkages.flexible.direct import assemblies
 from linkages.flexible.geometry import Geometry
 from linkages.flexible.kinematics import Motion, determinants, jacobians, loop_errors, motion, newton, radius
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 Metric = Literal["path", "rotation", "pivots"]
 
@@ -33,7 +33,7 @@ class BranchError(RuntimeError):
 
 _REMEDY = {
     Status.NO_ASSEMBLY: "check the lengths and the drives' start angles",
-    Status.SINGULAR: "the assembly meets another one and both vanish: shorten the duration or follow another branch",
+    Status.SINGULAR: "two assemblies meet and vanish: shorten the duration or follow another branch",
 }
 
 
@@ -44,7 +44,8 @@ class Singularity:
     Attributes
     ----------
     type : int
-        1: A, B and C of a leg align, the crank is at a limit; 2: the platform is no longer held by the drives.
+        1: A, B and C of a leg align, the crank is at a limit; 2: the platform is no longer held by the
+        drives.
     leg : int
         1, 2 or 3; 0 for type 2.
     time : float
@@ -108,8 +109,9 @@ class Branch:
 def follow(geometry: Geometry, phi0: Array, phidot: Array, x0: Array, duration: float) -> Branch:
     """Follow the assembly x0 (3,) for a time [s], by a second-order predictor and Newton's method.
 
-    A step counts only if the corrector moves the prediction little and det Jx keeps its sign, so that the branch can
-    neither jump to another one nor pass a fold unseen. At a fold the time is located and the branch ends.
+    A step counts only if the corrector moves the prediction little and det Jx keeps its sign, so that the
+    branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the
+    branch ends.
     """
     state = _at(geometry, phi0, phidot, 0.0, x0)
     sign = np.sign(_fold(state, geometry))
@@ -137,7 +139,7 @@ def follow(geometry: Geometry, phi0: Array, phidot: Array, x0: Array, duration: 
 
 
 def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) -> Array:
-    """Choose the assembly (3,) at t = 0 whose platform angle is nearest to theta [rad]; the first without one.
+    """Choose the assembly (3,) at t = 0 whose platform angle is nearest to theta [rad]; else the first.
 
     Raises
     ------
@@ -163,8 +165,8 @@ def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) 
 def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
     """Length of a branch's motion.
 
-    ``path``: path of the platform's centre [m]; ``rotation``: integral of |theta_dot| [rad]; ``pivots``: mean path
-    of the three pivots C_r [m], which weighs both.
+    ``path``: path of the platform's centre [m]; ``rotation``: integral of |theta_dot| [rad]; ``pivots``:
+    mean path of the three pivots C_r [m], which weighs both.
     """
     times = np.linspace(0.0, branch.times[-1], points)
     state = branch.motion(times)
@@ -207,7 +209,7 @@ def _state(geometry: Geometry, phi0: Array, phidot: Array, times: Array, x: Arra
 
 
 def _at(geometry: Geometry, phi0: Array, phidot: Array, time: float, guess: Array) -> Motion:
-    """Motion at one time; the pose is not closed if Newton's method fails. A singular pose has no rates: zero."""
+    """Motion at one time; the pose is not closed if Newton's method fails; singular ones get zero rates."""
     phi = (phi0 + time * phidot)[None]
     x, _ = newton(geometry, phi, np.array(guess, dtype=float)[None])
     jx, _ = jacobians(geometry, phi, x)
@@ -230,7 +232,7 @@ def _accepted(geometry: Geometry, state: Motion, guess: Array, sign: float) -> b
 
 
 def _type_one(geometry: Geometry, phi0: Array, phidot: Array, times: Array, x: Array) -> list[Singularity]:
-    """Times at which a leg aligns, located between continuation points."""
+    """Find the times at which a leg aligns, located between continuation points."""
     _, sine = determinants(geometry, phi0 + times[:, None] * phidot, x)
     found = []
     for leg in range(3):

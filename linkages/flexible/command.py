@@ -70,9 +70,9 @@ def _modes(options: argparse.Namespace) -> int:
     study = run_study(robot, _bar("modes"))
     result = summarize(study)
     if options.verify:
-        from linkages.flexible.verify import verify
-
         import numpy as np
+
+        from linkages.flexible.verify import verify
 
         poses = study.branch.motion(np.linspace(0.0, study.branch.times[-1], 25))
         found = asdict(verify(robot, poses))
@@ -100,7 +100,7 @@ def _modes(options: argparse.Namespace) -> int:
 
 
 def summarize(study: FlexibleStudy) -> dict[str, Any]:
-    """The content of ``modes.json``, SI units."""
+    """Return the content of ``modes.json``, SI units."""
     import importlib.metadata
 
     import numpy as np
@@ -154,8 +154,10 @@ def format_table(result: dict[str, Any]) -> str:
     e = result["elastic_displacement"]
     lines += [
         "",
-        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m",
-        f"quasi-static elastic displacement of the platform: x {1e6 * e['x']:.4f} um, y {1e6 * e['y']:.4f} um, "
+        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, "
+        f"pivots {travel['pivots']:.4f} m",
+        "quasi-static elastic displacement of the platform: "
+        f"x {1e6 * e['x']:.4f} um, y {1e6 * e['y']:.4f} um, "
         f"turning {1e6 * e['angle']:.4f} urad",
         "largest stress [MPa]: " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in result["stress"].items()),
     ]
@@ -166,7 +168,7 @@ def format_table(result: dict[str, Any]) -> str:
 
 
 def _bar(name: str) -> Callable[[float], None]:
-    """A progress bar for a fraction from 0 to 1, shown on a terminal after two seconds."""
+    """Make a progress bar for a fraction from 0 to 1, shown on a terminal after two seconds."""
     from tqdm import tqdm
 
     bar = tqdm(

@@ -1,18 +1,21 @@
 """Direct kinematics: every assembly of the robot at given crank angles.
 
-With complex numbers for plane vectors, z = exp(i theta), w_r = z c_r - B_r, the loops are |P + w_r|^2 = l_r^2. The
-differences of loops 2, 3 and loop 1 are linear in P and its conjugate: P = Q/D. Put into loop 1 this leaves
+With complex numbers for plane vectors, z = exp(i theta), w_r = z c_r - B_r, the loops are |P + w_r|^2 =
+l_r^2. The differences of loops 2, 3 and loop 1 are linear in P and its conjugate: P = Q/D. Put into loop 1
+this leaves
 
     F(theta) = |Q|^2 + 2 Re(Q conj(w_1 D)) + (|w_1|^2 - l_1^2) |D|^2 = 0,
 
-a real trigonometric polynomial of degree three: Q has the powers z^-1 .. z^2 and D the powers z^-1 .. z^1. So there are
-at most six assemblies. The paper's octic, eq. (2), in t = tan(theta/2) is this polynomial times (1 + t^2).
+a real trigonometric polynomial of degree three: Q has the powers z^-1 .. z^2 and D the powers z^-1 .. z^1.
+So there are at most six assemblies. The paper's octic, eq. (2), in t = tan(theta/2) is this polynomial
+times (1 + t^2).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +23,7 @@ from numpy.typing import NDArray
 from linkages.flexible.geometry import Geometry
 from linkages.flexible.kinematics import arms, loop_errors, newton, unit
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Complex = NDArray[np.complex128]
 
 _CLOSED = 1e-12  # largest loop error of an assembly, times the robot's size
@@ -42,8 +45,8 @@ class Assemblies:
     roots : int
         Number of distinct real roots of F, counted exactly (Sturm, in rational arithmetic).
     certified : bool
-        Whether the exact count equals the number of distinct theta found. False only within round-off of a fold, or
-        where two assemblies share theta.
+        Whether the exact count equals the number of distinct theta found. False only within round-off of a
+        fold, or where two assemblies share theta.
     """
 
     x: Array
@@ -133,8 +136,9 @@ def candidates(geometry: Geometry, phi: Array) -> Array:
 def _positions(geometry: Geometry, phi: Array, theta: Array, second: NDArray[np.bool_]) -> Array:
     """Platform positions for known theta: the radical centre of the three circles.
 
-    Where the circles' centres are nearly in line the radical centre is badly determined; then P is the intersection of
-    the first circle with the common chord: two points, of which `second` picks one. NaN for a second point elsewhere.
+    Where the circles' centres are nearly in line the radical centre is badly determined; then P is the
+    intersection of the first circle with the common chord: two points, of which `second` picks one. NaN for
+    a second point elsewhere.
     """
     centre = geometry.base + geometry.crank[:, None] * unit(phi) - arms(geometry, theta)
     u = 2.0 * (centre[:, 1:] - centre[:, :1])
@@ -184,12 +188,12 @@ def assemblies(geometry: Geometry, phi: Array) -> Assemblies:
 
 
 def count(geometry: Geometry, phi: Array) -> NDArray[np.int64]:
-    """Number of assemblies (N,) at each row of crank angles (N, 3), vectorised."""
+    """Return the number of assemblies (N,) at each row of crank angles (N, 3), vectorised."""
     return count_distinct(candidates(geometry, phi), geometry.size)
 
 
 def count_distinct(x: Array, size: float) -> NDArray[np.int64]:
-    """Number of different platform positions (N,) among the rows of `candidates` (N, 12, 3)."""
+    """Return the number of different platform positions (N,) among the rows of `candidates` (N, 12, 3)."""
     result = np.zeros(len(x), dtype=np.int64)
     for k in range(x.shape[1]):
         new = np.isfinite(x[:, k, 0])
@@ -209,8 +213,8 @@ def _wrap(angle: Array) -> Array:
 def count_roots(f: Complex) -> int:
     """Count the distinct real roots theta in one turn of the polynomial with coefficients f (7,), exactly.
 
-    F is written in t = tan((theta - theta_0)/2), with theta_0 such that no root is near t = infinity, and Sturm's
-    sequence is evaluated in rational arithmetic: the count is exact for the given coefficients.
+    F is written in t = tan((theta - theta_0)/2), with theta_0 such that no root is near t = infinity, and
+    Sturm's sequence is evaluated in rational arithmetic: the count is exact for the given coefficients.
     """
     power = np.arange(-3, 4)
     tries = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
@@ -238,9 +242,7 @@ def _sturm(p: list[Fraction]) -> int:
         chain.append([-c / scale for c in rest])
     above = [q[-1] > 0 for q in chain]
     below = [(q[-1] > 0) == (len(q) % 2 == 1) for q in chain]
-    return sum(a != b for a, b in zip(below, below[1:], strict=False)) - sum(
-        a != b for a, b in zip(above, above[1:], strict=False)
-    )
+    return sum(a != b for a, b in pairwise(below)) - sum(a != b for a, b in pairwise(above))
 
 
 def _remainder(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:

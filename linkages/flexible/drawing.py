@@ -14,7 +14,7 @@ from linkages.flexible.rotating import element_rotations, gather
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 OUTLINE = "0.35"
 _SHARE = 0.12  # largest drawn deflection as a part of the robot's size
@@ -29,7 +29,7 @@ def rest_lines(model: Model, state: Motion, index: int) -> list[tuple[Array, str
 def shape_lines(
     model: Model, state: Motion, index: int, shape: Array, scale: float | None = None
 ) -> list[tuple[Array, str]]:
-    """Lines of the robot deformed by a shape (size,) of its unknowns, scaled to a visible deflection by default."""
+    """Lines of the robot deformed by a shape (size,) of its unknowns, visibly large by default."""
     one = state.part(slice(index, index + 1))
     full = model.expand(one, shape[None])[0]
     still = displaced_lines(model, one, np.zeros(model.full))

@@ -1,7 +1,8 @@
 """Finite elements: straight beams, chains of them, and the constant-strain triangle.
 
-A beam element has the displacements (u_1, v_1, w_1, u_2, v_2, w_2) along and across its axis and the turning of its
-cross-section, in its own axes: the paper's delta of eq. (8), which writes v_2, v_4 for w_1, w_2.
+A beam element has the displacements (u_1, v_1, w_1, u_2, v_2, w_2) along and across its axis and the
+turning of its cross-section, in its own axes: the paper's delta of eq. (8), which writes v_2, v_4 for w_1,
+w_2.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from linkages.errors import InputError
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _GAUSS = np.polynomial.legendre.leggauss(5)
 _AXIAL, _BENDING = [0, 3], [1, 2, 4, 5]
@@ -65,8 +66,9 @@ class Beam:
     def shapes(self, s: Array) -> tuple[Array, Array, Array]:
         """Shape functions at s (n,) in [0, 1]: displacements (n, 2, 6), turning and curvature (n, 6) each.
 
-        Without shear Hermite's cubics, whose frequencies converge at fourth order. With shear the cubics of Friedman
-        and Kosmatka (1993): exact under end loads and free of locking, uniform shear in an element, second order.
+        Without shear Hermite's cubics, whose frequencies converge at fourth order. With shear the cubics of
+        Friedman and Kosmatka (1993): exact under end loads and free of locking, uniform shear in an
+        element, second order.
         """
         p, length = self.shear_ratio, self.length
         s = np.asarray(s, dtype=float)
@@ -95,7 +97,7 @@ class Beam:
     def stiffness(self) -> Array:
         """Stiffness matrix (6, 6)."""
         s, weight = self.quadrature()
-        displacement, turning, curvature = self.shapes(s)
+        _, turning, curvature = self.shapes(s)
         k = self.bending * np.einsum("n,ni,nj->ij", weight, curvature, curvature)
         if np.isfinite(self.shear):
             strain = _slope(self, s) - turning
@@ -130,7 +132,7 @@ def geometric_stiffness(beam: Beam) -> Array:
 
 
 def chain_dofs(count: int) -> NDArray[np.int64]:
-    """Place (count, 6) of each element's displacements in a chain of `count` elements: three for each node."""
+    """Place (count, 6) of each element's displacements in a chain of `count` elements: three to a node."""
     return 3 * np.arange(count)[:, None] + np.arange(6)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -17,7 +18,7 @@ from linkages.flexible.response import generalised_alpha
 from linkages.flexible.stress import platform_stress
 from linkages.flexible.study import FlexibleStudy
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 # Okabe and Ito's palette: distinct to colour-blind readers, and in grey
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -58,7 +59,7 @@ def write_figures(
         ("speed_sweep", speed_figure),
     ]
     written = []
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(dict[Any, Any](STYLE)):
         for index, (name, draw) in enumerate(jobs):
             path = folder / f"{name}.png"
             draw(study).savefig(path)
@@ -112,8 +113,8 @@ def _path(study: FlexibleStudy) -> Figure:
     axis.set_ylabel("y [mm]")
     axis.set_title("platform's centre", fontsize=9)
     axis.legend()
-    for index, style in ((0, {"alpha": 0.9}), (len(study.motion) // 3, {"alpha": 0.35})):
-        draw_pose(whole, study.model, study.motion, index, **style)
+    for index, alpha in ((0, 0.9), (len(study.motion) // 3, 0.35)):
+        draw_pose(whole, study.model, study.motion, index, alpha=alpha)
     whole.set_title("in the robot at two poses", fontsize=9)
     return figure
 
@@ -203,7 +204,7 @@ def _stress(study: FlexibleStudy) -> Figure:
     axes = figure.subplots(3, 2, width_ratios=[1.7, 1])
     time = study.motion.time
     for row, link in enumerate((study.stress[2], study.stress[3])):
-        pose, place = np.unravel_index(np.argmax(link.largest), link.largest.shape)
+        pose, _ = np.unravel_index(np.argmax(link.largest), link.largest.shape)
         left, right = axes[row]
         for end, k in enumerate((0, len(link.s) // 2, len(link.s) - 1)):
             label = f"{1e3 * link.s[k]:.0f} mm"

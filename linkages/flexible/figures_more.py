@@ -133,7 +133,8 @@ def speed_figure(study: FlexibleStudy) -> Figure:
         for panel in (top, bottom):
             panel.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
         bottom.set_title(
-            f"first resonance at {at:.0f} rad/s, {found.factors[found.resonance]:.0f} times the experiment's speed",
+            f"first resonance at {at:.0f} rad/s, "
+            f"{found.factors[found.resonance]:.0f} times the experiment's speed",
             fontsize=9,
         )
     return figure

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from linkages.errors import InputError, nearest
 from linkages.mechanism import Joint, Mechanism
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 LEGS = (1, 2, 3)
 _SMALLEST = 1e-9  # lengths below this fraction of the base count as zero
@@ -68,7 +68,7 @@ class Geometry:
 
 
 def symmetric(a: float, b: float, l1: float, l2: float) -> Geometry:
-    """Build the paper's robot: equilateral triangles of sides a and b [m] centred on the origins, three equal legs.
+    """Build the paper's robot: equilateral triangles of sides a, b [m] centred on the origins, equal legs.
 
     A_1 A_2 and C_1 C_2 are parallel to x (x'); both triangles are counter-clockwise.
     """
@@ -100,8 +100,8 @@ def from_mechanism(mechanism: Mechanism) -> Geometry:
                 raise InputError(
                     source,
                     f'<joint name="{name}">',
-                    f"is a {joint.type} joint of {joint.parent} and {joint.child}; a 3-RRR robot needs a revolute"
-                    f" joint of {want[0]} (parent) and {want[1]} (child)",
+                    f"is a {joint.type} joint of {joint.parent} and {joint.child}; a 3-RRR robot needs"
+                    f" a revolute joint of {want[0]} (parent) and {want[1]} (child)",
                 )
             found[name] = joint
     link = mechanism.link["platform"]

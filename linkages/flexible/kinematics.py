@@ -1,8 +1,8 @@
 """Rigid kinematics of the 3-RRR robot, vectorised over poses.
 
-Velocities and accelerations come from one row for each leg, d . (Cdot - Bdot) = 0 with d the unit vector along the
-coupler. Unlike the paper's eq. (3), which inverts the Jacobian of each leg, the rows stay regular where A, B and C
-align.
+Velocities and accelerations come from one row for each leg, d . (Cdot - Bdot) = 0 with d the unit vector
+along the coupler. Unlike the paper's eq. (3), which inverts the Jacobian of each leg, the rows stay regular
+where A, B and C align.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from linkages.flexible.geometry import Geometry
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Motion:
         return len(self.time)
 
     def part(self, index: slice | NDArray[np.int64]) -> Motion:
-        """The motion at some of its poses."""
+        """Return the motion at some of its poses."""
         return Motion(**{name: getattr(self, name)[index] for name in self.__dataclass_fields__})
 
 
@@ -57,7 +57,7 @@ def turned(v: Array) -> Array:
 
 
 def unit(angle: Array) -> Array:
-    """Unit vectors (..., 2) at the given angles."""
+    """Return unit vectors (..., 2) at the given angles."""
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
@@ -97,8 +97,8 @@ def jacobians(geometry: Geometry, phi: Array, x: Array) -> tuple[Array, Array]:
 def determinants(geometry: Geometry, phi: Array, x: Array) -> tuple[Array, Array]:
     """Return the dimensionless singularity measures: type 2 (N,) and type 1 (N, 3).
 
-    Type 2 is det Jx over the platform's radius of gyration of pivots, type 1 the sine of the angle between crank and
-    coupler; both lie in about [-1, 1] and vanish at the singularity.
+    Type 2 is det Jx over the platform's radius of gyration of pivots, type 1 the sine of the angle between
+    crank and coupler; both lie in about [-1, 1] and vanish at the singularity.
     """
     jx, jq = jacobians(geometry, phi, x)
     return np.linalg.det(jx) / radius(geometry), jq / geometry.crank
@@ -110,7 +110,7 @@ def radius(geometry: Geometry) -> float:
 
 
 def newton(geometry: Geometry, phi: Array, x: Array, iterations: int = 12) -> tuple[Array, Array]:
-    """Close the loops by Newton's method from a guess; returns x (N, 3) and the largest loop error (N,) [m]."""
+    """Close the loops by Newton's method from a guess; returns x (N, 3), largest loop error (N,) [m]."""
     x = x.copy()
     best, error = x.copy(), np.full(len(x), np.inf)
     for _ in range(iterations):

@@ -12,7 +12,7 @@ from linkages.flexible.direct import candidates, count_distinct
 from linkages.flexible.geometry import Geometry
 from linkages.flexible.kinematics import determinants
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _BATCH = 4096
 

@@ -1,12 +1,13 @@
 """Mass and stiffness matrices of the flexible robot for any pose, and the loads of its rigid motion.
 
-Each leg has 6 n + 2 displacements with n elements in a link: the crank's root turning, then (x, y, turning) of its
-nodes, then the coupler's turning at B, then (x, y, turning) of its nodes; B belongs to the crank's list, C to the
-coupler's. With n = 1 these are the paper's eight: turning at A, x and y of B, crank's and coupler's turning at B, x and
-y of C, coupler's turning at C, and the whole robot has its 24.
+Each leg has 6 n + 2 displacements with n elements in a link: the crank's root turning, then (x, y, turning)
+of its nodes, then the coupler's turning at B, then (x, y, turning) of its nodes; B belongs to the crank's
+list, C to the coupler's. With n = 1 these are the paper's eight: turning at A, x and y of B, crank's and
+coupler's turning at B, x and y of C, coupler's turning at C, and the whole robot has its 24.
 
-Every matrix is a sum of constant matrices times 1, cos, sin, cos^2 and cos sin of the seven body angles, so matrices
-for many poses are one product of a table of these functions with a table of coefficients on the sparsity pattern.
+Every matrix is a sum of constant matrices times 1, cos, sin, cos^2 and cos sin of the seven body angles, so
+matrices for many poses are one product of a table of these functions with a table of coefficients on the
+sparsity pattern.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from linkages.flexible.geometry import LEGS
 from linkages.flexible.kinematics import Motion, arms, influence, motion, turned, unit
 from linkages.flexible.robot import Robot
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Index = NDArray[np.int64]
 
 _PLATFORM = 6  # place of theta among the seven angles (phi_1, psi_1, phi_2, psi_2, phi_3, psi_3, theta)
@@ -53,7 +54,7 @@ class LinkElements:
 
 
 def angles(state: Motion) -> Array:
-    """The seven body angles (N, 7) [rad]."""
+    """Return the seven body angles (N, 7) [rad]."""
     pairs = np.stack([state.phi, state.psi], axis=-1).reshape(len(state), 6)
     return np.concatenate([pairs, state.x[:, :1]], axis=1)
 
@@ -67,7 +68,8 @@ def functions(angle: Array) -> Array:
 def expand_rotation(matrix: Array, turning: NDArray[np.bool_]) -> Array:
     """Coefficients (5, m, m) of 1, cos, sin, cos^2, cos sin in T' matrix T, eq. (9).
 
-    T turns pairs of displacements from plane into element axes, and leaves those marked in `turning` (m,) alone.
+    T turns pairs of displacements from plane into element axes, and leaves those marked in `turning` (m,)
+    alone.
     """
     size = len(matrix)
     fixed, cosine, sine = (
@@ -276,7 +278,7 @@ class Model:
         return field
 
     def rigid_modes(self, state: Motion) -> Array:
-        """Nodal velocities (N, full, 3) for a unit speed of each crank: the rigid mechanism's velocity space."""
+        """Nodal velocities (N, full, 3) for a unit speed of each crank: the rigid velocity space."""
         columns = []
         gain = influence(self.geometry, state.phi, state.x)
         for r in range(3):
@@ -288,11 +290,11 @@ class Model:
         return np.stack(columns, axis=-1)
 
     def full_load(self, state: Motion) -> Array:
-        """Inertia load -M a of the rigid motion and the platform's load, on all displacements (N, full) [N, N m].
+        """Inertia load -M a of the rigid motion and the platform's load, on all displacements (N, full).
 
-        The rigid acceleration is linear along each rod and over the platform, which the shape functions represent
-        exactly: the consistent load is the consistent mass times the nodal accelerations, the platform's
-        translation and the sign (both misprinted in section 2.2) included.
+        The rigid acceleration is linear along each rod and over the platform, which the shape functions
+        represent exactly: the consistent load is the consistent mass times the nodal accelerations, the
+        platform's translation and the sign (both misprinted in section 2.2) included.
         """
         row, column, _, m_table = self._pattern
         data = (functions(angles(state)) @ m_table) * self.rigid_acceleration(state)[:, column]
@@ -330,7 +332,7 @@ class Model:
         return np.column_stack([corners.mean(axis=1), angle])
 
     def drive_torques(self, state: Motion) -> Array:
-        """Torques (N, 3) that the drives apply in the rigid motion [N m]: virtual power of the inertia loads."""
+        """Torques (N, 3) of the drives in the rigid motion [N m], by virtual power of the loads."""
         return -np.einsum("nfr,nf->nr", self.rigid_modes(state), self.full_load(state))
 
 

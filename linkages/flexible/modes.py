@@ -13,7 +13,7 @@ from linkages.flexible.branch import Branch
 from linkages.flexible.kinematics import Motion
 from linkages.flexible.model import Model
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 DENSE = 80  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/flexible.py)
 _BATCH = 64  # poses solved together by the dense solver
@@ -59,7 +59,7 @@ def _solve(
 
 
 def dense(k: Array, m: Array, count: int, vectors: bool = True) -> tuple[Array, Array]:
-    """Smallest eigenvalues (N, count) of K a = p^2 M a and, if asked for, vectors (N, size, count) with unit mass."""
+    """Smallest eigenvalues (N, count) of K a = p^2 M a and vectors (N, size, count), unit mass."""
     inverse = np.linalg.inv(np.linalg.cholesky(m))
     transposed = np.swapaxes(inverse, 1, 2)
     standard = inverse @ k @ transposed
@@ -89,8 +89,9 @@ def track(
 ) -> tuple[Array, Array, Array]:
     """Follow modes from pose to pose.
 
-    Each pose's modes are assigned to those of the pose before so that the sum of their MAC is largest, and their signs
-    are chosen alike. Where a MAC falls below 0.9 (modes that veer or cross) the step is halved, up to ten times.
+    Each pose's modes are assigned to those of the pose before so that the sum of their MAC is largest, and
+    their signs are chosen alike. Where a MAC falls below 0.9 (modes that veer or cross) the step is halved,
+    up to ten times.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ def track(
 def _advance(
     model: Model, branch: Branch, form: Array, time: float, target: tuple[Motion, Array, Array], halvings: int
 ) -> tuple[Array, Array, Array]:
-    """Carry modes `form` (size, count) from a time to the target's; returns frequencies, shapes and least MAC."""
+    """Carry modes `form` (size, count) from a time to the target's; least MAC comes last."""
     state, values, shapes = target
     _, mass = model.matrices(state)
     table = mac(form, shapes, mass[0])

@@ -1,4 +1,4 @@
-"""The paper's printed numbers beside ours, as a table; every number of ours is computed when the table is made.
+"""The paper's printed numbers beside ours, as a table; every number of ours is computed when it is made.
 
 ``python -m linkages.flexible.replication [FILE]`` writes the table (to standard output without a file).
 """
@@ -23,7 +23,7 @@ from linkages.flexible.robot import Robot, changed, load_robot
 from linkages.flexible.stress import PlatformStress, link_stress, platform_stress
 from linkages.flexible.study import FlexibleStudy, run_study
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 PRINTED_ERROR = (6.456e-3, 9.158e-3, np.deg2rad(1.2630))  # m, m, rad: section 4, platform
 PRINTED_CRANK = 3.4671e5  # Pa: section 4, A_2 B_2
@@ -54,8 +54,8 @@ class StressBound:
     axial : float
         Change of the coupler's length at the printed coupler stress [m].
     platform : float
-        Displacement of the platform's centre, in this model, when the quasi-static load of the worst pose is scaled
-        until the crank of leg 2 carries its printed stress [m].
+        Displacement of the platform's centre, in this model, when the quasi-static load of the worst pose
+        is scaled until the crank of leg 2 carries its printed stress [m].
     scale : float
         That factor.
     """
@@ -105,7 +105,8 @@ def _kinematics(robot: Robot, study: FlexibleStudy) -> list[Row]:
         Row(
             "assemblies at every instant",
             "4",
-            f"{number.min()} to {number.max()} (4 during {share:.1f} % of the revolution); at t = 0: {len(start)}"
+            f"{number.min()} to {number.max()} (4 during {share:.1f} % of the revolution); at t = "
+            f"0: {len(start)}"
             f" (θ = {angles} deg)",
             "not reproduced",
         ),
@@ -134,8 +135,10 @@ def _modes(robot: Robot, study: FlexibleStudy, second: FlexibleStudy) -> list[Ro
         Row(
             "modal frequencies, fig. 9",
             "curves only, material not given",
-            f"first mode {lowest[0]:.2f} Hz at t = 0, {lowest.min():.2f} to {lowest.max():.2f} Hz over the revolution"
-            f" (other assembly {second.frequencies[:, 0].min():.2f} to {second.frequencies[:, 0].max():.2f} Hz);"
+            f"first mode {lowest[0]:.2f} Hz at t = 0, {lowest.min():.2f} to {lowest.max():.2f} Hz "
+            "over the revolution"
+            f" (other assembly {second.frequencies[:, 0].min():.2f} to "
+            f"{second.frequencies[:, 0].max():.2f} Hz);"
             f" first six at t = 0: {', '.join(f'{f:.1f}' for f in study.frequencies[0, :6])} Hz",
             "steel assumed; dense beyond the first, as the paper says",
         ),
@@ -168,9 +171,11 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
             Row(
                 f"elastic displacement of the platform, {name}",
                 f"{scale * PRINTED_ERROR[k]:.4g} {unit}",
-                f"{scale * still[0][k]:.3g} {unit} quasi-static ({scale * still[1][k]:.3g} on the other assembly); "
+                f"{scale * still[0][k]:.3g} {unit} quasi-static ({scale * still[1][k]:.3g} on the "
+                "other assembly); "
                 f"{scale * peak[k]:.3g} {unit} started from rest",
-                f"{PRINTED_ERROR[k] / still[0][k]:.2g} times too large; contradicts the printed stress, see below",
+                f"{PRINTED_ERROR[k] / still[0][k]:.2g} times too large; contradicts the printed "
+                "stress, see below",
             )
         )
     result.append(
@@ -178,7 +183,8 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
             "0.35 MPa against millimetres",
             f"{1e-6 * PRINTED_CRANK:.3g} MPa with {1e3 * PRINTED_ERROR[1]:.3g} mm",
             f"at that stress a crank bends by {1e6 * bound.crank:.3g} µm and a coupler changes its length by "
-            f"{1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) moves the platform by "
+            f"{1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) "
+            "moves the platform by "
             f"{1e6 * bound.platform:.3g} µm",
             "the printed displacements and stresses cannot go together",
         )
@@ -188,8 +194,10 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
         Row(
             "24 equations, crank roots free",
             "all modes used in eq. (13)",
-            f"{int(np.sum(study.free < 1e-3 * study.free.max()))} zero modes, for which F/p² has no value; a mechanism that "
-            f"nothing drives lags {1e3 * PRINTED_ERROR[1]:.4g} mm behind its prescribed motion {drift:.2g} s after t = 0",
+            f"{int(np.sum(study.free < 1e-3 * study.free.max()))} zero modes, for which F/p² has "
+            "no value; a mechanism that "
+            f"nothing drives lags {1e3 * PRINTED_ERROR[1]:.4g} mm behind its prescribed motion "
+            f"{drift:.2g} s after t = 0",
             "a possible origin of the millimetres: rigid drift, not elasticity (our reading)",
         )
     )
@@ -197,7 +205,8 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
         Row(
             "time recursion, eq. (13)",
             "back with the next step's basis",
-            f"with it the displacement reaches {gain:.2g} times that of the same basis within {_FROM_REST:g} s",
+            f"with it the displacement reaches {gain:.2g} times that of the same basis within "
+            f"{_FROM_REST:g} s",
             "misprint or error: carry the state with one basis",
         )
     )
@@ -217,7 +226,8 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
         Row(
             "platform, normal stress",
             f"{1e-3 * PRINTED_PLATFORM[0]:.4g} to {1e-3 * PRINTED_PLATFORM[1]:.4g} kPa",
-            f"{1e-3 * plate.second.min():.3g} to {1e-3 * plate.first.max():.3g} kPa (principal, quasi-static)",
+            f"{1e-3 * plate.second.min():.3g} to {1e-3 * plate.first.max():.3g} kPa (principal, "
+            "quasi-static)",
             "the triangle's printed load lacks its translational acceleration",
         ),
         Row(
@@ -229,7 +239,8 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
         Row(
             "where the stress is largest",
             "input rods, at an end",
-            f"crank 2 at {1e3 * _place(study, 2):.0f} mm (its root); coupler 2 at {1e3 * _place(study, 3):.0f} mm of "
+            f"crank 2 at {1e3 * _place(study, 2):.0f} mm (its root); coupler 2 at "
+            f"{1e3 * _place(study, 3):.0f} mm of "
             f"{1e3 * study.robot.geometry.coupler[1]:.0f} mm",
             "right for the crank; a pinned coupler bends most near mid-span",
         ),
@@ -243,18 +254,21 @@ def _place(study: FlexibleStudy, index: int) -> float:
 
 
 def markdown(robot: Robot) -> str:
-    """The table as a Markdown page."""
+    """Return the table as a Markdown page."""
     m = robot.material
     lines = [
         "# Replication: the flexible 3-RRR robot",
         "",
-        "Lu, Shi, Gao and Dan, *Elastic-dynamics of planar flexile parallel mechanism*, Transactions of the Chinese Society",
+        "Lu, Shi, Gao and Dan, *Elastic-dynamics of planar flexile parallel mechanism*, "
+        "Transactions of the Chinese Society",
         "for Agricultural Machinery 41(6), 2010, pp. 208-215. The paper gives no material; assumed here: "
         f"{m.name}, E = {m.youngs_modulus:.3g} Pa,",
-        f"{m.density:g} kg/m³, ν = {m.poisson:g}; the crank has the diameter d₁, the coupler d₂; crank roots held; "
+        f"{m.density:g} kg/m³, ν = {m.poisson:g}; the crank has the diameter d₁, the coupler d₂; "
+        "crank roots held; "
         f"{robot.model.elements} element in each link.",
         "",
-        "This page is written by `python -m linkages.flexible.replication docs/replication_3rrr.md`; its numbers are computed.",
+        "This page is written by `python -m linkages.flexible.replication "
+        "docs/replication_3rrr.md`; its numbers are computed.",
         "",
         "| quantity | printed | ours | verdict |",
         "|---|---|---|---|",
@@ -262,9 +276,12 @@ def markdown(robot: Robot) -> str:
     lines += [f"| {r.quantity} | {r.printed} | {r.ours} | {r.verdict} |" for r in rows(robot)]
     lines += [
         "",
-        "The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root",
-        "stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; at the printed σ this is the first length. A coupler is",
-        "hinged at both ends and carries the platform by its axial force alone: σ l₂ / E is the second. The third takes the",
+        "The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and "
+        "hinged at B₂, so its root",
+        "stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; at the printed σ this is the "
+        "first length. A coupler is",
+        "hinged at both ends and carries the platform by its axial force alone: σ l₂ / E is the "
+        "second. The third takes the",
         "model's own ratio of platform displacement to crank stress over the revolution.",
     ]
     return "\n".join(lines) + "\n"

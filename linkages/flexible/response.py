@@ -17,7 +17,7 @@ from linkages.flexible.model import Model
 from linkages.flexible.modes import DENSE, dense
 from linkages.flexible.rotating import velocity_terms
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 Matrices = Callable[[Array], tuple[Array, Array, Array, Array]]
 Start = Literal["rest", "quasi-static"]
 
@@ -69,10 +69,11 @@ def quasi_static_response(model: Model, state: Motion) -> Response:
 def recursion(
     model: Model, branch: Branch, times: Array, start: Start = "rest", printed: bool = False
 ) -> Response:
-    """The paper's recursion, eq. (13): modal matrices and loads constant over each step, each mode solved exactly.
+    """Run the paper's recursion, eq. (13): matrices and loads constant over each step, each mode exact.
 
-    The state is taken into the modal basis of its own step and back with the *same* basis. The printed scheme goes back
-    with the basis of the next step; eigenvectors' signs are arbitrary, so that it feeds energy in. `printed` shows it.
+    The state is taken into the modal basis of its own step and back with the *same* basis. The printed
+    scheme goes back with the basis of the next step; eigenvectors' signs are arbitrary, so that it feeds
+    energy in. `printed` shows it.
 
     Parameters
     ----------

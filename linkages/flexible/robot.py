@@ -16,7 +16,7 @@ from linkages.errors import InputError, nearest
 from linkages.flexible.geometry import LEGS, Geometry, from_mechanism
 from linkages.mechanism import Mechanism, load_mechanism
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -99,10 +99,10 @@ class Robot(_Table):
     drives: Drives = Field(description="crank motion")
     material: Material = Field(description="of rods and platform")
     sections: Sections = Field(description="rods and plate")
-    joint_masses: Masses = Field(default_factory=Masses, description="point masses at the pivots")
-    model: ModelOptions = Field(default_factory=ModelOptions, description="finite-element options")
-    damping: Damping = Field(default_factory=Damping, description="Rayleigh damping")
-    load: Load = Field(default_factory=Load, description="constant load on the platform")
+    joint_masses: Masses = Field(Masses.model_validate({}), description="point masses at the pivots")
+    model: ModelOptions = Field(ModelOptions.model_validate({}), description="finite-element options")
+    damping: Damping = Field(Damping.model_validate({}), description="Rayleigh damping")
+    load: Load = Field(Load.model_validate({}), description="constant load on the platform")
 
     _source: Path = PrivateAttr(Path("robot"))
     _geometry: Geometry | None = PrivateAttr(None)
@@ -138,11 +138,11 @@ class Robot(_Table):
         return np.pi * d**2 / 4.0, np.pi * d**4 / 64.0
 
     def load_mechanism(self) -> Mechanism:
-        """The rigid mechanism as the SDFormat file has it."""
+        """Read the rigid mechanism as the SDFormat file has it."""
         return load_mechanism(self.mechanism_path)
 
     def rigid_properties(self) -> dict[str, float]:
-        """Masses, mass centres and inertias of thin rods and a lamina of this material, as SDFormat overrides.
+        """Masses, centres and inertias of thin rods and a lamina of this material, as SDFormat overrides.
 
         A pivot's point mass is counted with the coupler (B) and the platform (C).
         """
@@ -194,7 +194,7 @@ def load_robot(path: str | Path) -> Robot:
 def make_robot(
     data: Mapping[str, Any], source: str | Path = "robot", geometry: Geometry | None = None
 ) -> Robot:
-    """Build a robot from the tables of its TOML file; `geometry` replaces the dimensions of the SDFormat file."""
+    """Build a robot from the tables of its TOML file; `geometry` replaces the SDFormat file's dimensions."""
     path = Path(source)
     try:
         robot = Robot.model_validate(dict(data))

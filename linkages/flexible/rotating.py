@@ -1,13 +1,14 @@
 """Velocity-dependent terms of the elastic motion: gyroscopic, centrifugal and geometric stiffness.
 
-The elastic displacement in a rod is u = R N R' U, with R the rod's rotation, N the shape functions and U in plane axes.
-Its time derivatives at fixed U do not vanish, because axial and transverse shapes differ:
+The elastic displacement in a rod is u = R N R' U, with R the rod's rotation, N the shape functions and U in
+plane axes. Its time derivatives at fixed U do not vanish, because axial and transverse shapes differ:
 
-    Rdot-terms:  u_t = omega (S N + N D) R'U,   u_tt = (alpha (S N + N D) + omega^2 (-N + 2 S N D + N D^2)) R'U
+    Rdot-terms:  u_t = omega (S N + N D) R'U,   u_tt = (alpha (S N + N D) + omega^2 (-N + 2 S N D + N D^2))
+    R'U
 
-(S turns by 90 degrees, D does the opposite to the nodes' displacements.) This gives M U'' + G U' + (K + K_c + K_g) U
-= F with G = 2 omega int rho A N'(S N + N D). The triangle's shapes are alike along x and y: it has no such terms.
-K_g comes from the rods' mean axial forces. The paper has none of these terms.
+(S turns by 90 degrees, D does the opposite to the nodes' displacements.) This gives M U'' + G U' + (K + K_c
++ K_g) U = F with G = 2 omega int rho A N'(S N + N D). The triangle's shapes are alike along x and y: it has
+no such terms. K_g comes from the rods' mean axial forces. The paper has none of these terms.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from linkages.flexible.elements import Beam, geometric_stiffness
 from linkages.flexible.kinematics import Motion, turned
 from linkages.flexible.model import LinkElements, Model, angles
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 def element_rotations(angle: Array) -> Array:
@@ -34,7 +35,7 @@ def element_rotations(angle: Array) -> Array:
 
 
 def element_terms(beam: Beam) -> tuple[Array, Array]:
-    """Matrices (6, 6) of an element [kg]: per unit of omega (half of G, and alpha's share of K_c) and of omega^2."""
+    """Matrices (6, 6) of an element [kg]: of omega (half of G; alpha's share of K_c), of omega^2."""
     s, weight = beam.quadrature()
     n = beam.shapes(s)[0]
     quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -67,7 +68,8 @@ def velocity_terms(model: Model, state: Motion, tension_from: Array | None = Non
     Parameters
     ----------
     tension_from : (N, size) array, optional
-        Displacements whose axial forces give K_g, usually the quasi-static ones; without them K_g is left out.
+        Displacements whose axial forces give K_g, usually the quasi-static ones; without them K_g is left
+        out.
     """
     count = len(state)
     gyro, stiff = np.zeros((2, count, model.full, model.full))

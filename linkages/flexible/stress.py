@@ -1,9 +1,10 @@
 """Stress along the links and in the platform.
 
-Within an element the load is known, so internal forces follow from statics: the end forces are k u - f, and the
-distributed inertia load of the linear acceleration field is integrated from the first node. This is exact for
-quasi-static loads with one element per link; the derivatives of the shape functions alone (the paper's section 3.3,
-which also lacks E in the axial part) would give a bending moment that is linear along the rod.
+Within an element the load is known, so internal forces follow from statics: the end forces are k u - f, and
+the distributed inertia load of the linear acceleration field is integrated from the first node. This is
+exact for quasi-static loads with one element per link; the derivatives of the shape functions alone (the
+paper's section 3.3, which also lacks E in the axial part) would give a bending moment that is linear along
+the rod.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from linkages.flexible.model import LinkElements, Model, angles
 from linkages.flexible.response import Response
 from linkages.flexible.rotating import element_rotations, gather
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

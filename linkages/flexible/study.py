@@ -17,7 +17,7 @@ from linkages.flexible.response import Response, quasi_static_response
 from linkages.flexible.robot import Robot, changed
 from linkages.flexible.stress import LinkStress, link_stress
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 POSES = 361
 TRACKED = 6  # modes that are followed and drawn

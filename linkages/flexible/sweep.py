@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigvals
 
-from linkages.flexible.branch import Branch, follow
+from linkages.flexible.branch import Branch
 from linkages.flexible.kinematics import Motion
 from linkages.flexible.model import Model
 from linkages.flexible.modes import frequencies
@@ -17,7 +17,7 @@ from linkages.flexible.response import generalised_alpha, quasi_static
 from linkages.flexible.robot import Robot, changed
 from linkages.flexible.rotating import velocity_terms
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum counts as a resonance
 
@@ -52,7 +52,7 @@ class Sweep:
 
 
 def faster(branch: Branch, factor: float) -> Branch:
-    """The same path at another speed."""
+    """Return the same path at another speed."""
     return Branch(
         branch.geometry,
         branch.phi0,
@@ -77,7 +77,8 @@ def speed_sweep(
     Parameters
     ----------
     damping_ratio : float
-        Damping of the first mode, proportional to the stiffness (assumed); without any, resonances have no height.
+        Damping of the first mode, proportional to the stiffness (assumed); without any, resonances have no
+        height.
     steps_per_period : float
         Time steps in the shortest period of the first mode over the motion.
     """
@@ -142,7 +143,7 @@ def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 2
 
 
 def _scaled(state: Motion, factor: float) -> Motion:
-    """The same poses passed `factor` times as fast."""
+    """Return the same poses passed `factor` times as fast."""
     return Motion(
         state.time / factor,
         state.phi,

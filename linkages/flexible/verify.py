@@ -1,12 +1,14 @@
 """Comparison of the kinematics and the finite-element model with Drake's rigid plant.
 
-Drake's plant is the mechanism's spanning tree, from the SDFormat file, with the loops' joints cut. Its loops are closed
-here with Drake's own positions, Jacobians and bias accelerations, independently of `linkages.flexible.kinematics`.
+Drake's plant is the mechanism's spanning tree, from the SDFormat file, with the loops' joints cut. Its
+loops are closed here with Drake's own positions, Jacobians and bias accelerations, independently of
+`linkages.flexible.kinematics`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +24,7 @@ from linkages.flexible.robot import Robot, changed
 from linkages.mechanism import load_mechanism
 from linkages.planar.topology import spanning_tree
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 _V = JacobianWrtVariable.kV
 _RANK = 1e-9  # scaled stiffness eigenvalues below this fraction of the largest count as zero
@@ -67,11 +69,12 @@ class RigidPlant:
         mechanism = load_mechanism(robot.mechanism_path, robot.rigid_properties())
         drives = [f"A{leg}" for leg in LEGS]
         self.tree = spanning_tree(mechanism, (), drives)
-        self.plant = MultibodyPlant(0.0)
+        self.plant: Any = MultibodyPlant(0.0)
         instance = add_tree(self.plant, self.tree)
-        self.plant.mutable_gravity_field().set_gravity_vector(np.zeros(3))
+        gravity: Any = np.zeros(3)
+        self.plant.mutable_gravity_field().set_gravity_vector(gravity)
         self.plant.Finalize()
-        self.context = self.plant.CreateDefaultContext()
+        self.context: Any = self.plant.CreateDefaultContext()
         _, self.order = state_indices(self.plant, self.tree, instance)
         self.driven = self.order[[self.tree.coordinates.index(name) for name in drives]]
         self.free = np.setdiff1d(np.arange(self.plant.num_velocities()), self.driven)
@@ -89,11 +92,11 @@ class RigidPlant:
             for j in (mechanism.joint[name] for name in self.tree.loops)
         ]
 
-    def _frame(self, link: str):  # type: ignore[no-untyped-def]  # noqa: ANN202
+    def _frame(self, link: str) -> Any:
         return self.plant.world_frame() if link == "world" else self.plant.GetFrameByName(link)
 
     def _point(self, link: str, drawn: Array) -> Array:
-        """A drawn point in the link's frame."""
+        """Return a drawn point in the link's frame."""
         body = self.tree.mechanism.link[link]
         return body.rotation.T @ (self.tree.mechanism.basis[:, :2] @ (drawn - body.origin))
 
@@ -109,7 +112,7 @@ class RigidPlant:
         return np.vstack([self.basis[:, :2].T @ j[3:], self.basis[:, 2] @ j[:3]])
 
     def bias(self, link: str, point: Array) -> Array:
-        """Plane acceleration of a point (2,) and angular acceleration at zero generalised accelerations: (3,)."""
+        """Plane and angular acceleration (3,) of a point at zero generalised accelerations."""
         frame = self._frame(link)
         a = self.plant.CalcBiasSpatialAcceleration(self.context, _V, frame, point, self.world, self.world)
         return np.append(self.basis[:, :2].T @ a.translational(), self.basis[:, 2] @ a.rotational())
@@ -258,7 +261,8 @@ def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) ->
 def _modal(plant: RigidPlant, model: Model, state: Motion) -> tuple[int, float, float, float]:
     """Zero modes, stiffness of the rigid space, principal angle and mass error at one pose.
 
-    Displacements are scaled by the square roots of the stiffness diagonal, so that lengths and angles compare.
+    Displacements are scaled by the square roots of the stiffness diagonal, so that lengths and angles
+    compare.
     """
     k, m = (matrix[0] for matrix in model.full_matrices(state))
     scale = 1.0 / np.sqrt(np.diag(k))

@@ -17,9 +17,9 @@ PAPER = symmetric(0.6, 0.36, 0.112, 0.422)
 def multi_start(geometry: Geometry, phi: np.ndarray) -> np.ndarray:
     """Platform poses from Newton's method on the six coordinates of C_1, C_2, C_3, from many starts.
 
-    Unknowns and equations differ from the package's: squared coupler lengths and squared platform sides; mirror
-    images of the platform are thrown out. Starts: every intersection of the circles of legs 1 and 2 carried along a
-    grid of platform angles.
+    Unknowns and equations differ from the package's: squared coupler lengths and squared platform sides;
+    mirror images of the platform are thrown out. Starts: every intersection of the circles of legs 1 and 2
+    carried along a grid of platform angles.
     """
     b = geometry.base + geometry.crank[:, None] * unit(phi)
     local, length = geometry.platform, geometry.coupler
@@ -119,7 +119,7 @@ def test_paper_at_the_start() -> None:
 
 
 def test_elimination_with_the_papers_coefficients_has_degree_three() -> None:
-    """The paper's a_j, b_j, c_j (theta + 60 deg and A_3 for j = 3) give our polynomial, without powers above z^3."""
+    """The paper's a_j, b_j, c_j (theta + 60 deg, A_3 for j = 3) give our polynomial, no powers above z^3."""
     a, b, l1, l2 = 0.6, 0.36, 0.112, 0.422
     phi = np.array([0.3, 1.9, -2.2])
     theta = 2 * np.pi * np.arange(64) / 64

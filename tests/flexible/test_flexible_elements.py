@@ -124,8 +124,10 @@ def test_timoshenko_tends_to_euler_bernoulli() -> None:
 
 
 def test_spinning_cantilever_stiffens_as_southwell_found() -> None:
-    """In-plane bending of a spinning cantilever: p^2 = p_0^2 + 0.193 Omega^2 (Wright et al., 1982, Table 1: the
-    out-of-plane 3.6817 at Omega = 1 and 3.5160 at rest, less Omega^2)."""
+    """In-plane bending of a spinning cantilever: p^2 = p_0^2 + 0.193 Omega^2.
+
+    Wright et al. (1982), Table 1: out of the plane 3.6817 at Omega = 1 and 3.5160 at rest; in the plane less Omega^2.
+    """
     count, speed = 16, 1.0
     unit = Beam(1.0, 1e8, 1.0, 1.0)
     piece = unit.piece(count)
@@ -160,13 +162,13 @@ def test_spinning_cantilever_stiffens_as_southwell_found() -> None:
 
 
 def mesh() -> tuple[np.ndarray, np.ndarray]:
-    """A square of four irregular triangles about one inner node, and two more."""
+    """Return a square of irregular triangles about one inner node, and two more."""
     nodes = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.43, 0.61], [0.7, 0.2]], dtype=float)
     return nodes, np.array([[0, 1, 5], [1, 2, 5], [5, 2, 4], [2, 3, 4], [3, 0, 4], [0, 5, 4]])
 
 
 def test_triangle_patch_test() -> None:
-    """A linear displacement on the border gives the linear displacement inside, and its uniform strain, exactly."""
+    """A linear displacement on the border gives the linear displacement and uniform strain inside."""
     nodes, triangles = mesh()
     gradient, shift = np.array([[2e-4, -1e-4], [3e-4, 5e-4]]), np.array([1e-3, -2e-3])
     exact = (nodes @ gradient.T + shift).ravel()

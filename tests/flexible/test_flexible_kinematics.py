@@ -32,7 +32,7 @@ def test_velocities_and_accelerations_are_derivatives(branch: Branch) -> None:
 
 
 def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: Branch) -> None:
-    """Eq. (3)-(4): the first row of each inverted leg Jacobian, away from the alignments where it is singular."""
+    """Eq. (3)-(4): the first row of each inverted leg Jacobian, away from its singular alignments."""
     state = branch.motion(np.linspace(0.0, robot.duration, 50))
     g = robot.geometry
     _, sine = determinants(g, state.phi, state.x)

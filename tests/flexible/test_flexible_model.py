@@ -17,7 +17,7 @@ from linkages.flexible.rotating import element_rotations, velocity_terms
 
 
 def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """The 24 x 24 matrices at the first pose, added up with the index maps of section 2.3 (their text's node numbers).
+    """Add up the 24 x 24 matrices at the first pose with the index maps of section 2.3 (the text's numbers).
 
     Crank: element displacements (w_1, u_2, v_2, w_2) -> u_1..u_4. Coupler: (u_1, v_1, w_1, u_2, v_2, w_2) ->
     u_2, u_3, u_5, u_6, u_7, u_8. Platform: corner r -> 8 (r - 1) + 6 and 7.
@@ -144,7 +144,7 @@ def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: Motion) -> N
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motion, count: int) -> None:
-    """Gauss quadrature of -rho a N with the acceleration of each material point from rigid-body kinematics."""
+    """Gauss quadrature of -rho a N with each material point's acceleration from rigid-body kinematics."""
     model = Model(changed(robot, drives={"roots": "free"}, model={"elements": count}))
     load = np.zeros((len(poses), model.full))
     g = robot.geometry
@@ -191,7 +191,7 @@ def test_platform_load_has_its_resultant(robot: Robot, poses: Motion) -> None:
 
 @pytest.mark.parametrize("platform", ["triangle", "rigid"])
 def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: Branch, platform: str) -> None:
-    """M U'' + G U' + K_c U is the virtual work of the displacement field's acceleration, differentiated in time."""
+    """M U'' + G U' + K_c U is the virtual work of the displacement field's second time derivative."""
     fast = replace(branch, phidot=branch.phidot * 50.0, times=branch.times / 50.0)
     model = Model(changed(robot, model={"elements": 2, "platform": platform}))
     t0, h = 0.04, 4e-5

@@ -22,7 +22,7 @@ from linkages.flexible.sweep import faster, speed_sweep, velocity_effect
 
 
 def still(branch: Branch) -> Branch:
-    """The branch's start, with the drives at rest."""
+    """Return the branch's start, with the drives at rest."""
     return Branch(
         branch.geometry,
         branch.phi0,
@@ -56,14 +56,14 @@ def test_generalised_alpha_is_of_second_order(radius: float) -> None:
     for steps in (200, 400, 800):
         times = np.linspace(0.0, 5.0, steps + 1)
         start = exact(times[:1])
-        u, v, _ = integrate(matrices, times, start[0][0], start[1][0], radius)
+        u, _, _ = integrate(matrices, times, start[0][0], start[1][0], radius)
         errors.append(np.max(np.abs(u - exact(times)[0])))
     np.testing.assert_allclose(np.log2(np.array(errors)[:-1] / np.array(errors)[1:]), 2.0, atol=0.1)
 
 
 @pytest.mark.parametrize("scheme", [recursion, generalised_alpha])
 def test_energy_is_conserved_without_damping(robot: Robot, branch: Branch, scheme) -> None:
-    """Drives at rest, the platform pushed at t = 0: elastic and kinetic energy is the work of the constant push."""
+    """Drives at rest, the platform pushed at t = 0: the energy is the work of the constant push."""
     model = Model(changed(robot, load={"force": [100.0, -50.0], "moment": 5.0}))
     options = {"radius": 1.0} if scheme is generalised_alpha else {}
     result = scheme(model, still(branch), np.linspace(0.0, 0.1, 2001), **options)
@@ -96,7 +96,7 @@ def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
 
 
 def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot, branch: Branch) -> None:
-    """Both tend to one solution: at first order the recursion (matrices held over a step), at second the other."""
+    """Both tend to one solution: the recursion at first order, as it holds matrices over a step."""
     quick = faster(branch, 20.0)
     model = Model(robot)
     exact = generalised_alpha(model, quick, np.linspace(0.0, 0.05, 12801), radius=1.0).platform
@@ -161,7 +161,7 @@ def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: Branch, cou
 
 
 def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branch: Branch) -> None:
-    """Load q_0 + (q_1 - q_0) x/L across: M = -q_0 x (L - x)/2 - (q_1 - q_0) x (L^2 - x^2)/(6 L), EI v'' convention."""
+    """Load q_0 + (q_1 - q_0) x/L across: M = -q_0 x (L - x)/2 - (q_1 - q_0) x (L^2 - x^2)/(6 L)."""
     model = Model(robot)
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
     found = link_stress(model, quasi_static_response(model, state))[1]
@@ -193,7 +193,7 @@ def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) ->
 
 
 def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> None:
-    """Mean stress of a body is the moment of its forces over its volume: sum of r_i F_j less the inertia's share."""
+    """Mean stress of a body is the moment of its forces r_i F_j, less the inertia's, over its volume."""
     model = Model(robot)
     response = quasi_static_response(model, branch.motion(np.linspace(0.0, robot.duration, 25)))
     state = response.motion
