@@ -9,6 +9,7 @@
 | planar           | planar multibody kernels: spanning tree, kinematics, dynamics, closure           |
 | assembly         | loop closure, consistent initial state, ideal motion over time                   |
 | drake            | the Drake engine: plant, `ClearanceJoints`, `Drives`, simulation, animation      |
+| flexible         | the 3-RRR robot with flexible links: kinematics, finite elements, modes          |
 | columns          | states -> named quantities over time                                             |
 | trajectory       | the result of a run; save and load                                               |
 | analysis         | extremes over continuous time, integrals                                         |

@@ -110,7 +110,8 @@ function line(p,d,s,color,width){g.beginPath();p.forEach((q,i)=>{
 const x=X(q[0]+(d?s*d[i][0]:0)),y=Y(q[1]+(d?s*d[i][1]:0));
 i?g.lineTo(x,y):g.moveTo(x,y)});g.strokeStyle=color;g.lineWidth=width;g.lineJoin="round";g.stroke()}
 let playing=true,at=0,phase=0,last=null;
-function draw(){const n=Math.round(at)%D.frames.length,F=D.frames[n],m=+el("mode").value,s=+el("size").value*Math.sin(phase);
+function draw(){const n=Math.round(at)%D.frames.length,F=D.frames[n],m=+el("mode").value;
+const s=+el("size").value*Math.sin(phase);
 g.fillStyle="#fff";g.fillRect(0,0,cv.width,cv.height);
 F.rest.forEach(p=>line(p,null,0,"#bbb",3));
 F.rest.forEach((p,i)=>line(p,F.shape[m][i],s,colors[m%6],i==F.rest.length-1?5:6));

@@ -83,7 +83,7 @@ def _modes(options: argparse.Namespace) -> int:
             from linkages.flexible.figures import write_figures
 
             write_figures(study, folder, _bar("figures"))
-        if not options.no_animation and not options.no_plots:
+        if not options.no_animation:
             from linkages.flexible.animation import write_animation
 
             write_animation(study, folder / "animation.html")

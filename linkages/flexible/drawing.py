@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.flexible.kinematics import Motion, pivots, unit
-from linkages.flexible.model import Model, angles
-from linkages.flexible.rotating import element_rotations, gather
+from linkages.flexible.model import Model
+from linkages.flexible.rotating import gather
+from linkages.flexible.turning import angles, element_rotations
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

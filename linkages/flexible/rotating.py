@@ -18,20 +18,10 @@ from numpy.typing import NDArray
 
 from linkages.flexible.elements import Beam, geometric_stiffness
 from linkages.flexible.kinematics import Motion, turned
-from linkages.flexible.model import LinkElements, Model, angles
+from linkages.flexible.model import LinkElements, Model
+from linkages.flexible.turning import angles, element_rotations
 
 Array = NDArray[np.floating]
-
-
-def element_rotations(angle: Array) -> Array:
-    """Matrices (N, 6, 6) from plane to element axes, the paper's L of eq. (9)."""
-    c, s = np.cos(angle), np.sin(angle)
-    result = np.zeros((len(angle), 6, 6))
-    for i in (0, 3):
-        result[:, i, i], result[:, i, i + 1] = c, s
-        result[:, i + 1, i], result[:, i + 1, i + 1] = -s, c
-        result[:, i + 2, i + 2] = 1.0
-    return result
 
 
 def element_terms(beam: Beam) -> tuple[Array, Array]:

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from linkages.errors import InputError
 from linkages.flexible.kinematics import Motion
-from linkages.flexible.model import LinkElements, Model, angles
+from linkages.flexible.model import LinkElements, Model
 from linkages.flexible.response import Response
-from linkages.flexible.rotating import element_rotations, gather
+from linkages.flexible.rotating import gather
+from linkages.flexible.turning import angles, element_rotations
 
 Array = NDArray[np.floating]
 

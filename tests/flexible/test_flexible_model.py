@@ -13,7 +13,8 @@ from linkages.flexible.kinematics import Motion
 from linkages.flexible.model import Model
 from linkages.flexible.modes import dense, frequencies, mac, modes, track
 from linkages.flexible.robot import Robot, changed, load_robot, make_robot
-from linkages.flexible.rotating import element_rotations, velocity_terms
+from linkages.flexible.rotating import velocity_terms
+from linkages.flexible.turning import element_rotations
 
 
 def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray]:

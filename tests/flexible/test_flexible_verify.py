@@ -107,7 +107,7 @@ def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.Ca
     printed = capsys.readouterr().out
     assert "133.56" in printed
     assert "zero_modes" in printed
-    assert sorted(p.name for p in out.iterdir()) == ["modes.json"]
+    assert sorted(p.name for p in out.iterdir()) == ["animation.html", "modes.json"]
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,16 @@ def edited(tmp_path: Path, changes: dict[str, tuple[str, str]]) -> int:
         old, new = changes.get(name, ("", ""))
         assert old in text
         (tmp_path / name).write_text(text.replace(old, new, 1) if old else text)
-    return main(["modes", str(tmp_path / "three_rrr.toml"), "--no-plots", "--out", str(tmp_path / "out")])
+    return main(
+        [
+            "modes",
+            str(tmp_path / "three_rrr.toml"),
+            "--no-plots",
+            "--no-animation",
+            "--out",
+            str(tmp_path / "out"),
+        ]
+    )
 
 
 def test_no_assembly_and_wrong_branch_are_failures(
@@ -211,7 +220,19 @@ def test_a_crossed_fold_ends_the_study_with_a_status(
     )
     (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
     (tmp_path / "fold.toml").write_text(text)
-    assert main(["modes", str(tmp_path / "fold.toml"), "--no-plots", "--out", str(tmp_path / "out")]) == 1
+    assert (
+        main(
+            [
+                "modes",
+                str(tmp_path / "fold.toml"),
+                "--no-plots",
+                "--no-animation",
+                "--out",
+                str(tmp_path / "out"),
+            ]
+        )
+        == 1
+    )
     assert "ends at a fold" in capsys.readouterr().err
     result = json.loads((tmp_path / "out" / "modes.json").read_text())
     assert result["status"] == "singular"
