@@ -18,7 +18,7 @@ from linkages.flexible.branch import follow, shortest, travel
 from linkages.flexible.direct import assemblies, count
 from linkages.flexible.model import Model
 from linkages.flexible.modes import frequencies
-from linkages.flexible.response import generalised_alpha, quasi_static_response, recursion
+from linkages.flexible.response import Response, generalised_alpha, quasi_static_response, recursion
 from linkages.flexible.robot import Robot, changed, load_robot
 from linkages.flexible.stress import PlatformStress, link_stress, platform_stress
 from linkages.flexible.study import FlexibleStudy, run_study
@@ -210,7 +210,12 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
             "misprint or error: carry the state with one basis",
         )
     )
+    return [*result, *_stresses(study, shaken)]
+
+
+def _stresses(study: FlexibleStudy, shaken: Response) -> list[Row]:
     dynamic = link_stress(study.model, shaken)
+    result = []
     for index, name, value in ((2, "A₂B₂", PRINTED_CRANK), (3, "B₂C₂", PRINTED_COUPLER)):
         result.append(
             Row(

@@ -170,11 +170,13 @@ def test_exact_count_of_roots(powers: dict[int, float], roots: int) -> None:
     assert count_roots(f) == roots
 
 
-def test_two_assemblies_with_one_theta() -> None:
+@pytest.mark.parametrize("seed", range(12))
+def test_two_assemblies_with_one_theta(seed: int) -> None:
     """Where the three circles' centres are in line the platform has two positions at the same angle."""
-    phi = np.array([0.4, 1.3, -0.9])
+    rng = np.random.default_rng(seed)
+    phi = rng.uniform(-np.pi, np.pi, 3)
     platform = np.array([[-0.15, -0.1], [0.2, -0.08], [0.02, 0.2]])
-    centres = np.array([[0.0, 0.0], [0.1, 0.0], [-0.15, 0.0]])
+    centres = rng.uniform(-0.2, 0.2, (3, 1)) * unit(rng.uniform(0.0, np.pi))
     crank = np.array([0.1, 0.12, 0.14])
     place = np.array([0.03, 0.3])
     geometry = Geometry(
@@ -183,9 +185,11 @@ def test_two_assemblies_with_one_theta() -> None:
         crank,
         np.linalg.norm(place - centres, axis=1),
     )
+    line = (centres[1] - centres[0]) / np.linalg.norm(centres[1] - centres[0])
+    mirrored = 2.0 * (place @ line) * line - place
     found = assemblies(geometry, phi)
-    for want in ([0.0, 0.03, 0.3], [0.0, 0.03, -0.3]):
-        assert np.min(np.max(np.abs(found.x - want), axis=1)) < 1e-9
+    for want in (place, mirrored):
+        assert np.min(np.max(np.abs(found.x - [0.0, *want]), axis=1)) < 1e-7
     assert len(found) == len(multi_start(geometry, phi))
 
 

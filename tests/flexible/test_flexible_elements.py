@@ -126,7 +126,7 @@ def test_timoshenko_tends_to_euler_bernoulli() -> None:
 def test_spinning_cantilever_stiffens_as_southwell_found() -> None:
     """In-plane bending of a spinning cantilever: p^2 = p_0^2 + 0.193 Omega^2.
 
-    Wright et al. (1982), Table 1: out of the plane 3.6817 at Omega = 1, 3.5160 at rest; in plane less Omega^2.
+    Wright et al. (1982), Table 1: out of plane 3.6817 at Omega = 1, 3.5160 at rest; in plane Omega^2 less.
     """
     count, speed = 16, 1.0
     unit = Beam(1.0, 1e8, 1.0, 1.0)
