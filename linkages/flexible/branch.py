@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 from linkages.errors import Status
@@ -20,6 +21,7 @@ Metric = Literal["path", "rotation", "pivots"]
 
 _TURN = 0.02  # largest step of the fastest drive [rad]
 _SHORTEST = 1e-10  # steps below this fraction of the duration: a fold
+_NEAR_FOLD = 0.25  # dimensionless |det Jx| below which a branch counts as at its fold
 _DRIFT = 0.02  # largest correction of a predicted pose, in rad and in the platform's radius
 
 
@@ -78,6 +80,19 @@ class Branch:
     x: Array
     status: Status
     singularities: tuple[Singularity, ...]
+
+    def trimmed(self) -> Branch:
+        """Return the branch without its last part before a fold.
+
+        There |det Jx| falls below 0.25 (dimensionless), or half its first value: velocities, loads and
+        elastic displacements grow without bound, and small-displacement theory ends.
+        """
+        if self.status is Status.OK:
+            return self
+        fold, _ = determinants(self.geometry, self.phi0 + self.times[:, None] * self.phidot, self.x)
+        least = min(_NEAR_FOLD, 0.5 * abs(float(fold[0])))
+        keep = max(int(np.max(np.flatnonzero(np.abs(fold) >= least), initial=0)) + 1, 2)
+        return replace(self, times=self.times[:keep], x=self.x[:keep])
 
     def motion(self, times: Array) -> Motion:
         """Rigid motion at any times within the branch.
@@ -181,7 +196,7 @@ def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
             arms(branch.geometry, state.x[:, 0])
         )
         speed = np.mean(np.linalg.norm(velocity, axis=-1), axis=1)
-    return float(np.trapezoid(speed, times))
+    return float(trapezoid(speed, times))
 
 
 def shortest(geometry: Geometry, phi0: Array, phidot: Array, duration: float, metric: Metric) -> Branch:

@@ -91,7 +91,9 @@ def _modes(options: argparse.Namespace) -> int:
     print(f"\nwritten to {out}{os.sep}: {', '.join(sorted(p.name for p in out.iterdir()))}")
     if study.branch.status is not Status.OK:
         print(
-            f"the branch ends at a fold (singularity of type 2) at t = {study.branch.times[-1]:.6g} s; "
+            "the branch ends at a fold (singularity of type 2) at "
+            f"t = {study.branch.singularities[-1].time:.6g} s, "
+            f"studied up to {study.branch.times[-1]:.6g} s; "
             "shorten the duration or follow another branch",
             file=sys.stderr,
         )

@@ -63,12 +63,12 @@ def run_study(
     Raises
     ------
     BranchError
-        If there is no such assembly. A branch that ends at a fold is studied up to there.
+        If there is no such assembly. A branch that ends at a fold is studied up to nearly there.
     """
     found = assemblies(robot.geometry, robot.phi0)
     theta = None if robot.branch is None else float(np.deg2rad(robot.branch))
     start = start_assembly(robot.geometry, robot.phi0, theta)
-    branch = follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration)
+    branch = follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration).trimmed()
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
     held = changed(robot, drives={"roots": "locked"}) if robot.drives.roots == "free" else robot
     model = Model(held)

@@ -237,4 +237,6 @@ def test_a_crossed_fold_ends_the_study_with_a_status(
     result = json.loads((tmp_path / "out" / "modes.json").read_text())
     assert result["status"] == "singular"
     assert result["singularities"][-1]["type"] == 2
-    assert result["duration"] < robot.duration
+    assert result["duration"] < result["singularities"][-1]["time"] < robot.duration
+    assert result["ranges"][0][0] > 1.0  # the last moments, where stiffness vanishes, are left out
+    assert max(result["elastic_displacement"].values()) < 1e-3
