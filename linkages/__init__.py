@@ -9,11 +9,14 @@
 | planar           | planar multibody kernels: spanning tree, kinematics, dynamics, closure           |
 | assembly         | loop closure, consistent initial state, ideal motion over time                   |
 | drake            | the Drake engine: plant, `ClearanceJoints`, `Drives`, simulation, animation      |
+| flexible         | the 3-RRR robot with flexible links: kinematics, finite elements, modes          |
 | columns          | states -> named quantities over time                                             |
 | trajectory       | the result of a run; save and load                                               |
 | analysis         | extremes over continuous time, integrals                                         |
 | run              | one experiment from start to end, and its summary                                |
 | plots, table     | figures; a short table for the terminal                                          |
+| impacts          | contacts of a joint, one by one                                                  |
+| folder           | a folder of results, written whole or not at all                                 |
 | cli              | the command line                                                                 |
 | errors           | `InputError`, `Status`                                                           |
 | data             | where the shipped machines and experiments are                                   |

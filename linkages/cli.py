@@ -9,9 +9,7 @@ import argparse
 import json
 import logging
 import os
-import shutil
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -21,6 +19,9 @@ from linkages.assembly import AssemblyError
 from linkages.data import find_file
 from linkages.errors import InputError, Status
 from linkages.experiment import Experiment, keys, load
+from linkages.flexible.command import add_options as add_modes_options
+from linkages.flexible.command import modes_command
+from linkages.folder import OutputFolder
 from linkages.impacts import impacts, write_impacts
 from linkages.mechanism import Mechanism
 from linkages.run import ENGINES, Study, study, summarize, touching
@@ -46,7 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     simulate.add_argument("file", help="experiment (.toml), a path or the name of a shipped one")
     add_simulate_options(simulate)
     commands.add_parser("keys", help="list the keys of an experiment file with their units")
+    add_modes_options(commands.add_parser("modes", help="flexible 3-RRR robot: kinematics, modes, stress"))
     options = parser.parse_args(arguments)
+    if options.command == "modes":
+        return modes_command(options)
     if options.command == "keys":
         for name, meaning in keys():
             print(f"{name:42s} {meaning}")
@@ -119,7 +123,7 @@ def _simulate(mechanism: Mechanism, experiment: Experiment, options: argparse.Na
         mechanism, experiment, options.engine, not options.no_error_estimate, _bars(experiment.duration)
     )
     summary = summarize(result, options.engine)
-    with _Folder(out) as folder:
+    with OutputFolder(out) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         if joints := touching(experiment, result.run):
@@ -173,27 +177,6 @@ def _bars(duration: float) -> Callable[[str], Callable[[float], None]]:
         return advance
 
     return stage
-
-
-class _Folder:
-    """Collects files in a hidden folder and moves them into place together at the end."""
-
-    def __init__(self, out: Path) -> None:
-        self.out = out
-
-    def __enter__(self) -> Path:
-        try:
-            self.out.mkdir(parents=True, exist_ok=True)
-            self.partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=self.out))
-        except OSError as problem:
-            raise InputError("--out", str(self.out), f"cannot be written ({problem.strerror})") from None
-        return self.partial
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None:
-            for file in self.partial.iterdir():
-                file.replace(self.out / file.name)
-        shutil.rmtree(self.partial, ignore_errors=True)
 
 
 if __name__ == "__main__":

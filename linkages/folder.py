@@ -1,0 +1,36 @@
+"""A folder of results that is written whole or not at all."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from linkages.errors import InputError
+
+
+class OutputFolder:
+    """Collects files in a hidden folder and moves them into place together at the end.
+
+    Raises
+    ------
+    InputError
+        On entry, if the folder cannot be written.
+    """
+
+    def __init__(self, out: Path) -> None:
+        self.out = out
+
+    def __enter__(self) -> Path:
+        try:
+            self.out.mkdir(parents=True, exist_ok=True)
+            self.partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=self.out))
+        except OSError as problem:
+            raise InputError("--out", str(self.out), f"cannot be written ({problem.strerror})") from None
+        return self.partial
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            for file in self.partial.iterdir():
+                file.replace(self.out / file.name)
+        shutil.rmtree(self.partial, ignore_errors=True)

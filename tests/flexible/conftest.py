@@ -1,0 +1,25 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from linkages.data import data_folder
+from linkages.flexible.branch import Branch, follow, start_assembly
+from linkages.flexible.kinematics import Motion
+from linkages.flexible.robot import Robot, load_robot
+
+
+@pytest.fixture(scope="session")
+def robot() -> Robot:
+    return load_robot(data_folder() / "three_rrr.toml")
+
+
+@pytest.fixture(scope="session")
+def branch(robot: Robot) -> Branch:
+    start = start_assembly(robot.geometry, robot.phi0, np.deg2rad(98.05))
+    return follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration)
+
+
+@pytest.fixture(scope="session")
+def poses(branch: Branch, robot: Robot) -> Motion:
+    return branch.motion(np.linspace(0.0, robot.duration, 13))

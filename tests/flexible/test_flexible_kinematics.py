@@ -1,0 +1,117 @@
+"""Velocities, accelerations, inverse kinematics, branches, folds and singularities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from linkages.errors import Status
+from linkages.flexible.branch import Branch, BranchError, follow, shortest, travel
+from linkages.flexible.direct import assemblies, count
+from linkages.flexible.kinematics import Motion, determinants, influence, inverse, loop_errors, pivots, unit
+from linkages.flexible.robot import Robot
+
+
+def test_loops_are_closed_over_the_revolution(robot: Robot, branch: Branch) -> None:
+    state = branch.motion(np.linspace(0.0, robot.duration, 720))
+    assert branch.status is Status.OK
+    assert np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))) <= 1e-12
+
+
+def test_velocities_and_accelerations_are_derivatives(branch: Branch) -> None:
+    times = np.linspace(0.5, 11.5, 40)
+    h = 2e-3
+    weights = {-3: -1 / 60, -2: 3 / 20, -1: -3 / 4, 1: 3 / 4, 2: -3 / 20, 3: 1 / 60}  # sixth order
+    state = branch.motion(times)
+    moved = {k: branch.motion(times + k * h) for k in weights}
+    for value, rate in (("x", "dx"), ("dx", "ddx"), ("dpsi", "ddpsi")):
+        difference = sum(w * getattr(moved[k], value) for k, w in weights.items()) / h
+        np.testing.assert_allclose(getattr(state, rate), difference, atol=2e-10)
+    turn = sum(w * np.unwrap(np.stack([state.psi, moved[k].psi]), axis=0)[1] for k, w in weights.items()) / h
+    np.testing.assert_allclose(state.dpsi, turn, atol=2e-10)
+
+
+def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: Branch) -> None:
+    """Eq. (3)-(4): the first row of each inverted leg Jacobian, away from its singular alignments."""
+    state = branch.motion(np.linspace(0.0, robot.duration, 50))
+    g = robot.geometry
+    _, sine = determinants(g, state.phi, state.x)
+    b, c = pivots(g, state.phi, state.x)
+    compared = 0
+    for n in np.flatnonzero(np.min(np.abs(sine), axis=1) > 0.1):
+        rows = []
+        for r in range(3):
+            arm = state.x[n, 1:] - np.stack([g.base[r], b[n, r], c[n, r]])
+            leg = np.stack([np.ones(3), -arm[:, 1], arm[:, 0]])
+            rows.append(np.linalg.inv(leg)[0])
+        gain = np.linalg.inv(np.array(rows))
+        np.testing.assert_allclose(
+            influence(g, state.phi[n : n + 1], state.x[n : n + 1])[0], gain, atol=1e-12
+        )
+        compared += 1
+    assert compared > 15
+
+
+def test_leg_jacobians_are_singular_where_the_rows_are_not(robot: Robot, branch: Branch) -> None:
+    aligned = [s for s in branch.singularities if s.type == 1]
+    assert len(aligned) == 7
+    for event in aligned:
+        state = branch.motion(np.array([event.time]))
+        b, c = pivots(robot.geometry, state.phi, state.x)
+        leg = event.leg - 1
+        along, rod = b[0, leg] - robot.geometry.base[leg], c[0, leg] - b[0, leg]
+        cross = along[0] * rod[1] - along[1] * rod[0]
+        assert abs(cross) < 1e-9 * np.linalg.norm(along) * np.linalg.norm(rod)
+        assert abs(determinants(robot.geometry, state.phi, state.x)[0][0]) > 0.1
+        assert np.all(np.isfinite(state.ddx))
+
+
+def test_inverse_kinematics_returns_the_drives(robot: Robot, poses: Motion) -> None:
+    g = robot.geometry
+    b, c = pivots(g, poses.phi, poses.x)
+    reach, rod = c - g.base, b - g.base
+    elbow = np.sign(reach[..., 0] * rod[..., 1] - reach[..., 1] * rod[..., 0])
+    for n in range(len(poses)):
+        phi = inverse(g, poses.x[n : n + 1], elbow[n])
+        np.testing.assert_allclose(unit(phi[0]), unit(poses.phi[n]), atol=1e-9)
+        other = inverse(g, poses.x[n : n + 1], -elbow[n])
+        assert np.max(np.abs(loop_errors(g, other, poses.x[n : n + 1]))) < 1e-14
+    assert np.all(np.isnan(inverse(g, np.array([[0.0, 5.0, 0.0]]), np.ones(3))))
+
+
+def test_travel_of_the_two_persistent_branches(robot: Robot) -> None:
+    g = robot.geometry
+    lengths = []
+    for x in assemblies(g, robot.phi0).x:
+        branch = follow(g, robot.phi0, robot.phidot, x, robot.duration)
+        assert branch.status is Status.OK
+        lengths.append(travel(branch, "path"))
+        track = branch.motion(np.linspace(0.0, robot.duration, 4001)).x[:, 1:]
+        assert lengths[-1] == pytest.approx(np.sum(np.linalg.norm(np.diff(track, axis=0), axis=1)), rel=1e-5)
+    np.testing.assert_allclose(lengths, [0.876, 0.890], atol=6e-4)
+    for metric in ("path", "rotation", "pivots"):
+        best = shortest(g, robot.phi0, robot.phidot, robot.duration, metric)
+        assert np.rad2deg(best.x[0, 0]) == pytest.approx(98.05, abs=0.01)
+
+
+def test_branch_ends_at_a_fold_where_the_number_of_assemblies_falls(robot: Robot) -> None:
+    g = robot.geometry
+    times = np.linspace(0.0, robot.duration, 2001)
+    number = count(g, robot.phi0 + times[:, None] * robot.phidot)
+    assert set(number) == {2, 4}
+    start = times[np.flatnonzero(number == 4)[0]]
+    phi0 = robot.phi0 + start * robot.phidot
+    branches = [follow(g, phi0, robot.phidot, x, robot.duration - start) for x in assemblies(g, phi0).x]
+    ended = [b for b in branches if b.status is Status.SINGULAR]
+    assert len(ended) == 2  # two assemblies meet and vanish together
+    assert ended[0].times[-1] == pytest.approx(ended[1].times[-1], abs=1e-7)
+    for branch in ended:
+        assert branch.singularities[-1].type == 2
+        time = branch.times[-1]
+        fold, _ = determinants(g, (phi0 + time * robot.phidot)[None], branch.x[-1:])
+        assert abs(fold[0]) < 1e-3
+        near = phi0 + np.array([[time - 1e-5], [time + 1e-5]]) * robot.phidot
+        assert count(g, near).tolist() == [4, 2]
+        with pytest.raises(BranchError, match="beyond the branch's end") as caught:
+            branch.motion(np.array([time + 0.1]))
+        assert caught.value.status is Status.SINGULAR

@@ -1,0 +1,250 @@
+"""Elastic response and stress: order, energy, equilibrium with independently computed forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from linkages.errors import InputError
+from linkages.flexible.branch import Branch
+from linkages.flexible.model import Model
+from linkages.flexible.response import (
+    energy,
+    generalised_alpha,
+    integrate,
+    quasi_static,
+    quasi_static_response,
+    recursion,
+)
+from linkages.flexible.robot import Robot, changed
+from linkages.flexible.stress import link_stress, platform_stress
+from linkages.flexible.sweep import faster, speed_sweep, velocity_effect
+
+
+def still(branch: Branch) -> Branch:
+    """Return the branch's start, with the drives at rest."""
+    return Branch(
+        branch.geometry,
+        branch.phi0,
+        np.zeros(3),
+        np.array([0.0, 100.0]),
+        np.repeat(branch.x[:1], 2, axis=0),
+        branch.status,
+        (),
+    )
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.5, 0.9, 1.0])
+def test_generalised_alpha_is_of_second_order(radius: float) -> None:
+    """A made-up solution of equations whose mass, damping and stiffness all change with time."""
+    rng = np.random.default_rng(4)
+    base = [a @ a.T + 3.0 * np.eye(3) for a in rng.normal(size=(3, 3, 3))]
+
+    def exact(t: np.ndarray) -> list[np.ndarray]:
+        w = np.array([1.0, 1.7, 2.3])
+        a = np.outer(t, w)
+        return [np.sin(a), w * np.cos(a), -(w**2) * np.sin(a)]
+
+    def matrices(t: np.ndarray) -> tuple[np.ndarray, ...]:
+        m = base[0] * (1.0 + 0.3 * np.sin(t))[:, None, None]
+        c = 0.1 * base[1] * (1.0 + 0.5 * np.cos(2 * t))[:, None, None]
+        k = base[2] * (1.0 + 0.4 * np.cos(t))[:, None, None]
+        u, v, a = exact(t)
+        return m, c, k, sum(np.einsum("nij,nj->ni", x, y) for x, y in ((m, a), (c, v), (k, u)))
+
+    errors = []
+    for steps in (200, 400, 800):
+        times = np.linspace(0.0, 5.0, steps + 1)
+        start = exact(times[:1])
+        u, _, _ = integrate(matrices, times, start[0][0], start[1][0], radius)
+        errors.append(np.max(np.abs(u - exact(times)[0])))
+    np.testing.assert_allclose(np.log2(np.array(errors)[:-1] / np.array(errors)[1:]), 2.0, atol=0.1)
+
+
+@pytest.mark.parametrize("scheme", [recursion, generalised_alpha])
+def test_energy_is_conserved_without_damping(robot: Robot, branch: Branch, scheme) -> None:
+    """Drives at rest, the platform pushed at t = 0: the energy is the work of the constant push."""
+    model = Model(changed(robot, load={"force": [100.0, -50.0], "moment": 5.0}))
+    options = {"radius": 1.0} if scheme is generalised_alpha else {}
+    result = scheme(model, still(branch), np.linspace(0.0, 0.1, 2001), **options)
+    stored = energy(model, result)
+    work = np.einsum("ni,ni->n", model.load(result.motion), result.u)
+    assert np.max(stored) > 1e-6
+    np.testing.assert_allclose(stored, work, atol=1e-9 * np.max(stored))
+
+
+def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
+    """Free decay about the static solution: the first mode's amplitude falls as exp(-zeta p t)."""
+    alpha, beta = 3.0, 2e-5
+    pushed = changed(robot, load={"force": [100.0, 0.0]}, damping={"mass": alpha, "stiffness": beta})
+    model = Model(pushed)
+    times = np.linspace(0.0, 0.2, 4001)
+    rest = quasi_static(model, still(branch).motion(times[:1]))[0]
+    k, m = (x[0] for x in model.matrices(still(branch).motion(times[:1])))
+    from linkages.flexible.modes import dense
+
+    values, forms = dense(k[None], m[None], 1)
+    p = float(np.sqrt(values[0, 0]))
+    rate = 0.5 * (alpha + beta * p**2)
+    inner = np.sqrt(p**2 - rate**2)
+    for scheme, tolerance in ((recursion, 1e-9), (generalised_alpha, 2e-2)):
+        result = scheme(model, still(branch), times)
+        q = (result.u - rest) @ m @ forms[0, :, 0]
+        want = q[0] * np.exp(-rate * times) * (np.cos(inner * times) + rate / inner * np.sin(inner * times))
+        assert np.max(np.abs(want[-200:])) < 0.5 * abs(q[0])
+        np.testing.assert_allclose(q, want, atol=tolerance * abs(q[0]))
+
+
+def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot, branch: Branch) -> None:
+    """Both tend to one solution: the recursion at first order, as it holds matrices over a step."""
+    quick = faster(branch, 20.0)
+    model = Model(robot)
+    exact = generalised_alpha(model, quick, np.linspace(0.0, 0.05, 12801), radius=1.0).platform
+    size = np.max(np.abs(exact), axis=0)
+    errors = {recursion: [], generalised_alpha: []}
+    for steps in (800, 1600, 3200):
+        times = np.linspace(0.0, 0.05, steps + 1)
+        for scheme, found in errors.items():
+            platform = scheme(model, quick, times).platform
+            found.append(np.max(np.abs(platform - exact[:: 12800 // steps]) / size))
+    first, second = np.array(errors[recursion]), np.array(errors[generalised_alpha])
+    assert first[-1] < 0.02
+    np.testing.assert_allclose(np.log2(first[:-1] / first[1:]), 1.0, atol=0.25)
+    assert second[-1] < 0.005
+    assert np.all(second[:-1] / second[1:] > 2.5)  # the start shakes modes of many kHz, not yet resolved
+
+
+def test_the_printed_recursion_mixes_bases_and_gains_energy(robot: Robot, branch: Branch) -> None:
+    times = np.linspace(0.0, 0.5, 1001)
+    model = Model(robot)
+    right, printed = recursion(model, branch, times), recursion(model, branch, times, printed=True)
+    assert np.max(energy(model, printed)) > 5.0 * np.max(energy(model, right))
+
+
+def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch: Branch) -> None:
+    model = Model(robot)
+    times = np.linspace(0.0, 0.3, 1201)
+    smooth = generalised_alpha(model, branch, times, start="quasi-static")
+    static = quasi_static_response(model, smooth.motion)
+    shake = np.max(np.abs(smooth.platform - static.platform), axis=0)
+    rest = generalised_alpha(model, branch, times).platform
+    assert np.all(shake < 0.02 * np.max(np.abs(static.platform), axis=0))
+    assert np.all(np.max(np.abs(rest - static.platform), axis=0) > 20.0 * shake)
+
+
+def test_servo_roots_turn_by_torque_over_stiffness(robot: Robot, branch: Branch) -> None:
+    model = Model(changed(robot, drives={"roots": "servo", "servo_stiffness": 2e4}))
+    state = branch.motion(np.linspace(0.0, robot.duration, 30))
+    turn = model.expand(state, quasi_static(model, state))[:, model.roots]
+    np.testing.assert_allclose(turn, -model.drive_torques(state) / 2e4, rtol=1e-9, atol=1e-15)
+
+
+def test_free_roots_have_no_response(robot: Robot, branch: Branch) -> None:
+    model = Model(changed(robot, drives={"roots": "free"}))
+    with pytest.raises(InputError, match="nothing holds the mechanism"):
+        quasi_static(model, branch.motion(np.zeros(1)))
+
+
+@pytest.mark.parametrize("beam", ["euler-bernoulli", "timoshenko"])
+@pytest.mark.parametrize("count", [1, 4])
+def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: Branch, count: int, beam: str) -> None:
+    """Torque from virtual power of rigid bodies (checked against Drake); moment from elastic statics."""
+    model = Model(changed(robot, model={"elements": count, "beam": beam}))
+    state = branch.motion(np.linspace(0.0, robot.duration, 40))
+    stress = {s.name: s for s in link_stress(model, quasi_static_response(model, state))}
+    torque = model.drive_torques(state)
+    for leg in (1, 2, 3):
+        crank, coupler = stress[f"crank{leg}"], stress[f"coupler{leg}"]
+        np.testing.assert_allclose(-crank.moment[:, 0], torque[:, leg - 1], atol=1e-10)
+        for hinged in (crank.moment[:, -1], coupler.moment[:, 0], coupler.moment[:, -1]):
+            np.testing.assert_allclose(hinged, 0.0, atol=1e-10)
+
+
+def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branch: Branch) -> None:
+    """Load q_0 + (q_1 - q_0) x/L across: M = -q_0 x (L - x)/2 - (q_1 - q_0) x (L^2 - x^2)/(6 L)."""
+    model = Model(robot)
+    state = branch.motion(np.linspace(0.0, robot.duration, 40))
+    found = link_stress(model, quasi_static_response(model, state))[1]
+    field = model.rigid_acceleration(state)
+    normal = np.stack([-np.sin(state.psi[:, 0]), np.cos(state.psi[:, 0])], -1)
+    density = model.links[1].beam.line_density
+    q0, q1 = (
+        -density * np.sum(field[:, model_dofs[0]] * normal, axis=1)[:, None]
+        for model_dofs in (model.b, model.c)
+    )
+    x, length = found.s, robot.geometry.coupler[0]
+    want = -q0 * x * (length - x) / 2 - (q1 - q0) * x * (length**2 - x**2) / (6 * length)
+    np.testing.assert_allclose(found.moment, want, atol=1e-12 + 1e-9 * np.max(np.abs(want)))
+    place = found.s[np.unravel_index(np.argmax(np.abs(found.bending)), found.bending.shape)[1]]
+    assert 0.4 * length < place < 0.7 * length  # mid-span, where end rotations alone see nothing
+    assert np.max(np.abs(found.bending)) == pytest.approx(
+        np.max(np.abs(want)) * 0.02 / (np.pi * 0.04**4 / 64), rel=1e-9
+    )
+
+
+def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) -> None:
+    state = branch.motion(np.linspace(0.0, robot.duration, 40))
+    peaks = []
+    for count in (1, 5):
+        model = Model(changed(robot, model={"elements": count}))
+        found = link_stress(model, quasi_static_response(model, state), 101 if count == 1 else 21)
+        peaks.append([s.largest.max() for s in found])
+    np.testing.assert_allclose(*peaks, rtol=1e-9)
+
+
+def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> None:
+    """Mean stress of a body is the moment of its forces r_i F_j, less the inertia's, over its volume."""
+    model = Model(robot)
+    response = quasi_static_response(model, branch.motion(np.linspace(0.0, robot.duration, 25)))
+    state = response.motion
+    found = platform_stress(model, response)
+    stress = link_stress(model, response)
+    for n in range(len(state)):
+        force = np.zeros((3, 2))
+        for leg in range(3):
+            coupler = stress[2 * leg + 1]
+            e = np.array([np.cos(state.psi[n, leg]), np.sin(state.psi[n, leg])])
+            shear = np.gradient(coupler.moment[n], coupler.s, edge_order=2)[-1]
+            force[leg] = -coupler.force[n, -1] * e + shear * np.array([-e[1], e[0]])
+        arms = model.platform_arms(state)[n]
+        virial = arms.T @ force
+        spin = np.array(
+            [[-(state.dx[n, 0] ** 2), -state.ddx[n, 0]], [state.ddx[n, 0], -(state.dx[n, 0] ** 2)]]
+        )
+        second = model.triangle.total_mass / 12.0 * arms.T @ arms
+        virial -= second @ spin.T
+        c, s = np.cos(state.x[n, 0]), np.sin(state.x[n, 0])
+        turn = np.array([[c, -s], [s, c]])
+        volume = abs(model.triangle.signed_area) * model.triangle.thickness
+        tensor = turn.T @ virial @ turn / volume
+        ours = np.array([[found.x[n], found.shear[n]], [found.shear[n], found.y[n]]])
+        np.testing.assert_allclose(ours, tensor, atol=2e-3 * np.max(np.abs(tensor)) + 0.05)
+        np.testing.assert_allclose(
+            [found.second[n], found.first[n]], np.linalg.eigvalsh(ours), rtol=1e-9, atol=1e-9
+        )
+        assert found.largest_shear[n] == pytest.approx(0.5 * (found.first[n] - found.second[n]))
+
+
+def test_rigid_platform_has_no_stress(robot: Robot, branch: Branch) -> None:
+    model = Model(changed(robot, model={"platform": "rigid"}))
+    with pytest.raises(InputError, match="has no stress"):
+        platform_stress(model, quasi_static_response(model, branch.motion(np.zeros(1))))
+
+
+def test_speed_sweep_scales_and_finds_a_resonance(robot: Robot, branch: Branch) -> None:
+    low = speed_sweep(robot, branch, np.array([20.0, 40.0]), steps_per_period=8.0)
+    assert low.static[1] / low.static[0] == pytest.approx(4.0, rel=1e-3)  # inertia loads grow with the square
+    np.testing.assert_allclose(low.amplification, 1.0, atol=0.03)
+    assert low.resonance is None
+    high = speed_sweep(robot, branch, np.geomspace(180.0, 260.0, 16), steps_per_period=24.0)
+    assert high.resonance is not None
+    assert len(high.factors) == high.resonance + 2  # stops once it is passed
+    assert high.amplification[high.resonance] > 1.5
+
+
+def test_velocity_dependent_terms_grow_with_the_square_of_the_speed(robot: Robot, branch: Branch) -> None:
+    frequency, displacement = velocity_effect(robot, branch, np.array([10.0, 20.0]), poses=6)
+    np.testing.assert_allclose(
+        [frequency[1] / frequency[0], displacement[1] / displacement[0]], 4.0, rtol=0.02
+    )
+    assert displacement[0] < 1e-3
