@@ -1,0 +1,238 @@
+"""Dry and mixed joints on Drake: events, impacts, energy, against an independent model."""
+
+import numpy as np
+import pytest
+from machines import four_bar
+from scipy.integrate import solve_ivp
+
+from linkages.analysis import integral
+from linkages.data import data_folder
+from linkages.drake import simulate
+from linkages.errors import Status
+from linkages.experiment import load
+from linkages.impacts import impacts
+
+CRANK, ROD, SPEED = 0.05, 0.12, 523.5987755982989
+M_ROD, J_ROD, M_SLIDER = 0.21, 2.5e-4, 0.14
+RADIUS, CLEARANCE = 0.01, 0.5e-3
+
+
+def slider_crank_impacts(friction, end, count):
+    """First impacts of the dry slider-crank in two coordinates (rod angle, slider), written apart from the package.
+
+    Lankarani and Nikravesh with restitution 0.9, Hertz stiffness of seed 001 [0043], Ambrosio's ramp; DOP853 with
+    event location. Returns rows start, approach, tangential speed, duration, peak force, peak penetration, separation.
+    """
+    journal = RADIUS - CLEARANCE
+    s = (1 - 0.3**2) / 207e9
+    stiffness = 4 / (3 * (s + s)) * np.sqrt(RADIUS * journal / (RADIUS - journal))
+
+    def geometry(t, y):
+        phi, x, phi_rate, x_rate = y
+        theta = SPEED * t
+        a = CRANK * np.array([np.cos(theta), np.sin(theta)])
+        a_rate = CRANK * SPEED * np.array([-np.sin(theta), np.cos(theta)])
+        arm, normal = np.array([np.cos(phi), np.sin(phi)]), np.array([-np.sin(phi), np.cos(phi)])
+        e = a + ROD * arm - np.array([x, 0.0])
+        v = a_rate + ROD * phi_rate * normal - np.array([x_rate, 0.0])
+        size = np.hypot(*e)
+        n = e / max(size, 1e-300)
+        tangent = np.array([-n[1], n[0]])
+        return size - CLEARANCE, v @ n, v @ tangent + phi_rate * journal, n, tangent, arm, normal
+
+    def rates(t, y, approach):
+        delta, closing, sliding, n, tangent, arm, normal = geometry(t, y)
+        load = 0.0
+        if approach is not None and delta > 0.0:
+            ratio = min(max(closing / approach, -1.0), 1.0)
+            load = max(stiffness * delta**1.5 * (1 + 0.75 * (1 - 0.81) * ratio), 0.0)
+        mu = np.sign(sliding) * friction * min(max((abs(sliding) - 1e-4) / 9e-4, 0.0), 1.0)
+        force = -load * n - mu * load * tangent
+        couple = -journal * mu * load
+        crank = -CRANK * SPEED**2 * np.array([np.cos(SPEED * t), np.sin(SPEED * t)])
+        moment = ROD * normal @ force + couple - M_ROD * ROD / 2 * normal @ crank
+        phi_acc = moment / (J_ROD + M_ROD * (ROD / 2) ** 2)
+        return np.array([y[2], y[3], phi_acc, -force[0] / M_SLIDER]), np.hypot(*force)
+
+    # ideal start: crank along +x, e = 0
+    y, t = np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0]), 0.0
+    rows = []
+    settings = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
+    while len(rows) < count and t < end:
+        touch = lambda t, y: geometry(t, y)[0]  # noqa: E731
+        touch.terminal, touch.direction = True, 1
+        free = solve_ivp(
+            lambda t, y: rates(t, y, None)[0], (t, end), y, events=touch, max_step=1e-5, **settings
+        )
+        if free.status != 1:
+            break
+        t, y = free.t[-1], free.y[:, -1]
+        _, approach, tangential = geometry(t, y)[:3]
+        part = lambda t, y: geometry(t, y)[0]  # noqa: E731
+        part.terminal, part.direction = True, -1
+        hit = solve_ivp(
+            lambda t, y, v=approach: rates(t, y, v)[0], (t, end), y, events=part, dense_output=True,
+            max_step=1e-6, **settings,
+        )  # fmt: skip
+        assert hit.status == 1
+        fine = np.linspace(t, hit.t[-1], 4001)
+        states = hit.sol(fine)
+        loads = np.array([rates(u, states[:, i], approach)[1] for i, u in enumerate(fine)])
+        depth = np.array([geometry(u, states[:, i])[0] for i, u in enumerate(fine)])
+        separation = -geometry(hit.t[-1], hit.y[:, -1])[1]
+        rows.append([t, approach, tangential, hit.t[-1] - t, loads.max(), depth.max(), separation])
+        t, y = hit.t[-1], hit.y[:, -1]
+    return np.array(rows)
+
+
+def table(rows):
+    return np.array(
+        [
+            [
+                r.start,
+                r.approach_speed,
+                r.tangential_speed,
+                r.duration,
+                r.peak_force,
+                r.peak_penetration,
+                r.separation_speed,
+            ]
+            for r in rows
+        ]
+    )
+
+
+@pytest.mark.parametrize("friction", [None, 0.03])
+def test_first_impacts_agree_with_an_independent_model(friction):
+    """Time, speeds, duration, peaks of the first two impacts to 1e-6: another formulation, another integrator."""
+    overrides = {"duration": 1e-3, "solver.accuracy": 1e-11, "solver.max_step": 2e-6}
+    if friction is None:
+        overrides["joints.B.friction"] = {"law": "ambrosio", "coefficient": 1e-12}
+    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml", overrides)
+    run = simulate(mechanism, experiment)
+    got = table(impacts(run, ["B"]))[:2]
+    expected = slider_crank_impacts(friction or 0.0, 1e-3, 2)
+    np.testing.assert_allclose(got, expected, rtol=1e-6)
+
+
+def test_energy_audit_of_a_dry_run():
+    """Drive work = change of kinetic energy + what contact and friction take, to 1e-5 of the work through the drive."""
+    overrides = {"duration": 6e-3, "solver.accuracy": 1e-10, "solver.max_step": 2e-6}
+    run = simulate(*load(data_folder() / "slider_crank_dry.toml", overrides))
+    power = run["O.torque"] * run["O.rate"]
+    work, through = integral(run, power), integral(run, np.abs(power))
+    loss = -integral(run, run["B.power"])
+    kinetic = run["kinetic_energy"][-1] - run["kinetic_energy"][0]
+    assert len(impacts(run, ["B"])) > 3
+    assert loss > 0.5
+    assert abs(work - kinetic - loss) < 1e-5 * through
+
+
+def test_every_contact_begins_and_ends_at_a_step():
+    run = simulate(*load(data_folder() / "slider_crank_dry.toml", {"duration": 3e-3}))
+    rows = impacts(run, ["B"])
+    assert len(rows) >= 4
+    for row in rows[:-1]:
+        for time in (row.start, row.start + row.duration):
+            at = int(np.argmin(np.abs(run.time - time)))
+            assert abs(run["B.penetration"][at]) < 1e-9
+        assert row.approach_speed > 0.0
+        assert row.separation_speed > 0.0
+    inside = run["B.penetration"] > 1e-9
+    assert (run["B.force"][inside] >= 0.0).all()
+    assert (run["B.force"][run["B.penetration"] < -1e-9] == 0.0).all()
+
+
+def test_sampling_would_miss_the_peaks():
+    """At the paper's step of 0.1 ms the largest force is seen at two thirds or less of its size."""
+    run = simulate(*load(data_folder() / "slider_crank_dry.toml", {"duration": 4e-3}))
+    rows = impacts(run, ["B"])
+    sampled = run.evaluate(np.arange(0.0, 4e-3, 1e-4))["B.force"].max()
+    assert sampled < 0.95 * max(row.peak_force for row in rows)
+
+
+REST = """duration = 0.25
+gravity = [0.0, -9.81, 0.0]
+[drives.O]
+speed = 1.0
+ramp = 0.1
+[joints.B]
+model = "dry"
+clearance = 1e-4
+[joints.B.contact]
+law = "{law}"
+restitution = 0.3
+youngs_modulus = 2e9
+[joints.B.friction]
+law = "{friction}"
+coefficient = 0.1
+v_0 = 1e-3
+v_1 = 1e-2
+bristle_stiffness = 1e4
+"""
+
+
+@pytest.mark.parametrize(("law", "friction"), [("lankarani-nikravesh", "cubic"), ("flores", "lugre")])
+def test_a_journal_comes_to_rest_in_its_bearing_without_chatter(experiment_file, law, friction):
+    """Slow crank under gravity: the journal bounces a few times, then stays in contact and carries the ideal load."""
+    mechanism, experiment = load(experiment_file(four_bar(), REST.format(law=law, friction=friction)))
+    run = simulate(mechanism, experiment)
+    assert run.status is Status.OK
+    rows = impacts(run, ["B"])
+    assert 1 < len(rows) < 60
+    assert run["B.penetration"][run.time > 0.2].min() > 0.0
+    ideal = simulate(mechanism, experiment.ideal())
+    times = np.linspace(0.22, 0.245, 6)
+    np.testing.assert_allclose(run.evaluate(times)["B.force"], ideal.evaluate(times)["B.force"], rtol=0.05)
+
+
+def test_two_joints_touch_at_once(experiment_file):
+    text = REST.format(law="flores", friction="coulomb").replace("duration = 0.25", "duration = 0.1")
+    both = text + text[text.index("[joints.B]") :].replace("joints.B", "joints.A")
+    run = simulate(*load(experiment_file(four_bar(), both)))
+    rows = impacts(run, ["A", "B"])
+    assert {row.joint for row in rows} == {"A", "B"}
+    together = (run["A.penetration"] > 0) & (run["B.penetration"] > 0)
+    assert together.any()
+    energy = run["kinetic_energy"] + run["potential_energy"]
+    work = integral(run, run["O.torque"] * run["O.rate"])
+    loss = -sum(integral(run, run[f"{name}.power"]) for name in "AB")
+    assert loss > 0.0
+    assert energy[-1] - energy[0] == pytest.approx(work - loss, abs=1e-4 * abs(work) + 1e-4 * loss)
+
+
+MIXED = """duration = 0.1
+[drives.O]
+speed = 60.0
+[joints.B]
+model = "mixed"
+clearance = 1e-4
+viscosity = 0.002
+film = "finite"
+[joints.B.contact]
+law = "lankarani-nikravesh"
+restitution = 0.5
+youngs_modulus = 2e9
+[joints.B.friction]
+law = "coulomb"
+coefficient = 0.05
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "mixed",
+    [
+        'law = "blend"\ntransition = 1e-6\n',
+        'law = "greenwood-tripp"\nroughness = 1e-6\ndensity = 1e10\ntip_radius = 1e-5\n',
+    ],
+)
+def test_a_mixed_joint_carries_what_its_film_cannot(experiment_file, mixed):
+    """The film alone breaks down; with contact the run goes on, close to the ideal motion."""
+    text = MIXED + "[joints.B.mixed]\n" + mixed
+    mechanism, experiment = load(experiment_file(four_bar(), text), {"duration": 0.03})
+    run = simulate(mechanism, experiment)
+    assert run.status is Status.OK
+    assert run["B.eccentricity_ratio"].max() > 0.95
+    assert run["B.eccentricity_ratio"].max() < 1.2
+    assert -integral(run, run["B.power"]) > 0.0
