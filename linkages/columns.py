@@ -11,12 +11,14 @@
 | ``JOINT.eccentricity_ratio``           | its length over the clearance                                | 1       |
 | ``JOINT.penetration``                  | length of e less c, joints that can touch                   | m       |
 | ``JOINT.closing, .sliding``            | rate of that length, sliding speed of the journal's surface | m/s     |
+| ``GUIDE.offset, .tilt``                | of a block with play in its slot: across the slot, turned    | m, rad  |
 | ``JOINT.power``                        | power that the force pair delivers, clearance joints         | W       |
 | ``JOINT.torque``                       | drive torque (force), driven joints                          | N m (N) |
 | ``JOINT.rate``                         | rate of the coordinate, driven joints                        | rad/s   |
 | ``kinetic_energy``, ``potential_energy`` | of the whole linkage                                       | J       |
 | ``q.COORDINATE``                       | coordinate of the spanning tree: a joint's, or a floating link's | rad, m |
 
+For a guide with play ``GUIDE.corner1`` to ``GUIDE.corner4`` have the columns of a contact each.
 Vectors are in plane axes (see `linkages.mechanism`).
 """
 
@@ -51,8 +53,8 @@ def columns_from_states(
     times : (nt,) array
     q, v, a : (nt, n) arrays
         Coordinates of the tree, their rates and accelerations.
-    clearance : (nt, nj, WIDTH) array, optional
-        `linkages.planar.clearance.CLEARANCE_OUTPUTS` of each clearance joint, from the engine. Without it,
+    clearance : (nt, nc, WIDTH) array, optional
+        `linkages.planar.clearance.CLEARANCE_OUTPUTS` of each contact, from the engine. Without it,
         the tree's clearance joints are taken as ideal, and their reactions computed.
     drive : (nt, nd) array, optional
         Drive torques from the engine; without it they are computed with the reactions.
@@ -68,9 +70,14 @@ def columns_from_states(
     torques = {name: experiment.drives[name].torque_history()(times) for name in tree.powered}
     known = {}
     if clearance is not None:
-        for k, name in enumerate(tree.play):
-            known[name] = (clearance[:, k, 2:4], clearance[:, k, 4])
-            _clearance(columns, tree, experiment, name, clearance[:, k], pose, vel)
+        for k, (name, label) in enumerate(tree.contacts):
+            _contact(columns, tree, experiment, k, clearance[:, k], pose, vel)
+            if name == label:
+                known[name] = (clearance[:, k, 2:4], clearance[:, k, 4])
+        for name in tree.play:
+            rows = [k for k, (owner, label) in enumerate(tree.contacts) if owner == name != label]
+            if rows:
+                known[name] = _guide(columns, tree, name, clearance[:, rows], pose)
     force, moment, needed = joint_reactions(tree, pose, vel, acc, gravity, known, torques)
     for name in force:
         columns[f"{name}.fx"], columns[f"{name}.fy"] = force[name].T
@@ -116,33 +123,53 @@ def _energies(columns: Columns, tree: Tree, pose: Array, vel: Array, gravity: Ar
     columns["potential_energy"] = -(bodies["mass"] * height).sum(axis=1)
 
 
-def _clearance(
-    columns: Columns, tree: Tree, experiment: Experiment, name: str, output: Array, pose: Array, vel: Array
+def _contact(
+    columns: Columns, tree: Tree, experiment: Experiment, k: int, output: Array, pose: Array, vel: Array
 ) -> None:
-    """Columns of one clearance joint; the pair's power is taken where its force acts, at the journal's centre."""
-    joint = tree.mechanism.joint[name]
+    """Columns of contact k; the pair's power is taken where its force acts, at the point on the inner body."""
+    name, label = tree.contacts[k]
     model = experiment.joints[name]
-    ex, ey, fx, fy, couple, closing, sliding, _ = output.T
-    columns[f"{name}.ex"], columns[f"{name}.ey"] = ex, ey
-    columns[f"{name}.eccentricity_ratio"] = np.hypot(ex, ey) / model.clearance
+    ex, ey, fx, fy, couple, penetration, closing, sliding, _ = output.T
+    columns[f"{label}.ex"], columns[f"{label}.ey"] = ex, ey
+    columns[f"{label}.eccentricity_ratio"] = 1.0 + penetration / model.clearance
+    columns[f"{label}.force"] = np.hypot(fx, fy)
     if model.can_touch:
-        columns[f"{name}.penetration"] = np.hypot(ex, ey) - model.clearance
-        columns[f"{name}.closing"], columns[f"{name}.sliding"] = closing, sliding
-    rate = []
-    at = None
-    for link, point in ((joint.child, joint.on_child), (joint.parent, joint.on_parent)):
-        body = tree.index[link]
-        if at is None:
-            x, y = tree.local(link, point)
-            c, s = pose[:, body, 3], pose[:, body, 4]
-            at = pose[:, body, 0] + c * x - s * y, pose[:, body, 1] + s * x + c * y
-        w = vel[:, body, 0]
-        rate.append(
-            (
-                w,
-                vel[:, body, 1] - w * (at[1] - pose[:, body, 1]),
-                vel[:, body, 2] + w * (at[0] - pose[:, body, 0]),
-            )
-        )
-    (wj, xj, yj), (wb, xb, yb) = rate
-    columns[f"{name}.power"] = fx * (xj - xb) + fy * (yj - yb) + couple * (wj - wb)
+        columns[f"{label}.penetration"] = penetration
+        columns[f"{label}.closing"], columns[f"{label}.sliding"] = closing, sliding
+    end = tree.ends[k]
+    inner, outer = int(end["journal"]), int(end["bearing"])
+    rx, ry = _offset(pose, inner, end["jx"], end["jy"])
+    sx, sy = rx + pose[:, inner, 0] - pose[:, outer, 0], ry + pose[:, inner, 1] - pose[:, outer, 1]
+    wj, wb = vel[:, inner, 0], vel[:, outer, 0]
+    vx = vel[:, inner, 1] - wj * ry - vel[:, outer, 1] + wb * sy
+    vy = vel[:, inner, 2] + wj * rx - vel[:, outer, 2] - wb * sx
+    columns[f"{label}.power"] = fx * vx + fy * vy + couple * (wj - wb)
+
+
+def _guide(columns: Columns, tree: Tree, name: str, outputs: Array, pose: Array) -> tuple[Array, Array]:
+    """Columns of a guide with play from those of its four corners; returns force and moment on its block."""
+    joint = tree.mechanism.joint[name]
+    labels = [label for owner, label in tree.contacts if owner == name]
+    rows = [k for k, (owner, _) in enumerate(tree.contacts) if owner == name]
+    force = outputs[:, :, 2:4].sum(axis=1)
+    moment = np.zeros(len(force))
+    inner = tree.index[joint.child]
+    cx, cy = _offset(pose, inner, *tree.local(joint.child, joint.on_child))
+    for i, k in enumerate(rows):
+        rx, ry = _offset(pose, inner, tree.ends[k]["jx"], tree.ends[k]["jy"])
+        moment += (rx - cx) * outputs[:, i, 3] - (ry - cy) * outputs[:, i, 2]
+    columns[f"{name}.eccentricity_ratio"] = np.max(
+        [columns[f"{x}.eccentricity_ratio"] for x in labels], axis=0
+    )
+    columns[f"{name}.power"] = np.sum([columns[f"{x}.power"] for x in labels], axis=0)
+    outer = tree.index[joint.parent]
+    nx, ny = _offset(pose, outer, -joint.direction[1], joint.direction[0])
+    columns[f"{name}.offset"] = outputs[:, :, 0].mean(axis=1) * nx + outputs[:, :, 1].mean(axis=1) * ny
+    columns[f"{name}.tilt"] = pose[:, inner, 2] - pose[:, outer, 2]
+    return force, moment
+
+
+def _offset(pose: Array, body: int, x: float, y: float) -> tuple[Array, Array]:
+    """Turn a vector given in a body's frame into plane axes."""
+    c, s = pose[:, body, 3], pose[:, body, 4]
+    return c * x - s * y, s * x + c * y

@@ -8,13 +8,21 @@ reports. Every value can be replaced by its dotted path, here and on the command
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    model_validator,
+)
 from scipy.interpolate import PPoly
 from tomlkit.exceptions import TOMLKitError
 
@@ -27,21 +35,24 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
-ContactLaw = Literal[
-    "hertz",
-    "kelvin-voigt",
-    "hunt-crossley",
-    "lankarani-nikravesh",
-    "herbert-mcwhannell",
-    "lee-wang",
-    "flores",
-    "gonthier",
-    "zhiying-qishao",
-    "hu-guo",
-    "esdu-78035",
-    "johnson",
-    "dubowsky-freudenstein",
-]
+
+def _known(registry: Iterable[str]) -> AfterValidator:
+    """Validate a law's name against its registry: a law added there can be named in a file."""
+    names = sorted(registry)
+
+    def check_name(name: str) -> str:
+        if name not in names:
+            raise ValueError(f'"{name}" is unknown; {nearest(name, names)}')
+        return name
+
+    return AfterValidator(check_name)
+
+
+FilmName = Annotated[str, _known(FILMS)]
+ContactLaw = Annotated[str, _known(CONTACTS)]
+FrictionLaw = Annotated[str, _known(set(FRICTIONS) - {"none"})]
+
+_CYLINDERS = ("esdu-78035", "johnson", "dubowsky-freudenstein")
 
 #: What an output can measure of a link or frame, in plane axes; units m, rad and s.
 QUANTITIES = {
@@ -167,7 +178,7 @@ class Contact(_Table):
 class Friction(_Table):
     """Friction between journal and bearing, for dry and mixed joints."""
 
-    law: Literal["ambrosio", "cubic", "coulomb", "lugre"] = Field(description="friction law")
+    law: FrictionLaw = Field(description="friction law")
     coefficient: Positive = Field(description="dynamic coefficient [1]")
     static: Positive | None = Field(None, description="static coefficient; default: the dynamic one [1]")
     v_0: NonNegative = Field(1e-4, description="first speed of the law [m/s]")
@@ -222,11 +233,11 @@ class Oil(_Table):
 
 
 class JointModel(_Table):
-    """How a joint that has a bearing in the SDF file is modelled."""
+    """How a joint that has a bearing or a slot in the SDF file is modelled."""
 
     model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="what the joint is")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
-    film: Literal["long", "pinkus-sternlicht", "short", "finite"] = Field("long", description="film law")
+    film: FilmName = Field("long", description="film law")
     cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
     viscosity: Positive | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="instead of viscosity")
@@ -239,7 +250,8 @@ class JointModel(_Table):
         None, description="the paper's correction near the centre"
     )
     offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
-        [0.0, 0.0], description="journal's centre from the bearing's at t = 0, plane axes [m]"
+        [0.0, 0.0],
+        description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
     )
 
     @model_validator(mode="after")
@@ -456,21 +468,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     for name, joint in experiment.joints.items():
         if not joint.has_play:
             continue
-        bearing = mechanism.joint[name].bearing
-        if bearing is None:
-            raise InputError(
-                source,
-                f"joints.{name}.model",
-                f'"{joint.model}" needs a <linkages:bearing> in <joint name="{name}"> of {mechanism.source.name}',
-            )
-        if joint.clearance is not None and joint.clearance >= bearing.radius:
-            raise InputError(
-                source,
-                f"joints.{name}.clearance",
-                f"is {joint.clearance:g} m; it must be smaller than the bearing's radius of {bearing.radius:g} m",
-            )
-        if joint.clearance is not None and sum(x * x for x in joint.offset) >= joint.clearance**2:
-            raise InputError(source, f"joints.{name}.offset", "must lie inside the clearance circle")
+        _check_joint(mechanism, experiment, name, joint)
     for output in experiment.outputs:
         point, _, quantity = output.rpartition(".")
         if point not in mechanism.point:
@@ -483,6 +481,36 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             raise InputError(
                 source, f'outputs: "{output}"', f'"{quantity}" is unknown; {nearest(quantity, QUANTITIES)}'
             )
+
+
+def _check_joint(mechanism: Mechanism, experiment: Experiment, name: str, model: JointModel) -> None:
+    """Check a joint with play against the machine's bearing or slot."""
+    source, joint, clearance = experiment.source, mechanism.joint[name], model.clearance or 0.0
+    needs = {"revolute": "bearing", "prismatic": "slot"}.get(joint.type)
+    if needs is None:
+        raise InputError(source, f"joints.{name}", "a fixed joint cannot have play")
+    if (joint.bearing or joint.slot) is None:
+        raise InputError(
+            source,
+            f"joints.{name}.model",
+            f'"{model.model}" needs a <linkages:{needs}> in <joint name="{name}"> of {mechanism.source.name}',
+        )
+    if joint.bearing is not None:
+        if clearance >= joint.bearing.radius:
+            raise InputError(
+                source,
+                f"joints.{name}.clearance",
+                f"is {clearance:g} m; it must be smaller than the bearing's radius of {joint.bearing.radius:g} m",
+            )
+        if sum(x * x for x in model.offset) >= clearance**2:
+            raise InputError(source, f"joints.{name}.offset", "must lie inside the clearance circle")
+        return
+    if model.model != "dry":
+        raise InputError(source, f"joints.{name}.model", f'is "{model.model}"; a guide with play is "dry"')
+    if model.contact is not None and (model.contact.stiffness is None or model.contact.law in _CYLINDERS):
+        raise InputError(
+            source, f"joints.{name}.contact", "a corner at a wall needs a power law and its stiffness [N/m^n]"
+        )
 
 
 def keys() -> Iterator[tuple[str, str]]:
@@ -588,9 +616,3 @@ def _model_at(loc: tuple[Any, ...]) -> type[BaseModel]:
         if inner is not None:
             model = inner
     return model
-
-
-#: The names of the schema are those of the registries.
-assert set(get_args(JointModel.model_fields["film"].annotation)) == set(FILMS)
-assert set(get_args(ContactLaw)) == set(CONTACTS)
-assert set(get_args(Friction.model_fields["law"].annotation)) == set(FRICTIONS) - {"none"}

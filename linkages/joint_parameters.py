@@ -22,20 +22,17 @@ Array = NDArray[np.float64]
 
 
 def law_parameters(tree: Tree, experiment: Experiment) -> NDArray[np.record]:
-    """One record of `PARAMETERS` for each clearance joint of the tree."""
-    records: NDArray[np.record] = np.zeros(len(tree.play), PARAMETERS)
-    for record, name in zip(records, tree.play, strict=True):
-        bearing = tree.mechanism.joint[name].bearing
-        if bearing is None:
-            raise ValueError(f"joint {name} has no bearing")
-        _fill(record, experiment.joints[name], bearing)
+    """One record of `PARAMETERS` for each contact of the tree."""
+    records: NDArray[np.record] = np.zeros(len(tree.contacts), PARAMETERS)
+    for record, (name, _) in zip(records, tree.contacts, strict=True):
+        _fill(record, experiment.joints[name], tree.mechanism.joint[name].bearing)
     return records
 
 
 def film_tables(tree: Tree, experiment: Experiment) -> Array:
-    """Load the maps of the finite films, one line for each clearance joint; empty lines where there is none needed."""
+    """Load the maps of the finite films, one line for each contact; empty lines where there is none needed."""
     tables = []
-    for name in tree.play:
+    for name, _ in tree.contacts:
         joint, bearing = experiment.joints[name], tree.mechanism.joint[name].bearing
         if bearing is not None and joint.has_film and joint.film == "finite":
             tables.append(load_map(0.5 * bearing.length / bearing.radius, joint.cavitation))
@@ -47,9 +44,10 @@ def film_tables(tree: Tree, experiment: Experiment) -> Array:
     return result
 
 
-def _fill(record: Any, joint: JointModel, bearing: Bearing) -> None:
+def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
     record["clearance"] = joint.clearance
-    record["radius"], record["length"] = bearing.radius, bearing.length
+    if bearing is not None:
+        record["radius"], record["length"] = bearing.radius, bearing.length
     record["film"] = FILMS[joint.film].code
     record["model"] = MODELS[joint.model]
     record["shear"] = SHEAR[joint.shear_film if joint.shear_torque else "none"]
@@ -61,9 +59,8 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing) -> None:
         record["viscosity"] = (
             joint.viscosity if oil is None else iso_vg_viscosity(oil.grade, oil.temperature, oil.density)
         )
-    journal = bearing.radius - (joint.clearance or 0.0)
     if joint.contact is not None and joint.can_touch:
-        _fill_contact(record, joint.contact, bearing, journal)
+        _fill_contact(record, joint.contact, bearing, joint.clearance or 0.0)
     record["friction"] = FRICTIONS["none"].code
     if joint.friction is not None and joint.can_touch:
         friction = joint.friction
@@ -82,14 +79,17 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing) -> None:
             _fill_asperities(record, joint.mixed, joint.contact)
 
 
-def _fill_contact(record: Any, contact: Contact, bearing: Bearing, journal: float) -> None:
+def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, clearance: float) -> None:
     record["contact"] = CONTACTS[contact.law].code
     record["exponent"], record["restitution"] = contact.exponent, contact.restitution
     record["damping"], record["damping_limit"] = contact.damping, CLIP if contact.clip else np.inf
-    record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)
     if contact.stiffness is not None:
         record["stiffness"] = contact.stiffness
-    elif contact.youngs_modulus is not None:
+    if bearing is None:  # a corner at a wall: its stiffness was checked to be given
+        return
+    journal = bearing.radius - clearance
+    record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)
+    if contact.stiffness is None and contact.youngs_modulus is not None:
         modulus = _modulus(contact)
         if contact.law in ("esdu-78035", "johnson", "dubowsky-freudenstein"):
             record["stiffness"] = line_stiffness(bearing.length, modulus)

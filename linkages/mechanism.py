@@ -68,6 +68,14 @@ class Bearing:
 
 
 @dataclass(frozen=True)
+class Slot:
+    """A block in a slot; the joint's parent carries the slot, its child the block. Size of the block in m."""
+
+    length: float
+    height: float
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint; its coordinate is zero in the drawn configuration.
 
@@ -84,7 +92,8 @@ class Joint:
     direction : (2,) array
         Prismatic: unit vector of the axis, fixed to the parent.
     bearing : Bearing or None
-        What the joint is made of if it may have play.
+    slot : Slot or None
+        What a revolute, or a prismatic, joint is made of if it may have play.
     axis, position : (3,) arrays
         Drawn axis and position (on the child) in the world.
     """
@@ -98,6 +107,7 @@ class Joint:
     sign: float
     direction: Array
     bearing: Bearing | None
+    slot: Slot | None
     axis: Array
     position: Array
 
@@ -260,6 +270,7 @@ def _joint(name: str, raw: RawJoint, basis: Array) -> Joint:
         float(np.sign(raw.axis @ basis[:, 2])) if raw.type == "revolute" else 1.0,
         to_plane @ raw.axis if raw.type == "prismatic" else np.zeros(2),
         Bearing(*raw.bearing) if raw.bearing else None,
+        Slot(*raw.slot) if raw.slot else None,
         raw.axis,
         raw.on_child,
     )
@@ -300,4 +311,8 @@ def _check(mechanism: Mechanism) -> None:
         if joint.bearing is not None and joint.type != "revolute":
             raise InputError(
                 path, f'<joint name="{joint.name}">', f"a {joint.type} joint cannot carry <linkages:bearing>"
+            )
+        if joint.slot is not None and joint.type != "prismatic":
+            raise InputError(
+                path, f'<joint name="{joint.name}">', f"a {joint.type} joint cannot carry <linkages:slot>"
             )

@@ -50,7 +50,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         jobs: list[tuple[str, Callable[[Study], Figure]]] = [
             (f"output_{name}", _output_figure(name)) for name in study.experiment.outputs
         ]
-        if study.assembly.tree.play:
+        if study.assembly.tree.journals:
             jobs.append(("orbits", _orbits))
         jobs.append(("joint_forces", _forces))
         if study.experiment.drives:
@@ -97,7 +97,7 @@ def _without_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]
 
 def _orbits(study: Study) -> Figure:
     """Above, each journal's centre in its clearance circle; below, the orbit magnified."""
-    names = study.assembly.tree.play
+    names = study.assembly.tree.journals
     figure = Figure(figsize=(max(3.15 * len(names), 3.6), 6.4), layout="constrained")
     axes = figure.subplots(2, len(names), squeeze=False)
     circle = np.linspace(0.0, 2.0 * np.pi, 361)

@@ -14,7 +14,7 @@ from linkages.analysis import extremes, integral
 from linkages.assembly import Assembly, AssemblyError, IdealMotion, assemble
 from linkages.errors import InputError, Status, nearest
 from linkages.experiment import Experiment, check
-from linkages.impacts import impacts
+from linkages.impacts import Impact, impacts
 from linkages.mechanism import Mechanism
 from linkages.trajectory import Trajectory, sample
 
@@ -171,8 +171,9 @@ def summarize(study: Study, engine: str) -> dict[str, Any]:
 
 
 def touching(experiment: Experiment, trajectory: Trajectory) -> list[str]:
-    """Joints of a run that can touch."""
-    return [name for name in experiment.play if f"{name}.penetration" in trajectory.columns]
+    """Contacts of a run that can touch: joints, and the corners of guides."""
+    names = [name for name in experiment.play for name in (name, *(f"{name}.corner{i}" for i in range(1, 5)))]
+    return [name for name in names if f"{name}.penetration" in trajectory.columns]
 
 
 def versions() -> dict[str, str]:
@@ -209,8 +210,8 @@ def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajector
         if name in play:
             entry["model"] = experiment.joints[name].model
             entry["eccentricity_ratio"] = {"peak": found[f"{name}.eccentricity_ratio"].peak}
-            contacts = [row for row in touches if row.joint == name]
-            entry["contact_fraction"] = sum(row.duration for row in contacts) / float(np.ptp(trajectory.time))
+            contacts = [row for row in touches if row.joint.partition(".")[0] == name]
+            entry["contact_fraction"] = _covered(contacts) / float(np.ptp(trajectory.time))
             entry["impacts"] = len(contacts)
         result["joints"][name] = entry
     for name in experiment.drives:
@@ -218,6 +219,16 @@ def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajector
         torque = found[f"{name}.torque"]
         result["drives"][name] = {"torque": {"peak": torque.peak}, "work": integral(trajectory, power)}
     return result
+
+
+def _covered(rows: list[Impact]) -> float:
+    """Time in which at least one of the contacts lasts [s]."""
+    total, until = 0.0, -np.inf
+    for row in sorted(rows, key=lambda row: row.start):
+        end = row.start + row.duration
+        total += max(0.0, end - max(row.start, until))
+        until = max(until, end)
+    return total
 
 
 def _peaks(numbers: dict[str, Any]) -> list[tuple[str, float]]:

@@ -51,7 +51,7 @@ class RawLink:
 
 @dataclass(frozen=True)
 class RawJoint:
-    """A joint as written: where it sits on each body, its axis [world], the annotated bearing (R, L)."""
+    """A joint as written: where it sits on each body, its axis [world], its bearing (R, L) or slot (l, h)."""
 
     type: str
     parent: str
@@ -60,6 +60,7 @@ class RawJoint:
     on_child: Array
     axis: Array
     bearing: tuple[float, float] | None
+    slot: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
     overrides : mapping of str to float, optional
         Values that replace those of the file, by dotted path: ``links.NAME.mass`` [kg],
         ``links.NAME.com.x|y|z`` [m], ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad],
-        ``joints.NAME.bearing.radius|length`` [m].
+        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m].
 
     Raises
     ------
@@ -280,7 +281,8 @@ class _Reader:
             on_parent,
             on_child,
             axis,
-            self._bearing(element),
+            self._annotation(element, "bearing", ("radius", "length")),
+            self._annotation(element, "slot", ("length", "height")),
         )
 
     def _axis(self, element: ET.Element, where: str, pose: Pose) -> Array:
@@ -302,20 +304,20 @@ class _Reader:
         rotation = self._pose(base, where).rotation if base else pose.rotation
         return rotation @ (direction / length)
 
-    def _bearing(self, element: ET.Element) -> tuple[float, float] | None:
-        found = [child for child in element if child.tag.startswith("{") and child.tag.endswith("}bearing")]
+    def _annotation(self, element: ET.Element, tag: str, keys: tuple[str, str]) -> tuple[float, float] | None:
+        """Read the two lengths of <linkages:bearing> or <linkages:slot>."""
+        found = [child for child in element if child.tag.startswith("{") and child.tag.endswith("}" + tag)]
         if not found:
             return None
-        bearing = found[0]
-        where = f"{_label(element)}/<linkages:bearing>"
-        values = {child.tag.split("}")[-1]: child for child in bearing}
+        where = f"{_label(element)}/<linkages:{tag}>"
+        values = {child.tag.split("}")[-1]: child for child in found[0]}
         for key, child in values.items():
-            if key not in ("radius", "length"):
-                raise self.error(where, f"<{key}> is unknown; {nearest(key, ['radius', 'length'])}")
+            if key not in keys:
+                raise self.error(where, f"<{key}> is unknown; {nearest(key, keys)}")
             if not child.tag.startswith("{"):
                 raise self.error(where, f"write <linkages:{key}>, not <{key}>")
         numbers = []
-        for key in ("radius", "length"):
+        for key in keys:
             if key not in values:
                 raise self.error(where, f"has no <linkages:{key}>; give it in metres")
             value = float(self._numbers(values[key], 1, f"{where}/<linkages:{key}>")[0])
@@ -365,7 +367,7 @@ class _Reader:
         if kind == "link":
             known |= {"mass", "com.x", "com.y", "com.z", "inertia"}
         if kind == "joint":
-            known |= {"bearing.radius", "bearing.length"}
+            known |= {"bearing.radius", "bearing.length", "slot.length", "slot.height"}
         if rest not in known:
             raise self.error(f"sdf.{path}", f'"{rest}" is unknown; {nearest(rest, known)}')
         if rest == "inertia":
@@ -374,7 +376,7 @@ class _Reader:
             target = element.find("inertial/mass")
             if target is not None:
                 target.text = repr(value)
-        elif parts[2] == "bearing":
+        elif parts[2] in ("bearing", "slot"):
             for child in element.iter():
                 if child.tag.endswith("}" + parts[3]):
                     child.text = repr(value)

@@ -51,7 +51,7 @@ REFUSED = {
         {},
         "'ideal', 'dry', 'lubricated' or 'mixed'",
     ),
-    "unknown film": (GOOD + 'film = "thick"\n', {}, "'pinkus-sternlicht', 'short' or 'finite'"),
+    "unknown film": (GOOD + 'film = "finit"\n', {}, 'did you mean "finite"?'),
     "offset outside": (GOOD + "offset = [1e-4, 1e-4]\n", {}, "must lie inside the clearance circle"),
     "unknown output": (GOOD.replace("follower.omega", "folower.omega"), {}, 'did you mean "follower"?'),
     "unknown quantity": (GOOD.replace("follower.omega", "follower.omga"), {}, 'did you mean "omega"?'),

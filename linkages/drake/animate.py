@@ -84,7 +84,8 @@ def _frames(study: Study, exaggerate: float) -> tuple[np.ndarray, np.ndarray]:
         return times, q
     offset = np.zeros((len(times), len(tree.closure_rows)))
     for k, name in enumerate(tree.play):
-        for axis, part in enumerate(("ex", "ey")):
+        parts = ("ex", "ey") if study.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = exaggerate * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
         return times, IdealMotion(study.assembly, study.experiment).states(times, offset)[0]

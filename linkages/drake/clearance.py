@@ -28,6 +28,7 @@ Indices = NDArray[np.int64]
 #: Entries of each joint's block of the output port "joints".
 JOINT_OUTPUTS = (*CLEARANCE_OUTPUTS, "eccentricity_ratio", "attitude")
 
+_PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
 _CLOSING = CLEARANCE_OUTPUTS.index("closing")
 _BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
@@ -39,15 +40,15 @@ class ClearanceJoints(LeafSystem):
     -----
     state : input, (nx,)
         State [q; v] of the plant.
-    evaluation : output, (nv + WIDTH nj,)
-        Generalised forces, then `CLEARANCE_OUTPUTS` of each joint: what `Drives` reads, a callback cheaper than
-        ``generalized_force``.
+    evaluation : output, (nv + WIDTH nc,)
+        Generalised forces, then `CLEARANCE_OUTPUTS` of each contact (a journal has one, a guide four): for `Drives`, a
+        callback cheaper than ``generalized_force``.
     generalized_force : output, (nv,)
         For the plant's applied generalised forces [N m, N].
-    joints : output, (len(JOINT_OUTPUTS) nj,)
-        For each joint `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and couple on
-        it [N m]; rate of the eccentricity and sliding speed [m/s]; rate of the bristles [m/s]; eccentricity ratio [1];
-        attitude angle of the eccentricity [rad]. Plane axes.
+    joints : output, (len(JOINT_OUTPUTS) nc,)
+        For each contact `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and couple on
+        it [N m]; penetration [m], its rate and the sliding speed [m/s]; rate of the bristles [m/s]; eccentricity
+        ratio [1]; attitude angle of the eccentricity [rad]. Plane axes.
 
     The laws are evaluated once for each state: the other ports read the cached value of ``evaluation``.
 
@@ -62,7 +63,7 @@ class ClearanceJoints(LeafSystem):
     ----------
     tree : Tree
     laws : array of `linkages.laws.PARAMETERS`
-        One record for each joint of ``tree.play``.
+        One record for each of ``tree.contacts``.
     tables : (nj, nt) array
         Maps of the finite films.
     positions, velocities : arrays of int
@@ -83,7 +84,7 @@ class ClearanceJoints(LeafSystem):
     ) -> None:
         super().__init__()
         self.set_name("clearance_joints")
-        self.joints = tree.play
+        self.joints = tuple(label for _, label in tree.contacts)
         self._bodies, self._ends, self._laws, self._tables = tree.bodies, tree.ends, laws, tables
         self._q, self._v, self._into = positions, num_positions + velocities, velocities
         self._size = num_velocities
@@ -100,13 +101,13 @@ class ClearanceJoints(LeafSystem):
             needs.add(self.xc_ticket())
         self._witnesses = [self._witness(int(k)) for k in self._touching]
         self._evaluation = self.DeclareVectorOutputPort(
-            "evaluation", num_velocities + WIDTH * len(tree.play), self._evaluate, needs
+            "evaluation", num_velocities + WIDTH * len(laws), self._evaluate, needs
         )
         self._force = self.DeclareVectorOutputPort(
             "generalized_force", num_velocities, self._give_force, needs
         )
         self._joints = self.DeclareVectorOutputPort(
-            "joints", len(JOINT_OUTPUTS) * len(tree.play), self._give_joints, needs
+            "joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs
         )
 
     def get_evaluation_output_port(self) -> OutputPort:
@@ -127,9 +128,8 @@ class ClearanceJoints(LeafSystem):
         return joints
 
     def penetrations(self, context: Context) -> Array:
-        """|e| - c of each joint, (nj,) [m]."""
-        joints = self.evaluate(context)
-        gaps: Array = np.hypot(joints[:, 0], joints[:, 1]) - self._laws["clearance"]
+        """Penetration of each contact, negative where there is none, (nc,) [m]."""
+        gaps: Array = self.evaluate(context)[:, _PENETRATION]
         return gaps
 
     # -- events and states -------------------------------------------------------------------------
@@ -194,6 +194,6 @@ class ClearanceJoints(LeafSystem):
 
     def _give_joints(self, context: Context, output: BasicVector) -> None:
         joints = self.evaluate(context)
-        eccentricity = np.hypot(joints[:, 0], joints[:, 1])
-        extra = eccentricity / self._laws["clearance"], np.arctan2(joints[:, 1], joints[:, 0])
+        ratio = 1.0 + joints[:, _PENETRATION] / self._laws["clearance"]
+        extra = ratio, np.arctan2(joints[:, 1], joints[:, 0])
         output.SetFromVector(np.column_stack([joints, *extra]).ravel())

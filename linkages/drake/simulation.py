@@ -122,10 +122,11 @@ class _Watch:
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
-        clearance = [experiment.joints[name].clearance for name in linkage.assembly.tree.play]
+        contacts = linkage.assembly.tree.contacts
+        clearance = [experiment.joints[name].clearance for name, _ in contacts]
         self._limit = (1.0 - THINNEST) * np.array(clearance)
         self._has_loops = bool(linkage.assembly.tree.loops)
-        joints = [experiment.joints[name] for name in linkage.assembly.tree.play]
+        joints = [experiment.joints[name] for name, _ in contacts]
         self._film_alone = np.array([not joint.can_touch for joint in joints], dtype=bool)
         self._implicit = experiment.integrator in _IMPLICIT
         self._small = _SMALL * experiment.max_step
@@ -195,7 +196,9 @@ class _Recorder:
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
         torque = np.empty((len(times), len(linkage.drives.joints)))
-        clearance = np.empty((len(times), len(tree.play), WIDTH)) if linkage.clearance is not None else None
+        clearance = (
+            np.empty((len(times), len(tree.contacts), WIDTH)) if linkage.clearance is not None else None
+        )
         for k, t in enumerate(times):
             self._go_to(t)
             states[k] = root.get_continuous_state_vector().CopyToVector()

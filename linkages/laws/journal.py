@@ -77,40 +77,13 @@ def clearance_force(
         delta = e - c
         radius = joint.radius - c  # of the journal
         sliding = v_t + omega_j * radius - omega_b * (e + radius)
-        load = 0.0
-        if delta > 0.0:
-            load = contact_force(
-                joint.contact,
-                delta,
-                v_n,
-                approach,
-                joint.stiffness,
-                joint.exponent,
-                joint.restitution,
-                joint.damping,
-                c,
-                joint.shape_ratio,
-                joint.damping_limit,
-            )
+        extra = 0.0
         if joint.model != _DRY and joint.transition == 0.0:
-            load += asperity_force(
+            extra = asperity_force(
                 e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure
             )
-        mu = friction_coefficient(
-            joint.friction,
-            sliding,
-            bristle,
-            joint.mu_s,
-            joint.mu_d,
-            joint.v_0,
-            joint.v_1,
-            joint.bristle_stiffness,
-            joint.bristle_damping,
-        )
-        # without a load the bristles relax: nothing holds them
-        held = sliding if load > 0.0 else 0.0
-        rate = bristle_rate(held, bristle, joint.mu_s, joint.mu_d, joint.v_1, joint.bristle_stiffness)
-        d_n, d_t, d_couple = -load, -mu * load, -radius * mu * load
+        load, drag, rate = dry_force(joint, delta, v_n, sliding, approach, bristle, extra)
+        d_n, d_t, d_couple = -load, -drag, -radius * drag
         if joint.model == _DRY or joint.transition == 0.0:
             f_n, f_t, couple = f_n + d_n, f_t + d_t, couple + d_couple
         else:  # seed 000 eq. (15)
@@ -118,6 +91,71 @@ def clearance_force(
             f_t = mix(f_t, d_t, delta, joint.transition)
             couple = mix(couple, d_couple, delta, joint.transition)
     return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate
+
+
+@njit(cache=True)
+def dry_force(
+    joint: np.record,
+    delta: float,
+    closing: float,
+    sliding: float,
+    approach: float,
+    bristle: float,
+    extra: float = 0.0,
+) -> tuple[float, float, float]:
+    """Load, friction and rate of the bristles of one dry contact.
+
+    Parameters
+    ----------
+    joint : record of `PARAMETERS`
+    delta, closing : float
+        Penetration [m] and its rate [m/s].
+    sliding : float
+        Sliding speed [m/s].
+    approach, bristle
+        As for `clearance_force`.
+    extra : float
+        Load carried otherwise, by asperities, which friction acts on as well [N].
+
+    Returns
+    -------
+    load : float
+        Normal force that pushes the bodies apart, never negative [N].
+    drag : float
+        Friction force against positive sliding [N].
+    rate : float
+        Rate of the bristles' state [m/s].
+    """
+    load = extra
+    if delta > 0.0:
+        load += contact_force(
+            joint.contact,
+            delta,
+            closing,
+            approach,
+            joint.stiffness,
+            joint.exponent,
+            joint.restitution,
+            joint.damping,
+            joint.clearance,
+            joint.shape_ratio,
+            joint.damping_limit,
+        )
+    mu = friction_coefficient(
+        joint.friction,
+        sliding,
+        bristle,
+        joint.mu_s,
+        joint.mu_d,
+        joint.v_0,
+        joint.v_1,
+        joint.bristle_stiffness,
+        joint.bristle_damping,
+    )
+    # without a load nothing drags the bristles along
+    held = sliding if load > 0.0 else 0.0
+    rate = bristle_rate(held, bristle, joint.mu_s, joint.mu_d, joint.v_1, joint.bristle_stiffness)
+    return load, mu * load, rate
 
 
 @njit(cache=True)

@@ -8,15 +8,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from linkages.laws.journal import clearance_force
+from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import add_force, body_positions, body_velocities, point_offset
+from linkages.planar.records import CORNER
 
 Array = NDArray[np.float64]
 
-#: What is known of each joint at a state: e [m], force on the journal [N], couple on it [N m], rate of |e| and
-#: sliding speed of the journal's surface [m/s], rate of LuGre's bristles [m/s].
-CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "closing", "sliding", "bristle_rate")
+#: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
+#: its rate and the sliding speed of the journal's surface [m/s], rate of LuGre's bristles [m/s]. For the corner of a
+#: block e points from the slot's marked point, on its middle line, to the corner, and the force acts at the corner.
+CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "bristle_rate")
 WIDTH = len(CLEARANCE_OUTPUTS)
 
 #: What each joint remembers: the speed at which its contact began [m/s], LuGre's bristle state [m].
@@ -60,24 +62,35 @@ def clearance_wrenches(
         wb, wj = vel[b, 0], vel[j, 0]
         vx = vel[j, 1] - wj * rjy - vel[b, 1] + wb * rby
         vy = vel[j, 2] + wj * rjx - vel[b, 2] - wb * rbx
-        fx, fy, couple, rate = clearance_force(
-            laws[k], tables[k], ex, ey, vx, vy, wb, wj, memory[k, 0], memory[k, 1]
-        )
+        if end.kind == CORNER:
+            nx, ny = point_offset(pose, b, end.nx, end.ny)
+            vx, vy = vx + wb * ey, vy - wb * ex  # relative to the wall's own material
+            delta = ex * nx + ey * ny - end.half - laws[k].clearance
+            closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
+            load, drag, rate = dry_force(laws[k], delta, closing, sliding, memory[k, 0], memory[k, 1])
+            fx, fy, couple = -load * nx + drag * ny, -load * ny - drag * nx, 0.0
+        else:
+            fx, fy, couple, rate = clearance_force(
+                laws[k], tables[k], ex, ey, vx, vy, wb, wj, memory[k, 0], memory[k, 1]
+            )
+            e = math.hypot(ex, ey)
+            nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
+            delta, radius = e - laws[k].clearance, laws[k].radius - laws[k].clearance
+            closing = vx * nx + vy * ny
+            sliding = vy * nx - vx * ny + wj * radius - wb * (e + radius)
         add_force(wrench, j, rjx, rjy, fx, fy)
         add_force(wrench, b, rbx + ex, rby + ey, -fx, -fy)
         wrench[j, 0] += couple
         wrench[b, 0] -= couple
-        e = math.hypot(ex, ey)
-        nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-        radius = laws[k].radius - laws[k].clearance
         out[k, 0] = ex
         out[k, 1] = ey
         out[k, 2] = fx
         out[k, 3] = fy
         out[k, 4] = couple
-        out[k, 5] = vx * nx + vy * ny
-        out[k, 6] = vy * nx - vx * ny + wj * radius - wb * (e + radius)
-        out[k, 7] = rate
+        out[k, 5] = delta
+        out[k, 6] = closing
+        out[k, 7] = sliding
+        out[k, 8] = rate
 
 
 @njit(cache=True)

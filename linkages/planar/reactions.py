@@ -83,6 +83,8 @@ def joint_reactions(
     drive_out = {name: np.zeros(nt) for name in tree.driven}
     for name, (force, couple) in known.items():
         force_out[name], moment_out[name] = force, couple
+    if not columns:  # every force is known already
+        return force_out, moment_out, drive_out
     real = [i for i in range(1, nb) if tree.bodies[i]["mass"] > 0.0]
     matrix = np.stack(columns, axis=-1)[:, real].reshape(nt, 3 * len(real), len(columns))
     sizes = _solve(matrix, rhs[:, real].reshape(nt, -1))

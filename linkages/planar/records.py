@@ -49,10 +49,25 @@ ROW = np.dtype(
     )
 )
 
-#: The two ends of a clearance joint: centre of the bearing on body b, of the journal on body j.
+#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot.
+JOURNAL, CORNER = 0, 1
+
+#: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
+#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one.
 ENDS = np.dtype(
     (
         np.record,
-        [("bearing", "i8"), ("journal", "i8"), ("bx", "f8"), ("by", "f8"), ("jx", "f8"), ("jy", "f8")],
+        [
+            ("kind", "i8"),
+            ("bearing", "i8"),  # outer body
+            ("journal", "i8"),  # inner body
+            ("bx", "f8"),  # point on the outer body, in its frame [m]
+            ("by", "f8"),
+            ("jx", "f8"),  # point on the inner body
+            ("jy", "f8"),
+            ("nx", "f8"),  # corner: normal into the wall, in the outer body's frame
+            ("ny", "f8"),
+            ("half", "f8"),  # corner: half the height of the block [m]
+        ],
     )
 )

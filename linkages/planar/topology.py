@@ -16,8 +16,10 @@ from linkages.planar.records import (
     ALONG_WORLD,
     ANGLE,
     BODY,
+    CORNER,
     ENDS,
     FIXED,
+    JOURNAL,
     PRISMATIC,
     REVOLUTE,
     ROW,
@@ -26,7 +28,7 @@ from linkages.planar.records import (
 Array = NDArray[np.float64]
 
 _TYPE = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
-_FLOATING = ("x", "y", "angle")
+_CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))  # of a block, along and across its slot
 
 
 @dataclass(frozen=True)
@@ -96,15 +98,39 @@ class Tree:
         return np.concatenate([self.play_rows, self.loop_rows])
 
     @cached_property
+    def contacts(self) -> tuple[tuple[str, str], ...]:
+        """Joint and label of each contact: one for a journal, four (the corners of its block) for a guide."""
+        result = []
+        for name in self.play:
+            if self.mechanism.joint[name].type == "prismatic":
+                result += [(name, f"{name}.corner{i + 1}") for i in range(len(_CORNERS))]
+            else:
+                result.append((name, name))
+        return tuple(result)
+
+    @property
+    def journals(self) -> tuple[str, ...]:
+        """Clearance joints that are journals in bearings."""
+        return tuple(name for name, label in self.contacts if name == label)
+
+    @cached_property
     def ends(self) -> NDArray[np.record]:
-        """Bearing and journal centres of each clearance joint."""
-        ends: NDArray[np.record] = np.zeros(len(self.play), ENDS)
-        for end, name in zip(ends, self.play, strict=True):
+        """The two ends of each contact."""
+        rows = []
+        for name in self.play:
             joint = self.mechanism.joint[name]
-            end["bearing"], end["journal"] = self.index[joint.parent], self.index[joint.child]
-            end["bx"], end["by"] = self.local(joint.parent, joint.on_parent)
-            end["jx"], end["jy"] = self.local(joint.child, joint.on_child)
-        return ends
+            outer, inner = self.index[joint.parent], self.index[joint.child]
+            middle = self.local(joint.parent, joint.on_parent)
+            centre = self.local(joint.child, joint.on_child)
+            if joint.slot is None:
+                rows.append((JOURNAL, outer, inner, *middle, *centre, 0.0, 0.0, 0.0))
+                continue
+            along = joint.direction
+            across = np.array([-along[1], along[0]])
+            for x, y in _CORNERS:
+                corner = centre + 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
+                rows.append((CORNER, outer, inner, *middle, *corner, *(y * across), 0.5 * joint.slot.height))
+        return np.array(rows, ENDS)
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:

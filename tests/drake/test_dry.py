@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import four_bar
+from machines import four_bar, joint, model
 from scipy.integrate import solve_ivp
 
 from linkages.analysis import integral
@@ -11,6 +11,7 @@ from linkages.drake import simulate
 from linkages.errors import Status
 from linkages.experiment import load
 from linkages.impacts import impacts
+from linkages.run import ideal
 
 CRANK, ROD, SPEED = 0.05, 0.12, 523.5987755982989
 M_ROD, J_ROD, M_SLIDER = 0.21, 2.5e-4, 0.14
@@ -41,7 +42,7 @@ def slider_crank_impacts(friction, end, count):
         return size - CLEARANCE, v @ n, v @ tangent + phi_rate * journal, n, tangent, arm, normal
 
     def rates(t, y, approach):
-        delta, closing, sliding, n, tangent, arm, normal = geometry(t, y)
+        delta, closing, sliding, n, tangent, _, normal = geometry(t, y)
         load = 0.0
         if approach is not None and delta > 0.0:
             ratio = min(max(closing / approach, -1.0), 1.0)
@@ -181,9 +182,9 @@ def test_a_journal_comes_to_rest_in_its_bearing_without_chatter(experiment_file,
     rows = impacts(run, ["B"])
     assert 1 < len(rows) < 60
     assert run["B.penetration"][run.time > 0.2].min() > 0.0
-    ideal = simulate(mechanism, experiment.ideal())
+    exact = ideal(mechanism, experiment)
     times = np.linspace(0.22, 0.245, 6)
-    np.testing.assert_allclose(run.evaluate(times)["B.force"], ideal.evaluate(times)["B.force"], rtol=0.05)
+    np.testing.assert_allclose(run.evaluate(times)["B.force"], exact.evaluate(times)["B.force"], rtol=0.05)
 
 
 def test_two_joints_touch_at_once(experiment_file):
@@ -236,3 +237,65 @@ def test_a_mixed_joint_carries_what_its_film_cannot(experiment_file, mixed):
     assert run["B.eccentricity_ratio"].max() > 0.95
     assert run["B.eccentricity_ratio"].max() < 1.2
     assert -integral(run, run["B.power"]) > 0.0
+
+
+def guide_experiment(**overrides):
+    return load(data_folder() / "slider_crank_guide.toml", {"duration": 0.02, **overrides})
+
+
+def test_a_block_with_play_in_its_slot_follows_the_ideal_slider():
+    """It strikes both walls, tilts a little by friction, and loses energy only in its contacts."""
+    mechanism, experiment = guide_experiment(**{"solver.accuracy": 1e-9, "solver.max_step": 5e-6})
+    run = simulate(mechanism, experiment)
+    rows = impacts(run, [f"guide.corner{i}" for i in range(1, 5)])
+    assert {row.joint for row in rows} == {f"guide.corner{i}" for i in range(1, 5)}
+    exact = ideal(mechanism, experiment).evaluate(run.time)
+    # a pin off the axis by y moves the slider by y*tan(rod angle), at most
+    reach = np.abs(run["slider.y"]).max() * np.tan(np.arcsin(CRANK / ROD))
+    np.testing.assert_allclose(run["slider.x"], exact["slider.x"], atol=1.05 * reach)
+    assert np.abs(run["guide.offset"]).max() < 1e-4
+    assert np.abs(run["guide.tilt"]).max() < 2 * 1e-4 / 0.04
+    assert np.abs(run["guide.tilt"]).max() > 1e-6
+    power = run["O.torque"] * run["O.rate"]
+    energy = run["kinetic_energy"] + run["potential_energy"]
+    loss = -integral(run, run["guide.power"])
+    assert loss > 0.0
+    balance = integral(run, power) - (energy[-1] - energy[0]) - loss
+    assert abs(balance) < 1e-5 * integral(run, np.abs(power))
+
+
+def test_the_slider_obeys_newton_and_euler_with_its_guide_forces():
+    """Sum of the corners' forces and of the pin's = mass times acceleration; moments about the pin likewise."""
+    run = simulate(*guide_experiment(duration=0.004))
+    ax, ay = run["slider.ax"], run["slider.ay"] + 9.81
+    np.testing.assert_allclose(run["guide.fx"] - run["B.fx"], 0.14 * ax, atol=1e-6)
+    np.testing.assert_allclose(run["guide.fy"] - run["B.fy"], 0.14 * ay, atol=1e-6)
+    np.testing.assert_allclose(run["guide.moment"], 1e-4 * run["slider.alpha"], atol=1e-7)
+    assert run["guide.force"].max() > 1.0
+
+
+def test_a_resting_block_carries_its_weight_on_two_corners(experiment_file):
+    """A slider alone under gravity on a horizontal slot, pushed by nothing: half of m g on each lower corner."""
+    block = (
+        '<link name="block"><inertial><mass>0.5</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz>'
+        "</inertia></inertial></link>"
+    )
+    slot = "<linkages:slot><linkages:length>0.04</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
+    sdf = model("rest", block + joint("guide", "world", "block", "prismatic", "1 0 0", inner=slot))
+    text = """duration = 0.2
+gravity = [0.0, -9.81, 0.0]
+[joints.guide]
+model = "dry"
+clearance = 1e-4
+[joints.guide.contact]
+law = "flores"
+restitution = 0.2
+stiffness = 1e8
+"""
+    run = simulate(*load(experiment_file(sdf, text)))
+    last = {i: run[f"guide.corner{i}.force"][-1] for i in range(1, 5)}
+    assert last[1] == last[2] == 0.0
+    assert last[3] == pytest.approx(0.25 * 9.81, rel=0.02)
+    assert last[4] == pytest.approx(0.25 * 9.81, rel=0.02)
+    depth = (0.25 * 9.81 / 1e8) ** (1 / 1.5)
+    assert run["guide.offset"][-1] == pytest.approx(-1e-4 - depth, rel=1e-3)
