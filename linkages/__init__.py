@@ -4,6 +4,8 @@
 |------------------|---------------------------------------------------------------------------------|
 | mechanism        | SDFormat file -> `Mechanism`, validated (sdf_reader reads the file itself)       |
 | experiment       | TOML file -> `Experiment`; values replaced by dotted path                        |
+| schema           | the tables of an experiment: drives, joint models, settings                      |
+| toml_tables      | TOML files as typed tables, comments as sources, errors in one line              |
 | laws             | force laws of a clearance joint: scalar, pure, compiled                          |
 | joint_parameters | an experiment's joint models -> the records that the laws read                   |
 | planar           | planar multibody kernels: spanning tree, kinematics, dynamics, closure           |

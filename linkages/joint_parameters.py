@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.experiment import Contact, Experiment, JointModel, Mixed
+from linkages.experiment import Experiment
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact import CLIP
 from linkages.laws.map_cache import load_map
@@ -17,6 +17,7 @@ from linkages.laws.parameters import MODELS, SHEAR
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.mechanism import Bearing
 from linkages.planar.topology import Tree
+from linkages.schema import Contact, JointModel, Mixed
 
 Array = NDArray[np.float64]
 

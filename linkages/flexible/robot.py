@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+from pydantic import Field, PrivateAttr
 
-from linkages.errors import InputError, nearest
+from linkages.errors import InputError
 from linkages.flexible.geometry import LEGS, Geometry, from_mechanism
 from linkages.mechanism import Mechanism, load_mechanism
+from linkages.toml_tables import Finite, NonNegative, Positive, Table, read_toml, validate
 
 Array = NDArray[np.floating]
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
 Three = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class Drives(_Table):
+class Drives(Table):
     """Cranks at constant speeds from their start angles, and what their motors are to elastic motion."""
 
     phi0: Three = Field(description="crank angles at t = 0 [deg], absolute")
@@ -39,7 +32,7 @@ class Drives(_Table):
     servo_stiffness: Positive | None = Field(None, description="of each drive, if roots are servo [N m/rad]")
 
 
-class Material(_Table):
+class Material(Table):
     """Linear elastic material of all parts."""
 
     name: str = Field("", description="for tables")
@@ -48,7 +41,7 @@ class Material(_Table):
     poisson: Annotated[float, Field(gt=-1.0, lt=0.5)] = Field(description="Poisson's ratio [1]")
 
 
-class Sections(_Table):
+class Sections(Table):
     """Round rods and a plate."""
 
     crank_diameter: Positive = Field(description="[m]")
@@ -56,14 +49,14 @@ class Sections(_Table):
     platform_thickness: Positive = Field(description="[m]")
 
 
-class Masses(_Table):
+class Masses(Table):
     """Point masses at the pivots."""
 
     B: NonNegative = Field(0.0, description="at each B_r [kg]")
     C: NonNegative = Field(0.0, description="at each C_r [kg]")
 
 
-class ModelOptions(_Table):
+class ModelOptions(Table):
     """Finite-element options."""
 
     elements: Annotated[int, Field(ge=1, le=512)] = Field(1, description="beam elements in each link")
@@ -73,14 +66,14 @@ class ModelOptions(_Table):
     )
 
 
-class Damping(_Table):
+class Damping(Table):
     """Rayleigh damping C = mass M + stiffness K."""
 
     mass: NonNegative = Field(0.0, description="coefficient of M [1/s]")
     stiffness: NonNegative = Field(0.0, description="coefficient of K [s]")
 
 
-class Load(_Table):
+class Load(Table):
     """Constant load on the platform, plane axes."""
 
     force: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
@@ -89,7 +82,7 @@ class Load(_Table):
     moment: Finite = Field(0.0, description="[N m]")
 
 
-class Robot(_Table):
+class Robot(Table):
     """A flexible 3-RRR robot and its motion. SI units, except `drives.phi0`."""
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
@@ -182,12 +175,7 @@ def load_robot(path: str | Path) -> Robot:
         One line with file, key and reason.
     """
     path = Path(path)
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as problem:
-        raise InputError(path, "", f"cannot be read ({problem.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
-        raise InputError(path, "", f"is not valid TOML: {problem}") from None
+    data, _ = read_toml(path)
     return make_robot(data, path)
 
 
@@ -196,13 +184,7 @@ def make_robot(
 ) -> Robot:
     """Build a robot from the tables of its TOML file; `geometry` replaces the SDFormat file's dimensions."""
     path = Path(source)
-    try:
-        robot = Robot.model_validate(dict(data))
-    except ValidationError as problem:
-        first = min(
-            problem.errors(), key=lambda e: e["type"] != "extra_forbidden"
-        )  # a misspelt key comes first
-        raise InputError(path, ".".join(str(part) for part in first["loc"]), _explain(first)) from None
+    robot = validate(Robot, data, path)
     robot._source = path
     robot._geometry = geometry
     if robot.drives.roots == "servo" and robot.drives.servo_stiffness is None:
@@ -217,27 +199,3 @@ def changed(robot: Robot, **tables: Mapping[str, Any] | float | None) -> Robot:
     for name, value in tables.items():
         data[name] = data[name] | dict(value) if isinstance(value, Mapping) else value
     return make_robot(data, robot.source, robot.geometry)
-
-
-def _explain(error: Any) -> str:
-    """One sentence for a validation error."""
-    loc, kind = error["loc"], error["type"]
-    table = _table_at(loc[:-1])
-    if kind == "extra_forbidden":
-        return f"unknown key; {nearest(str(loc[-1]), table.model_fields)}"
-    info = table.model_fields.get(str(loc[-1]))
-    meaning = f" ({info.description})" if info is not None and info.description else ""
-    if kind == "missing":
-        return f"is missing{meaning}"
-    return f"is {error['input']!r}; {error['msg'].replace('Input should', 'it should', 1)}{meaning}"
-
-
-def _table_at(loc: tuple[Any, ...]) -> type[BaseModel]:
-    model: type[BaseModel] = Robot
-    for part in loc:
-        info = model.model_fields.get(str(part))
-        kinds = [] if info is None else [info.annotation, *get_args(info.annotation)]
-        model = next(
-            (kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)), model
-        )
-    return model

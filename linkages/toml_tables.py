@@ -1,0 +1,157 @@
+"""TOML files as typed tables: reading, comments as sources, replacement by dotted path, errors in one line."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, TypeVar, get_args
+
+import tomlkit
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from tomlkit.exceptions import TOMLKitError
+
+from linkages.errors import InputError, nearest
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class Table(BaseModel):
+    """A table of a TOML file: unknown keys are errors, values keep their types and do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+
+
+def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """Read a file: its values, and by dotted path the comment beside each value.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not TOML.
+    """
+    try:
+        document = tomlkit.parse(path.read_text(encoding="utf-8"))
+    except OSError as problem:
+        raise InputError(path, "", f"cannot be read ({problem.strerror})") from None
+    except (TOMLKitError, UnicodeDecodeError) as problem:
+        raise InputError(path, "", f"is not valid TOML: {problem}") from None
+    return document.unwrap(), dict(_comments(document))
+
+
+def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:
+    """Replace values in nested tables by dotted path, in place; strings are read as TOML values."""
+    for path, value in overrides.items():
+        parts = path.split(".")
+        table = data
+        for part in parts[:-1]:
+            table = table.setdefault(part, {})
+            if not isinstance(table, dict):
+                raise InputError(origin, path, f'"{part}" is a value, not a table')
+        table[parts[-1]] = parse_value(value) if isinstance(value, str) else value
+
+
+def validate(
+    model: type[AnyTable], data: Mapping[str, Any], source: Path, origins: Mapping[str, str] | None = None
+) -> AnyTable:
+    """Build a table from its values.
+
+    Parameters
+    ----------
+    model : subclass of Table
+    data : mapping
+    source : Path
+        The file, for the error.
+    origins : mapping, optional
+        Where values came from that are not the file's, by dotted path.
+
+    Raises
+    ------
+    InputError
+        For the first value that is wrong: file (or origin), dotted path, what is wrong and what would be right.
+    """
+    try:
+        return model.model_validate(dict(data))
+    except ValidationError as problem:
+        # a misspelt key often leaves another one missing: name the misspelt one
+        first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
+        where = ".".join(str(part) for part in first["loc"])
+        raise InputError((origins or {}).get(where, source), where, _explain(model, first)) from None
+
+
+def keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Every key of a table and of the tables in it, by dotted path, with its meaning and unit."""
+    for name, info in model.model_fields.items():
+        inner = _inner(info)
+        named = str(info.annotation).startswith("dict") and inner is not None
+        path = f"{prefix}{name}" + (".NAME" if named else "")
+        yield path, info.description or ""
+        if inner is not None:
+            yield from keys(inner, path + ".")
+
+
+def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values of nested tables by dotted path."""
+    for key, value in data.items():
+        if isinstance(value, Mapping):
+            yield from leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def parse_value(text: str) -> Any:
+    """Read one value as TOML would; what is not TOML is a string."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Find the comment beside each value of a TOML document."""
+    for key in table:
+        # indexing would unwrap booleans, and lose their comment; tables written in several places have no item()
+        item = table.item(key) if hasattr(table, "item") else table[key]
+        path = f"{prefix}{key}"
+        if isinstance(item, Mapping):
+            yield from _comments(getattr(item, "value", item), path + ".")
+        elif hasattr(item, "trivia") and item.trivia.comment:
+            yield path, item.trivia.comment.lstrip("# ").strip()
+
+
+def _explain(model: type[BaseModel], error: Any) -> str:
+    """One sentence for a validation error."""
+    loc, kind, value = error["loc"], error["type"], error["input"]
+    table = _table_at(model, loc[:-1])
+    if kind == "extra_forbidden":
+        return f"unknown key; {nearest(str(loc[-1]), table.model_fields)}"
+    field = table.model_fields.get(str(loc[-1])) if loc else None
+    meaning = f" ({field.description})" if field is not None and field.description else ""
+    if kind == "missing":
+        return f"is missing{meaning}"
+    if kind == "value_error":
+        return str(error["ctx"]["error"])
+    message = error["msg"].replace("Input should", "it should", 1)
+    return f"is {value!r}; {message}{meaning}"
+
+
+def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:
+    """Find the table that a validation error's location lies in."""
+    for part in loc:
+        info = model.model_fields.get(str(part))
+        if info is not None:  # else a name in a table of names
+            model = _inner(info) or model
+    return model
+
+
+def _inner(info: Any) -> type[BaseModel] | None:
+    """Find the table that a key holds, if it holds one."""
+    for kind in (info.annotation, *get_args(info.annotation)):
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            return kind
+    return None
