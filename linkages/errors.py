@@ -57,8 +57,9 @@ _REMEDY = {
     Status.NO_ASSEMBLY: "the loops cannot be closed at this position of the drives: check the link lengths,"
     " the drives' start angles and the initial poses in the SDF file",
     Status.SINGULAR: "the ideal linkage passes a singular position: drive another joint, or start elsewhere",
-    Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance and cannot"
-    " carry the load: raise the viscosity, lower the clearance or the speed",
+    Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance (finite film: than"
+    " a thousandth, where its map ends) and cannot carry the load: raise the viscosity,"
+    ' lower the clearance or the speed, or allow contact with model = "mixed"',
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
     Status.INTERRUPTED: "the run was stopped by the user; what was computed up to then is kept",

@@ -17,7 +17,9 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
-from linkages.laws import FRICTIONS
+from linkages.laws import FILMS, FRICTIONS
+from linkages.laws.film import THINNEST
+from linkages.laws.film_map import table_limit
 from linkages.laws.parameters import MODELS
 from linkages.planar.clearance import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
 from linkages.planar.topology import Tree
@@ -88,6 +90,11 @@ class ClearanceJoints(LeafSystem):
         self._bodies, self._ends, self._laws, self._tables = tree.bodies, tree.ends, laws, tables
         self._q, self._v, self._into = positions, num_positions + velocities, velocities
         self._size = num_velocities
+        #: Largest eccentricity ratio of each contact that its film covers.
+        self.film_limits = np.full(len(laws), 1.0 - THINNEST)
+        for k in np.flatnonzero(laws["film"] == FILMS["finite"].code):
+            if tables.shape[1]:
+                self.film_limits[k] = min(self.film_limits[k], table_limit(tables[k]))
         self._touching = np.flatnonzero(laws["model"] != MODELS["lubricated"])
         self._lugre = np.flatnonzero(laws["friction"] == FRICTIONS["lugre"].code)
         self._no_memory = np.zeros((len(laws), 2))

@@ -14,7 +14,6 @@ from linkages.columns import Columns, columns_from_states
 from linkages.drake.diagram import Linkage, build_diagram
 from linkages.errors import Status
 from linkages.experiment import Experiment
-from linkages.laws.film import THINNEST
 from linkages.mechanism import Mechanism
 from linkages.planar.clearance import WIDTH
 from linkages.trajectory import Trajectory, sample
@@ -123,8 +122,10 @@ class _Watch:
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
         contacts = linkage.assembly.tree.contacts
-        clearance = [experiment.joints[name].clearance for name, _ in contacts]
-        self._limit = (1.0 - THINNEST) * np.array(clearance)
+        clearance = np.array([experiment.joints[name].clearance for name, _ in contacts])
+        self._limit = (
+            clearance * linkage.clearance.film_limits if linkage.clearance is not None else clearance
+        )
         self._has_loops = bool(linkage.assembly.tree.loops)
         joints = [experiment.joints[name] for name, _ in contacts]
         self._film_alone = np.array([not joint.can_touch for joint in joints], dtype=bool)

@@ -205,6 +205,15 @@ def test_a_film_too_thin_ends_with_a_status(seven_bar):
     assert max(run[f"{name}.eccentricity_ratio"][-1] for name in "AB") > 0.9998
 
 
+def test_a_finite_film_ends_where_its_map_does(experiment_file):
+    """Never extrapolated: the run stops with a status when the journal passes the map's largest eps, 0.999."""
+    text = DRIVE + FILM.format("A").replace("viscosity=0.1", 'viscosity=1e-6\nfilm="finite"')
+    run = simulate(*load(experiment_file(four_bar(), text)))
+    assert run.status is Status.JOURNAL_LEFT_BEARING
+    assert run["A.eccentricity_ratio"][-1] == pytest.approx(0.999, abs=2e-4)
+    assert run["A.eccentricity_ratio"][:-1].max() < 0.999
+
+
 def test_interruption_keeps_the_run_so_far(seven_bar):
     def stop(time):
         if time > 0.05:
