@@ -139,7 +139,11 @@ def _orbits(study: Study) -> Figure:
             axis.set_xlabel("e$_x$ [µm]")
             axis.set_ylabel("e$_y$ [µm]")
     if touches:
-        handles = [Line2D([], [], color=color, lw=2.0, label=label) for label, color, _ in _PHASES.values()]
+        filled = all(study.experiment.joints[name].has_film for name in touches)
+        handles = [
+            Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
+            for code, (label, color, _) in _PHASES.items()
+        ]
         handles.append(Line2D([], [], color="#009E73", marker="o", ms=3.5, lw=0.0, label="start"))
         figure.legend(handles=handles, ncols=2, loc="outside lower center")
     return figure
