@@ -156,10 +156,12 @@ def _wall(axis: Axes, study: Study, name: str) -> None:
     angle = np.degrees(np.arctan2(run[f"{name}.ey"], run[f"{name}.ex"]))
     phase = np.where(np.abs(np.diff(angle)) < 180.0, phases(run, name), -1)  # no line across the page
     _draw_phases(axis, angle, depth, phase)
-    top = 1.1 * max(float(depth.max()), 1e-3 * float(np.ptp(depth)))
+    deepest = float(depth.max())
+    top = 1.1 * deepest if deepest > 0.0 else -0.1 * float(depth.min())
+    bottom = -top if deepest > 0.0 else 1.1 * float(depth.min())
     axis.axhspan(0.0, top, color="0.92", zorder=0)
     axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
-    axis.set(xlim=(-180.0, 180.0), ylim=(-top, top), xticks=range(-180, 181, 90))
+    axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
     axis.set_xlabel("angle of e [deg]")
     axis.set_ylabel("e $-$ c [µm]; above 0: in the wall")
 

@@ -24,7 +24,7 @@ SHORT = {
     "five_bar_dry.toml": 0.004,
     "six_bar_dry.toml": 0.008,
     "seven_bar_dry.toml": 0.03,
-    "seven_bar_mixed.toml": 0.09,
+    "seven_bar_mixed.toml": 0.08,
 }
 DEFAULT = 0.05
 
