@@ -22,7 +22,7 @@ from linkages.experiment import Experiment, keys, load
 from linkages.flexible.command import add_options as add_modes_options
 from linkages.flexible.command import modes_command
 from linkages.folder import OutputFolder
-from linkages.impacts import impacts, write_impacts
+from linkages.impacts import write_impacts
 from linkages.mechanism import Mechanism
 from linkages.run import ENGINES, Study, study, summarize, touching
 from linkages.table import format_summary
@@ -126,8 +126,8 @@ def _simulate(mechanism: Mechanism, experiment: Experiment, options: argparse.Na
     with OutputFolder(out) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
-        if joints := touching(experiment, result.run):
-            write_impacts(impacts(result.run, joints), folder / "impacts.csv")
+        if touching(experiment, result.run):
+            write_impacts(result.contacts, folder / "impacts.csv")
         if not options.no_plots:
             from linkages.plots import write_figures
 

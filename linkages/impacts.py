@@ -1,4 +1,9 @@
-"""Contacts of a joint, one by one: when, how fast, how hard."""
+"""Contacts of a joint, one by one: when, how fast, how hard, and whether they last.
+
+A contact is an *impact* if the journal closes in once, rebounds and parts. It is *sustained* if the journal closes in
+again before it has parted, or if it lasts longer than `SUSTAINED` times a free elastic impact of the same depth and
+approach speed, whose duration is `HERTZ` times depth over speed. See `phases`.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +14,19 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.analysis import Bracket, refine
 from linkages.trajectory import Trajectory
+
+#: What a joint does during a step, see `phases`.
+FREE, IMPACT, SUSTAINED_CONTACT = 0, 1, 2
+
+#: Duration of an impact between elastic bodies over depth/approach speed: Hertz's 2.9432, for an exponent of 1.5.
+HERTZ = 2.9432
+
+#: A contact that lasts longer than this many such impacts is sustained.
+SUSTAINED = 2.0
 
 
 @dataclass(frozen=True)
@@ -85,6 +100,24 @@ def write_impacts(rows: Sequence[Impact], path: Path) -> None:
         writer.writerow([field.name for field in fields(Impact)])
         for row in rows:
             writer.writerow(["" if isinstance(v, float) and math.isnan(v) else v for v in astuple(row)])
+
+
+def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
+    """Tell `FREE` flight, `IMPACT` and `SUSTAINED_CONTACT` of a joint apart, for each step of the run.
+
+    Returns
+    -------
+    (nt - 1,) array
+    """
+    time, speed, depth = trajectory.time, trajectory[f"{name}.closing"], trajectory[f"{name}.penetration"]
+    closing = speed > 0.0
+    result = np.full(len(time) - 1, FREE, dtype=np.int64)
+    for first, last in _intervals(trajectory, name):
+        again = bool(np.any(closing[first + 1 : last + 1] & ~closing[first:last]))
+        free = SUSTAINED * HERTZ * depth[first : last + 1].max()
+        lasts = speed[first] * (time[last] - time[first]) > free
+        result[first:last] = SUSTAINED_CONTACT if again or lasts else IMPACT
+    return result
 
 
 def _intervals(trajectory: Trajectory, name: str) -> list[tuple[int, int]]:

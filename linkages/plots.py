@@ -8,13 +8,23 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from linkages.run import Study
+from linkages.impacts import FREE, IMPACT, SUSTAINED_CONTACT, Impact, phases
+from linkages.run import Study, touching
 
 # Okabe and Ito's palette: distinct to colour-blind readers, and in grey
 _RUN, _IDEAL = "#0072B2", "#D55E00"
 _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+# what a journal does: label, colour, width; distinct in grey too
+_PHASES = {
+    FREE: ("free flight", "#56B4E9", 0.7),
+    SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
+    IMPACT: ("impact", "#D55E00", 1.4),
+}
 
 _STYLE: Any = {
     "font.size": 9,
@@ -42,8 +52,8 @@ _LABELS = {
 def write_figures(study: Study, folder: Path) -> list[Path]:
     """Draw all figures of a study as PNG files; returns their paths.
 
-    One for each output (ideal beside clearance, and their difference), the journal orbits, the joint forces and
-    the drive torques.
+    One for each output (ideal beside clearance, and their difference), the journal orbits, the impacts where there
+    are any, the joint forces and the drive torques.
     """
     written = []
     with mpl.rc_context(_STYLE):
@@ -52,6 +62,8 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         ]
         if study.assembly.tree.journals:
             jobs.append(("orbits", _orbits))
+        if study.contacts:
+            jobs.append(("impacts", _impacts_figure(study.contacts)))
         jobs.append(("joint_forces", _forces))
         if study.experiment.drives:
             jobs.append(("drive_torques", _torques))
@@ -96,8 +108,12 @@ def _without_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]
 
 
 def _orbits(study: Study) -> Figure:
-    """Above, each journal's centre in its clearance circle; below, the orbit magnified."""
+    """Above, each journal's centre in its clearance circle; below, magnified.
+
+    Magnified is the orbit itself, or, of a joint that can touch, how deep the journal is in the wall at each angle.
+    """
     names = study.assembly.tree.journals
+    touches = touching(study.experiment, study.run)
     figure = Figure(figsize=(max(3.15 * len(names), 3.6), 6.4), layout="constrained")
     axes = figure.subplots(2, len(names), squeeze=False)
     circle = np.linspace(0.0, 2.0 * np.pi, 361)
@@ -109,14 +125,87 @@ def _orbits(study: Study) -> Figure:
         )
         peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
-        for axis in (whole, near):
-            axis.plot(ex, ey, color=_RUN, lw=0.9)
-            axis.plot(ex[0], ey[0], "o", color=_IDEAL, ms=3.5, label="start")
+        if name in touches:
+            _draw_phases(whole, ex, ey, phases(study.run, name))
+            whole.plot(ex[0], ey[0], "o", color="#009E73", ms=3.5)
+            _wall(near, study, name)
+        else:
+            for axis in (whole, near):
+                axis.plot(ex, ey, color=_RUN, lw=0.9)
+                axis.plot(ex[0], ey[0], "o", color=_IDEAL, ms=3.5, label="start")
+            near.legend(loc="best")
+        for axis in (whole,) if name in touches else (whole, near):
             axis.set_aspect("equal", adjustable="datalim")
             axis.set_xlabel("e$_x$ [µm]")
             axis.set_ylabel("e$_y$ [µm]")
-        near.legend(loc="best")
+    if touches:
+        filled = all(study.experiment.joints[name].has_film for name in touches)
+        handles = [
+            Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
+            for code, (label, color, _) in _PHASES.items()
+        ]
+        handles.append(Line2D([], [], color="#009E73", marker="o", ms=3.5, lw=0.0, label="start"))
+        figure.legend(handles=handles, ncols=2, loc="outside lower center")
     return figure
+
+
+def _wall(axis: Axes, study: Study, name: str) -> None:
+    """Draw the journal's penetration over the angle at which it lies: the wall unrolled."""
+    run = study.run
+    depth = 1e6 * run[f"{name}.penetration"]
+    angle = np.degrees(np.arctan2(run[f"{name}.ey"], run[f"{name}.ex"]))
+    phase = np.where(np.abs(np.diff(angle)) < 180.0, phases(run, name), -1)  # no line across the page
+    _draw_phases(axis, angle, depth, phase)
+    deepest = float(depth.max())
+    top = 1.1 * deepest if deepest > 0.0 else -0.1 * float(depth.min())
+    bottom = -top if deepest > 0.0 else 1.1 * float(depth.min())
+    axis.axhspan(0.0, top, color="0.92", zorder=0)
+    axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
+    axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
+    axis.set_xlabel("angle of e [deg]")
+    axis.set_ylabel("e $-$ c [µm]; above 0: in the wall")
+
+
+def _draw_phases(axis: Axes, x: np.ndarray, y: np.ndarray, phase: np.ndarray) -> None:
+    """Draw the line through the samples, each step in the colour of its phase; steps of no phase are left out."""
+    points = np.column_stack([x, y])
+    steps = np.stack([points[:-1], points[1:]], axis=1)
+    for code, (_, color, width) in _PHASES.items():
+        axis.add_collection(
+            LineCollection(list(steps[phase == code]), colors=color, linewidths=width, capstyle="round")
+        )
+    axis.autoscale_view()
+
+
+def _impacts_figure(rows: list[Impact]) -> Callable[[Study], Figure]:
+    def draw(study: Study) -> Figure:
+        names = [name for name in study.assembly.tree.play if any(row.joint == name for row in rows)]
+        figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names)), layout="constrained")
+        axes = figure.subplots(2 * len(names), 1, sharex=True, squeeze=False)[:, 0]
+        run = study.run
+        for k, name in enumerate(names):
+            own = [row for row in rows if row.joint == name]
+            start = np.array([row.start for row in own])
+            kind = phases(run, name)[np.searchsorted(run.time, start)]
+            values = (
+                (f"{name}: peak force [N]", [row.peak_force for row in own]),
+                (f"{name}: approach [m/s]", [row.approach_speed for row in own]),
+            )
+            for axis, (label, value) in zip(axes[2 * k : 2 * k + 2], values, strict=True):
+                for code in (IMPACT, SUSTAINED_CONTACT):
+                    name_of, color, _ = _PHASES[code]
+                    at, height = start[kind == code], np.array(value)[kind == code]
+                    axis.vlines(at, 0.0, height, color=color, lw=1.0)
+                    axis.plot(at, height, "o", color=color, ms=3.0, label=name_of)
+                axis.set_ylim(bottom=0.0)
+                axis.set_ylabel(label)
+        axes[0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+        figure.align_ylabels(axes)
+        axes[-1].set_xlim(run.time[0], run.time[-1])
+        axes[-1].set_xlabel("start of the contact [s]")
+        return figure
+
+    return draw
 
 
 def _forces(study: Study) -> Figure:

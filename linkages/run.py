@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -81,6 +82,11 @@ class Study:
     ideal: Trajectory
     tighter: Trajectory | None
 
+    @cached_property
+    def contacts(self) -> list[Impact]:
+        """Every contact of the run."""
+        return impacts(self.run, touching(self.experiment, self.run))
+
 
 def study(
     mechanism: Mechanism,
@@ -134,7 +140,7 @@ def ideal(
 
 def summarize(study: Study, engine: str) -> dict[str, Any]:
     """Make the contents of ``summary.json``: SI units; see docs/outputs.md."""
-    numbers = _numbers(study.experiment, study.mechanism, study.run)
+    numbers = _numbers(study.experiment, study.mechanism, study.run, study.contacts)
     ideal_numbers = _numbers(study.experiment, study.mechanism, study.ideal)
     error = {}
     if study.tighter is not None and study.tighter.status is Status.OK:
@@ -188,8 +194,10 @@ def versions() -> dict[str, str]:
     return result
 
 
-def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajectory) -> dict[str, Any]:
-    """Collect outputs, joints and drives of one trajectory."""
+def _numbers(
+    experiment: Experiment, mechanism: Mechanism, trajectory: Trajectory, touches: Sequence[Impact] = ()
+) -> dict[str, Any]:
+    """Collect outputs, joints and drives of one trajectory with these contacts."""
     joints = [joint.name for joint in mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
     wanted = [
@@ -199,7 +207,6 @@ def _numbers(experiment: Experiment, mechanism: Mechanism, trajectory: Trajector
         *(f"{name}.torque" for name in experiment.drives),
     ]
     found = extremes(trajectory, wanted)
-    touches = impacts(trajectory, touching(experiment, trajectory))
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
     for name in experiment.outputs:
         value = found[name]

@@ -62,8 +62,8 @@ def simulate(
         _advance(simulator, integrator, watch, experiment.duration)
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    except RuntimeError as problem:  # Drake gives step-size failures no type of their own
-        if "step size" not in str(problem):
+    except RuntimeError as problem:  # Drake gives these failures no type of their own
+        if "step size" not in str(problem) and "NaN" not in str(problem):
             raise
         status = Status.STEP_SIZE_COLLAPSE
     if watch.status is not Status.OK:

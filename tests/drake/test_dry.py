@@ -239,6 +239,14 @@ def test_a_mixed_joint_carries_what_its_film_cannot(experiment_file, mixed):
     assert -integral(run, run["B.power"]) > 0.0
 
 
+def test_a_step_that_throws_the_journal_through_the_wall_ends_with_a_status():
+    """Far too large a step for a contact: what was computed is kept."""
+    run = simulate(*load(data_folder() / "seven_bar_dry.toml", {"duration": 0.05, "solver.max_step": 5e-4}))
+    assert run.status in (Status.OK, Status.STEP_SIZE_COLLAPSE)
+    assert run.time[-1] > 0.001
+    assert np.isfinite(run["A.force"]).all()
+
+
 def guide_experiment(**overrides):
     return load(data_folder() / "slider_crank_guide.toml", {"duration": 0.02, **overrides})
 
