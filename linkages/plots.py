@@ -179,8 +179,10 @@ def _draw_phases(axis: Axes, x: np.ndarray, y: np.ndarray, phase: np.ndarray) ->
 
 def _impacts_figure(rows: list[Impact]) -> Callable[[Study], Figure]:
     def draw(study: Study) -> Figure:
-        names = [name for name in study.assembly.tree.play if any(row.joint == name for row in rows)]
-        figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names)), layout="constrained")
+        names = sorted({row.joint for row in rows})  # joints, or corners of a guide
+        figure = Figure(
+            figsize=(6.3, 0.8 + (3.2 if len(names) < 3 else 2.4) * len(names)), layout="constrained"
+        )
         axes = figure.subplots(2 * len(names), 1, sharex=True, squeeze=False)[:, 0]
         run = study.run
         for k, name in enumerate(names):
@@ -188,9 +190,10 @@ def _impacts_figure(rows: list[Impact]) -> Callable[[Study], Figure]:
             start = np.array([row.start for row in own])
             kind = phases(run, name)[np.searchsorted(run.time, start)]
             values = (
-                (f"{name}: peak force [N]", [row.peak_force for row in own]),
-                (f"{name}: approach [m/s]", [row.approach_speed for row in own]),
+                ("force [N]", [row.peak_force for row in own]),
+                ("approach [m/s]", [row.approach_speed for row in own]),
             )
+            axes[2 * k].set_title(f"{name}: peak force, and approach speed", loc="left", fontsize=9)
             for axis, (label, value) in zip(axes[2 * k : 2 * k + 2], values, strict=True):
                 for code in (IMPACT, SUSTAINED_CONTACT):
                     name_of, color, _ = _PHASES[code]
