@@ -193,7 +193,7 @@ def _impacts_figure(rows: list[Impact]) -> Callable[[Study], Figure]:
                 ("force [N]", [row.peak_force for row in own]),
                 ("approach [m/s]", [row.approach_speed for row in own]),
             )
-            axes[2 * k].set_title(f"{name}: peak force, and approach speed", loc="left", fontsize=9)
+            axes[2 * k].set_title(name, loc="left", fontsize=9)
             for axis, (label, value) in zip(axes[2 * k : 2 * k + 2], values, strict=True):
                 for code in (IMPACT, SUSTAINED_CONTACT):
                     name_of, color, _ = _PHASES[code]
