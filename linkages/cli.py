@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import logging
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -115,7 +114,6 @@ def _overrides(options: argparse.Namespace) -> dict[str, str | float]:
 
 
 def _simulate(mechanism: Mechanism, experiment: Experiment, options: argparse.Namespace) -> int:
-    logging.getLogger("drake").setLevel(logging.WARNING)  # not the address of a server nobody needs
     out = options.out or Path("results") / experiment.source.stem
     if out.exists() and not out.is_dir():
         raise InputError("--out", str(out), "is a file; give a folder")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +50,7 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
     instance = add_tree(plant, tree)
     plant.Finalize()
     positions, _ = state_indices(plant, tree, instance)
+    logging.getLogger("drake").setLevel(logging.WARNING)  # not the address of a server that nobody needs
     meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
     visualizer = MeshcatVisualizer.AddToBuilder(
         builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
