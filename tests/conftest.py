@@ -1,9 +1,15 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from linkages.data import data_folder
 from linkages.experiment import load
+
+# Compiled functions are compiled at their first call: no deadline. The same examples in every run: a failure is one
+# that can be repeated; searching for new ones is `pytest --hypothesis-profile=default`.
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")
