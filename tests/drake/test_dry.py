@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from machines import four_bar, joint, model
+from machines import BEARING, four_bar, joint, model
 from scipy.integrate import solve_ivp
+from scipy.special import ellipk
 
 from linkages.analysis import integral
 from linkages.data import data_folder
@@ -185,6 +186,40 @@ def test_a_journal_comes_to_rest_in_its_bearing_without_chatter(experiment_file,
     exact = ideal(mechanism, experiment)
     times = np.linspace(0.22, 0.245, 6)
     np.testing.assert_allclose(run.evaluate(times)["B.force"], exact.evaluate(times)["B.force"], rtol=0.05)
+
+
+def test_a_journal_that_grazes_its_wall_swings_in_it_like_a_pendulum(experiment_file):
+    """Released at the height of the centre, at the wall: it touches with no speed at all, and stays in contact.
+
+    A pendulum of length c without friction: sqrt(2 g c) at the bottom, after K(1/2) sqrt(c/g).
+    """
+    disc = (
+        '<link name="disc"><inertial><mass>0.2</mass><inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz>'
+        "</inertia></inertial></link>"
+    )
+    sdf = model("bowl", disc + joint("J", "world", "disc", inner=BEARING))
+    text = """duration = 0.03
+gravity = [0.0, -9.81, 0.0]
+[joints.J]
+model = "dry"
+clearance = 1e-3
+offset = [-0.9999999e-3, 0.0]
+[joints.J.contact]
+law = "lankarani-nikravesh"
+restitution = 0.9
+youngs_modulus = 200e9
+[solver]
+accuracy = 1e-9
+"""
+    run = simulate(*load(experiment_file(sdf, text)))
+    rows = impacts(run, ["J"])
+    assert run.status is Status.OK
+    assert rows[0].approach_speed < 1e-3
+    assert len(rows) < 40
+    assert sum(row.duration for row in rows) > 0.9 * 0.03
+    fall = float(ellipk(0.5)) * np.sqrt(1e-3 / 9.81)
+    assert run.evaluate(np.array([fall]))["J.ex"][0] == pytest.approx(0.0, abs=2e-5)
+    assert np.abs(run["disc.vx"]).max() == pytest.approx(np.sqrt(2 * 9.81 * 1e-3), rel=1e-2)
 
 
 def test_two_joints_touch_at_once(experiment_file):
