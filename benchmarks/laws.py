@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 
 from linkages.laws.contact import CONTACTS, contact_force
-from linkages.laws.film import FILMS, film_force, half_film_long
+from linkages.laws.film import half_film_long
 from linkages.laws.film_map import CAVITATIONS, build_map, finite_film, solve_scaled
+from linkages.laws.films import FILMS, film_force
 from linkages.laws.mixed import asperity_force
 
 CALLS = 1_000_000
@@ -21,10 +22,7 @@ def many_films(code, table, count):
     total = 0.0
     for i in range(count):
         eps = 0.95 * (0.618 * i % 1.0)
-        if code < 0:
-            total += finite_film(eps, math.cos(i), math.sin(i), table)[0]
-        else:
-            total += film_force(code, eps, math.cos(i), math.sin(i), 1.0)[0]
+        total += film_force(code, eps, math.cos(i), math.sin(i), 1.0, table)[0]
     return total
 
 
@@ -75,7 +73,6 @@ def main():
             near, all_ = (map_error(rule, slenderness, table, largest) for largest in (0.99, 0.999))
             print(f"{rule:24s}{slenderness:8.3g}{built:12.2f}{near:20.1e}{all_:14.1e}")
     print(f"\n{'evaluation':24s}{'[us]':>8s}")
-    print(f"{'finite film (map)':24s}{clock(many_films, -1, table):8.3f}")
     for name, film in FILMS.items():
         print(f"{name:24s}{clock(many_films, film.code, table):8.3f}")
     for name, law in CONTACTS.items():
