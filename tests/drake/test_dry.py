@@ -146,11 +146,11 @@ def test_every_contact_begins_and_ends_at_a_step():
 
 
 def test_sampling_would_miss_the_peaks():
-    """At the paper's step of 0.1 ms the largest force is seen at two thirds or less of its size."""
+    """At the paper's step of 0.1 ms the largest force is seen at two thirds of its size."""
     run = simulate(*load(data_folder() / "slider_crank_dry.toml", {"duration": 4e-3}))
     rows = impacts(run, ["B"])
     sampled = run.evaluate(np.arange(0.0, 4e-3, 1e-4))["B.force"].max()
-    assert sampled < 0.95 * max(row.peak_force for row in rows)
+    assert 0.6 < sampled / max(row.peak_force for row in rows) < 0.75
 
 
 REST = """duration = 0.25
@@ -277,7 +277,7 @@ def test_a_mixed_joint_carries_what_its_film_cannot(experiment_file, mixed):
 def test_a_step_that_throws_the_journal_through_the_wall_ends_with_a_status():
     """Far too large a step for a contact: what was computed is kept."""
     run = simulate(*load(data_folder() / "seven_bar_dry.toml", {"duration": 0.05, "solver.max_step": 5e-4}))
-    assert run.status in (Status.OK, Status.STEP_SIZE_COLLAPSE)
+    assert run.status is Status.STEP_SIZE_COLLAPSE
     assert run.time[-1] > 0.001
     assert np.isfinite(run["A.force"]).all()
 
