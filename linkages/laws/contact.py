@@ -39,7 +39,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
+from linkages.kernel import kernel
 
 #: Default bound of |ddelta/ddelta0|.
 CLIP = 1.0
@@ -53,55 +53,55 @@ _TINY = 1e-200  # penetrations below this part of the clearance carry no load th
 _HALF_TURN = 0.5  # the implicit laws are used up to this part of the load where they stop rising
 
 
-@njit(cache=True)
+@kernel
 def chi_hunt_crossley(e: float) -> float:
     """3(1 - e)/2."""
     return 1.5 * (1.0 - e)
 
 
-@njit(cache=True)
+@kernel
 def chi_lankarani_nikravesh(e: float) -> float:
     """3(1 - e^2)/4."""
     return 0.75 * (1.0 - e * e)
 
 
-@njit(cache=True)
+@kernel
 def chi_herbert_mcwhannell(e: float) -> float:
     """6(1 - e)/((2e - 1)^2 + 3)."""
     return 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0)
 
 
-@njit(cache=True)
+@kernel
 def chi_lee_wang(e: float) -> float:
     """3(1 - e)/4."""
     return 0.75 * (1.0 - e)
 
 
-@njit(cache=True)
+@kernel
 def chi_flores(e: float) -> float:
     """8(1 - e)/(5e)."""
     return 1.6 * (1.0 - e) / max(e, LEAST_RESTITUTION)
 
 
-@njit(cache=True)
+@kernel
 def chi_gonthier(e: float) -> float:
     """(1 - e^2)/e."""
     return (1.0 - e * e) / max(e, LEAST_RESTITUTION)
 
 
-@njit(cache=True)
+@kernel
 def chi_zhiying_qishao(e: float) -> float:
     """3(1 - e^2)/4 * exp(2(1 - e))."""
     return 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e))
 
 
-@njit(cache=True)
+@kernel
 def chi_hu_guo(e: float) -> float:
     """3(1 - e)/(2e)."""
     return 1.5 * (1.0 - e) / max(e, LEAST_RESTITUTION)
 
 
-@njit(cache=True)
+@kernel
 def damped(elastic: float, chi: float, ddelta: float, ddelta0: float, limit: float) -> float:
     """F_e*(1 + chi*ddelta/ddelta0), the ratio clipped to [-limit, limit], the force to >= 0."""
     ratio = ddelta / max(ddelta0, GRAZING)
@@ -109,7 +109,7 @@ def damped(elastic: float, chi: float, ddelta: float, ddelta0: float, limit: flo
     return max(elastic * (1.0 + chi * ratio), 0.0)
 
 
-@njit(cache=True)
+@kernel
 def power_law(delta: float, stiffness: float, exponent: float) -> float:
     """K*delta^n for delta > 0, else 0."""
     if delta <= 0.0:
@@ -117,7 +117,7 @@ def power_law(delta: float, stiffness: float, exponent: float) -> float:
     return stiffness * (delta * math.sqrt(delta) if exponent == 1.5 else delta**exponent)
 
 
-@njit(cache=True)
+@kernel
 def kelvin_voigt(delta: float, ddelta: float, stiffness: float, damping: float) -> float:
     """K*delta + D*ddelta: the force jumps to D*ddelta0 at the first touch, which no real contact does.
 
@@ -126,7 +126,7 @@ def kelvin_voigt(delta: float, ddelta: float, stiffness: float, damping: float) 
     return max(stiffness * delta + damping * ddelta, 0.0) if delta > 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel
 def line_contact(delta: float, stiffness: float, clearance: float, shape: float) -> float:
     """Solve delta/DR = u*ln(shape/u) for the load F = stiffness*DR*u of two conformal cylinders.
 
@@ -254,7 +254,7 @@ CONTACTS = {
 }
 
 
-@njit(cache=True)
+@kernel
 def hysteresis_factor(code: int, e: float) -> float:
     """Evaluate chi(e) of the law with this code; 0 for Hertz and Kelvin-Voigt."""
     if code < 2:
@@ -276,7 +276,7 @@ def hysteresis_factor(code: int, e: float) -> float:
     return chi_lankarani_nikravesh(e)
 
 
-@njit(cache=True)
+@kernel
 def elastic_force(
     code: int, delta: float, stiffness: float, exponent: float, clearance: float, shape: float
 ) -> float:
@@ -290,7 +290,7 @@ def elastic_force(
     return power_law(delta, stiffness, exponent)
 
 
-@njit(cache=True)
+@kernel
 def contact_force(
     code: int,
     delta: float,

@@ -2,17 +2,13 @@
 
 Every film has the signature ``film(eps, deps, ew, slenderness) -> (f_n, f_t, extent)``:
 
-eps
-    Eccentricity ratio |e|/c, in [0, 1).
-deps
-    Its rate of change v.n/c [1/s].
-ew
-    Wedge rate eps*(omega_j + omega_b) - 2*v.t/c [1/s]. It is eps*(omega_j + omega_b - 2*dgamma/dt),
-    written so that it stays regular at eps = 0. Both angular velocities are inertial: only with their
-    *sum* is the force the same for every rotating observer. (Seed 000 eqs. (9)-(11) print the relative
-    speed, which holds only if the attitude rate dgamma/dt is measured in the bearing's own frame.)
-slenderness
-    L/D, used by films of finite or small length.
+- ``eps``: eccentricity ratio |e|/c, in [0, 1);
+- ``deps``: its rate of change v.n/c [1/s];
+- ``ew``: wedge rate eps*(omega_j + omega_b) - 2*v.t/c [1/s]. It is eps*(omega_j + omega_b - 2*dgamma/dt),
+  written so that it stays regular at eps = 0. Both angular velocities are inertial: only with their
+  *sum* is the force the same for every rotating observer. (Seed 000 eqs. (9)-(11) print the relative
+  speed, which holds only if the attitude rate dgamma/dt is measured in the bearing's own frame.)
+- ``slenderness``: L/D, used by films of finite or small length.
 
 Returned are the normal and tangential force on the journal in units of mu*L*R^3/c^2, and the integral
 of dtheta/(1 + eps*cos(theta)) over the half film that carries pressure, for its shear torque. All films
@@ -25,7 +21,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from linkages.kernel import kernel
 
 #: Films are evaluated at min(eps, EPS_MAX): beyond it they cancel to round-off and lose their sign.
 EPS_MAX = 1.0 - 1e-6
@@ -34,7 +30,7 @@ EPS_MAX = 1.0 - 1e-6
 THINNEST = 1e-4
 
 
-@njit(cache=True)
+@kernel
 def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tuple[float, float, float]:
     """Long bearing, exact closed form on the film of extent pi (Guembel's half film).
 
@@ -42,7 +38,7 @@ def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tu
     tan(theta_1) = deps*(2 + eps^2)/ew, where it vanishes at both ends; theta = 0 is the widest gap.
     It is the closed form that Pinkus and Sternlicht's expressions approximate.
 
-    Source: derived from Reynolds' equation, seed 000 eq. (8); checked against quadrature in the tests.
+    Source: derived from Reynolds' equation, Chen 2025 eq. (8); checked against quadrature in the tests.
     """
     q = 1.0 - eps * eps
     root_q = math.sqrt(q)
@@ -54,11 +50,11 @@ def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tu
     return f_n, f_t, extent / root_q
 
 
-@njit(cache=True)
+@kernel
 def pinkus_sternlicht(eps: float, deps: float, ew: float, slenderness: float) -> tuple[float, float, float]:
     """Long bearing, Pinkus and Sternlicht's fit of the half film, with the sign of eq. (11) corrected.
 
-    Source: seed 000 eqs. (9)-(11). Eq. (11) is printed with the wrong sign of F_LN for deps < 0; as
+    Source: Chen 2025 eqs. (9)-(11). Eq. (11) is printed with the wrong sign of F_LN for deps < 0; as
     printed the force jumps at deps = 0 and the film feeds energy in. With k*eps*|deps| written as
     `wedge` and eps*|deps| as `squeeze` both branches are one expression without a singularity at
     eps = 0 or deps = 0. Within 9 % of the exact half film's largest force at each eps, but many times
@@ -78,7 +74,7 @@ def pinkus_sternlicht(eps: float, deps: float, ew: float, slenderness: float) ->
     return f_n, f_t, half_film_long(eps, deps, ew, slenderness)[2]
 
 
-@njit(cache=True)
+@kernel
 def short_bearing(eps: float, deps: float, ew: float, slenderness: float) -> tuple[float, float, float]:
     """Short bearing (Ocvirk), half film: the parabolic axial pressure wherever it is positive.
 

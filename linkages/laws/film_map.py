@@ -24,9 +24,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import kernel
 from linkages.laws.film import half_film_long
 from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds
 
@@ -75,13 +75,13 @@ CAVITATIONS = {
 }
 
 
-@njit(cache=True)
+@kernel
 def table_limit(table: Array) -> float:
     """Largest eccentricity ratio that this map covers."""
     return 1.0 - math.exp(-table[5])
 
 
-@njit(cache=True)
+@kernel
 def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float, float, float]:
     """Force and extent of a finite film from its map.
 
@@ -128,7 +128,7 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
     return scale * g_n, scale * g_t if ew >= 0.0 else -scale * g_t, g_e / root_q
 
 
-@njit(cache=True)
+@kernel
 def _basis(s: float) -> tuple[float, float, float, float]:
     """Cubic B-splines on a uniform grid, at s in [0, 1] of an interval."""
     r = 1.0 - s

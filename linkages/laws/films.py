@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import kernel
 from linkages.laws.film import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
 from linkages.laws.film_map import finite_film
 
@@ -22,14 +22,14 @@ class Film(NamedTuple):
 
 #: The films an experiment can name.
 FILMS = {
-    "long": Film(0, "L/D > 2, half film", "exact integral of seed 000 eq. (8) over the pi film"),
-    "pinkus-sternlicht": Film(1, "L/D > 2, half film", "seed 000 eqs. (9)-(11), sign corrected"),
+    "long": Film(0, "L/D > 2, half film", "exact integral of Chen 2025 eq. (8) over the pi film"),
+    "pinkus-sternlicht": Film(1, "L/D > 2, half film", "Chen 2025 eqs. (9)-(11), sign corrected"),
     "finite": Film(3, "any L/D", "2D Reynolds equation, tabulated (linkages.laws.film_map)"),
     "short": Film(2, "L/D < 1/4, half film", "Ocvirk's short bearing"),
 }
 
 
-@njit(cache=True)
+@kernel
 def film_force(
     code: int, eps: float, deps: float, ew: float, slenderness: float, table: NDArray[np.float64]
 ) -> tuple[float, float, float]:

@@ -24,24 +24,24 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
+from linkages.kernel import kernel
 
 
-@njit(cache=True)
+@kernel
 def ambrosio(v: float, mu_d: float, v_0: float, v_1: float) -> float:
     """Zero up to v_0, rising linearly to mu_d at v_1: no stiction, no jump where sliding turns round.
 
-    Source: seed 000 Table 4 (its "limits of static and dynamic friction speed"); Ambrosio 2003.
+    Source: Chen 2025 Table 4 (its "limits of static and dynamic friction speed"); Ambrosio 2003.
     """
     ramp = min(max((abs(v) - v_0) / (v_1 - v_0), 0.0), 1.0)
     return math.copysign(mu_d * ramp, v)
 
 
-@njit(cache=True)
+@kernel
 def cubic(v: float, mu_s: float, mu_d: float, v_0: float, v_1: float) -> float:
     """Cubic steps: up to mu_s at v_0 > 0, down to mu_d at v_1, then constant; continuous slope.
 
-    Source: seed 001 [0051]-[0055], modified Coulomb friction (v_0 = v_s, v_1 = v_d).
+    Source: Bai 2016 [0051]-[0055], modified Coulomb friction (v_0 = v_s, v_1 = v_d).
     """
     speed = abs(v)
     if speed >= v_1:
@@ -55,7 +55,7 @@ def cubic(v: float, mu_s: float, mu_d: float, v_0: float, v_1: float) -> float:
     return math.copysign(mu, v)
 
 
-@njit(cache=True)
+@kernel
 def coulomb(v: float, mu_d: float, v_1: float) -> float:
     """mu_d*tanh(v/v_1): smooth, 76 % of mu_d at v_1 and 96 % at 2 v_1.
 
@@ -64,13 +64,13 @@ def coulomb(v: float, mu_d: float, v_1: float) -> float:
     return mu_d * math.tanh(v / v_1)
 
 
-@njit(cache=True)
+@kernel
 def stribeck(v: float, mu_s: float, mu_d: float, v_1: float) -> float:
     """g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_1)^2), the coefficient of steady sliding in LuGre's law."""
     return mu_d + (mu_s - mu_d) * math.exp(-((v / v_1) ** 2))
 
 
-@njit(cache=True)
+@kernel
 def bristle_rate(v: float, bristle: float, mu_s: float, mu_d: float, v_1: float, stiffness: float) -> float:
     """dz/dt = v - sigma_0*|v|*z/g(v) [m/s]; |z| never leaves [0, mu_s/sigma_0] once it is inside.
 
@@ -79,7 +79,7 @@ def bristle_rate(v: float, bristle: float, mu_s: float, mu_d: float, v_1: float,
     return v - stiffness * abs(v) * bristle / stribeck(v, mu_s, mu_d, v_1)
 
 
-@njit(cache=True)
+@kernel
 def lugre(
     v: float, bristle: float, mu_s: float, mu_d: float, v_1: float, stiffness: float, damping: float
 ) -> float:
@@ -89,7 +89,7 @@ def lugre(
     sigma_1(v) = sigma_1/(1 + sigma_1*|v|/(4*mu_d)): then v*mu - d/dt(sigma_0*z^2/2) >= 0 in every state,
     since sigma_1(v)*|v| <= 4*g(v). At the speeds of presliding it is the constant one.
 
-    Source: Canudas de Wit et al. 1995; passivity: Barahona and Canudas de Wit, IEEE TAC 45, 2000.
+    Source: Canudas de Wit et al. 1995; passivity: Barabanov and Ortega, IEEE TAC 45, 2000.
     """
     fading = damping / (1.0 + 0.25 * damping * abs(v) / mu_d)
     return stiffness * bristle + fading * bristle_rate(v, bristle, mu_s, mu_d, v_1, stiffness)
@@ -111,13 +111,13 @@ FRICTIONS = {
         1,
         "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
         "sliding; no stiction",
-        "seed 000 Table 4; Ambrosio 2003",
+        "Chen 2025 Table 4; Ambrosio 2003",
     ),
     "cubic": Friction(
         2,
         "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
         "sliding with a static peak; creeps at rest",
-        "seed 001 [0051]-[0055]",
+        "Bai 2016 [0051]-[0055]",
     ),
     "coulomb": Friction(
         3, "mu_d tanh(v/v_1)", "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016"
@@ -131,7 +131,7 @@ FRICTIONS = {
 }
 
 
-@njit(cache=True)
+@kernel
 def friction_coefficient(
     code: int,
     v: float,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import kernel
 from linkages.laws.contact import contact_force
 from linkages.laws.film import EPS_MAX
 from linkages.laws.films import film_force
@@ -21,7 +21,7 @@ _LUBRICATED = MODELS["lubricated"]
 _DRY = MODELS["dry"]
 
 
-@njit(cache=True)
+@kernel
 def clearance_force(
     joint: np.record,
     table: NDArray[np.float64],
@@ -86,14 +86,14 @@ def clearance_force(
         d_n, d_t, d_couple = -load, -drag, -radius * drag
         if joint.model == _DRY or joint.transition == 0.0:
             f_n, f_t, couple = f_n + d_n, f_t + d_t, couple + d_couple
-        else:  # seed 000 eq. (15)
+        else:  # Chen 2025 eq. (15)
             f_n = mix(f_n, d_n, delta, joint.transition)
             f_t = mix(f_t, d_t, delta, joint.transition)
             couple = mix(couple, d_couple, delta, joint.transition)
     return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate
 
 
-@njit(cache=True)
+@kernel
 def dry_force(
     joint: np.record,
     delta: float,
@@ -158,7 +158,7 @@ def dry_force(
     return load, mu * load, rate
 
 
-@njit(cache=True)
+@kernel
 def _film(
     joint: np.record,
     table: NDArray[np.float64],
@@ -173,7 +173,7 @@ def _film(
     With U = omega_j + omega_b the power that the pair delivers is F.(v - U/2 z x e) - T_s*(omega_j - omega_b):
     both terms are <= 0, with T_s = mu R^3 L/c * (omega_j - omega_b) * integral dtheta/(1 + eps cos(theta)) the
     Sommerfeld-Petroff shear torque. The couple on the journal is -T_s - (e x F)/2; its second part is the shear
-    by the pressure gradient, integral of h/2 dp/dtheta. Without shear torque (seed 000 neglects it) both are left
+    by the pressure gradient, integral of h/2 dp/dtheta. Without shear torque (Chen 2025 neglects it) both are left
     out. Next to a contact the film sees eps <= film_limit, so that it stays a film.
     """
     c = joint.clearance
@@ -185,7 +185,7 @@ def _film(
     ew = eps * (omega_j + omega_b) - 2.0 * v_t / c
     f_n, f_t, half_extent = film_force(joint.film, seen, deps, ew, 0.5 * joint.length / joint.radius, table)
     scale = joint.viscosity * joint.length * joint.radius**3 / (c * c)
-    if eps < joint.small_eps:  # seed 000 eqs. (12)-(13)
+    if eps < joint.small_eps:  # Chen 2025 eqs. (12)-(13)
         scale *= eps**joint.small_power
     f_n, f_t = scale * f_n, scale * f_t
     couple = 0.0

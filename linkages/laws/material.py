@@ -28,7 +28,7 @@ def hertz_stiffness(radius_b: float, radius_j: float, modulus: float) -> float:
     ValueError
         If the journal is not smaller than the bearing.
 
-    Source: seed 001 [0043]; Johnson, Contact Mechanics, 1985, eq. (4.23).
+    Source: Bai 2016 [0043]; Johnson, Contact Mechanics, 1985, eq. (4.23).
     """
     _check_radii(radius_b, radius_j)
     return 4.0 / 3.0 * modulus * math.sqrt(radius_b * radius_j / (radius_b - radius_j))

@@ -1,4 +1,4 @@
-"""Between film and contact: the blend of seed 000 eq. (15), and the asperities of Greenwood and Tripp.
+"""Between film and contact: the blend of Chen 2025 eq. (15), and the asperities of Greenwood and Tripp.
 
 *Blend.* Eq. (15) is F_L for |e| < c, F_L + (|e| - c)/E_0*(F_D - F_L) up to |e| = c + E_0, and F_D beyond. As
 printed, F_L is evaluated where 1 - eps^2 <= 0. Here the film sees `film_eps`, at most eps_max < 1, and
@@ -21,7 +21,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from linkages.kernel import kernel
 
 #: Default largest eccentricity ratio at which a film is evaluated next to a contact. Assumed.
 FILM_EPS_MAX = 0.99
@@ -45,13 +46,13 @@ _COEFFICIENTS = _fit()
 _X, _WEIGHT = np.polynomial.legendre.leggauss(32)
 
 
-@njit(cache=True)
+@kernel
 def film_eps(eps: float, eps_max: float) -> float:
     """Eccentricity ratio at which the film is evaluated: min(eps, eps_max)."""
     return min(eps, eps_max)
 
 
-@njit(cache=True)
+@kernel
 def dry_weight(delta: float, transition: float) -> float:
     """Weight of the dry contact: 0 without penetration, 1 from delta = E_0 = `transition` on [m]."""
     if delta <= 0.0:
@@ -59,13 +60,13 @@ def dry_weight(delta: float, transition: float) -> float:
     return delta / transition if delta < transition else 1.0
 
 
-@njit(cache=True)
+@kernel
 def mix(film: float, dry: float, delta: float, transition: float) -> float:
-    """Component of the joint force, blended from those of film and contact: seed 000 eq. (15)."""
+    """Component of the joint force, blended from those of film and contact: Chen 2025 eq. (15)."""
     return film + dry_weight(delta, transition) * (dry - film)
 
 
-@njit(cache=True)
+@kernel
 def gauss_five_halves(u: float) -> float:
     """Evaluate F_5/2(u) of Greenwood and Tripp.
 
@@ -105,7 +106,7 @@ def asperity_pressure(
     return 16.0 * math.sqrt(2.0) * math.pi / 15.0 * number**2 * math.sqrt(sigma / tip_radius) * modulus
 
 
-@njit(cache=True)
+@kernel
 def asperity_force(
     eps: float, clearance: float, radius: float, length: float, roughness: float, pressure: float
 ) -> float:

@@ -27,7 +27,7 @@ _MIXED = [
         "blend",
         "F_L + clip((abs(e) - c)/E_0, 0, 1) (F_D - F_L), film at eps <= eps_max",
         "numerical transition; E_0 is not physical",
-        "seed 000 eq. (15), made continuous",
+        "Chen 2025 eq. (15), made continuous",
     ),
     (
         "greenwood-tripp",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import add_force, body_positions, body_velocities, point_offset
@@ -25,7 +25,7 @@ WIDTH = len(CLEARANCE_OUTPUTS)
 MEMORY = ("approach", "bristle")
 
 
-@njit(cache=True)
+@kernel
 def clearance_wrenches(
     ends: NDArray[np.record],
     laws: NDArray[np.record],
@@ -55,31 +55,13 @@ def clearance_wrenches(
     for k in range(len(ends)):
         end = ends[k]
         b, j = end.bearing, end.journal
-        rbx, rby = point_offset(pose, b, end.bx, end.by)
-        rjx, rjy = point_offset(pose, j, end.jx, end.jy)
-        ex = pose[j, 0] + rjx - pose[b, 0] - rbx
-        ey = pose[j, 1] + rjy - pose[b, 1] - rby
-        wb, wj = vel[b, 0], vel[j, 0]
-        vx = vel[j, 1] - wj * rjy - vel[b, 1] + wb * rby
-        vy = vel[j, 2] + wj * rjx - vel[b, 2] - wb * rbx
-        if end.kind == CORNER:
-            nx, ny = point_offset(pose, b, end.nx, end.ny)
-            vx, vy = vx + wb * ey, vy - wb * ex  # relative to the wall's own material
-            delta = ex * nx + ey * ny - end.half - laws[k].clearance
-            closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
-            load, drag, rate = dry_force(laws[k], delta, closing, sliding, memory[k, 0], memory[k, 1])
-            fx, fy, couple = -load * nx + drag * ny, -load * ny - drag * nx, 0.0
-        else:
-            fx, fy, couple, rate = clearance_force(
-                laws[k], tables[k], ex, ey, vx, vy, wb, wj, memory[k, 0], memory[k, 1]
-            )
-            e = math.hypot(ex, ey)
-            nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-            delta, radius = e - laws[k].clearance, laws[k].radius - laws[k].clearance
-            closing = vx * nx + vy * ny
-            sliding = vy * nx - vx * ny + wj * radius - wb * (e + radius)
-        add_force(wrench, j, rjx, rjy, fx, fy)
-        add_force(wrench, b, rbx + ex, rby + ey, -fx, -fy)
+        motion, arms = contact_motion(end, pose, vel)
+        ex, ey = motion[0], motion[1]
+        fx, fy, couple, rate, delta, closing, sliding = contact_action(
+            end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
+        )
+        add_force(wrench, j, arms[2], arms[3], fx, fy)
+        add_force(wrench, b, arms[0] + ex, arms[1] + ey, -fx, -fy)
         wrench[j, 0] += couple
         wrench[b, 0] -= couple
         out[k, 0] = ex
@@ -93,7 +75,63 @@ def clearance_wrenches(
         out[k, 8] = rate
 
 
-@njit(cache=True)
+@kernel
+def contact_motion(
+    end: np.record, pose: Array, vel: Array
+) -> tuple[tuple[float, float, float, float, float, float, float, float], tuple[float, float, float, float]]:
+    """Motion of a contact's inner end relative to its outer end, and where they are.
+
+    Returns
+    -------
+    motion : tuple
+        Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall.
+    arms : tuple
+        From the origin of the outer body's frame to its end, and of the inner's.
+    """
+    b, j = end.bearing, end.journal
+    rbx, rby = point_offset(pose, b, end.bx, end.by)
+    rjx, rjy = point_offset(pose, j, end.jx, end.jy)
+    ex = pose[j, 0] + rjx - pose[b, 0] - rbx
+    ey = pose[j, 1] + rjy - pose[b, 1] - rby
+    wb, wj = vel[b, 0], vel[j, 0]
+    vx = vel[j, 1] - wj * rjy - vel[b, 1] + wb * rby
+    vy = vel[j, 2] + wj * rjx - vel[b, 2] - wb * rbx
+    nx, ny = 0.0, 0.0
+    if end.kind == CORNER:
+        nx, ny = point_offset(pose, b, end.nx, end.ny)
+    return (ex, ey, vx, vy, wb, wj, nx, ny), (rbx, rby, rjx, rjy)
+
+
+@kernel
+def contact_action(
+    end: np.record,
+    law: np.record,
+    table: Array,
+    approach: float,
+    bristle: float,
+    motion: tuple[float, float, float, float, float, float, float, float],
+) -> tuple[float, float, float, float, float, float, float]:
+    """Force and couple on the inner body, rate of the bristles; penetration, its rate, sliding speed.
+
+    `motion` is that of `contact_motion`.
+    """
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    if end.kind == CORNER:
+        vx, vy = vx + wb * ey, vy - wb * ex  # relative to the wall's own material
+        delta = ex * nx + ey * ny - end.half - law.clearance
+        closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
+        load, drag, rate = dry_force(law, delta, closing, sliding, approach, bristle)
+        return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding
+    fx, fy, couple, rate = clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
+    e = math.hypot(ex, ey)
+    nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
+    delta, radius = e - law.clearance, law.radius - law.clearance
+    closing = vx * nx + vy * ny
+    sliding = vy * nx - vx * ny + wj * radius - wb * (e + radius)
+    return fx, fy, couple, rate, delta, closing, sliding
+
+
+@kernel
 def clearance_forces(
     bodies: NDArray[np.record],
     ends: NDArray[np.record],

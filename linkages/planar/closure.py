@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import kernel
 from linkages.planar.kinematics import (
     body_accelerations,
     body_positions,
@@ -20,9 +22,10 @@ Array = NDArray[np.float64]
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
 _ITERATIONS = 50
+_DEPENDENT = 1e-11  # singular values below, in parts of the largest, are those of dependent rows
 
 
-@njit(cache=True)
+@kernel
 def closure_error(
     bodies: NDArray[np.record], rows: NDArray[np.record], offset: Array, q: Array, pose: Array
 ) -> Array:
@@ -34,7 +37,7 @@ def closure_error(
     return error
 
 
-@njit(cache=True)
+@kernel
 def closure_jacobian(bodies: NDArray[np.record], rows: NDArray[np.record], pose: Array, n: int) -> Array:
     """Exact Jacobian (nr, n) of the closure rows: column i is the rows' rate when only coordinate i moves."""
     jacobian = np.empty((len(rows), n))
@@ -48,16 +51,52 @@ def closure_jacobian(bodies: NDArray[np.record], rows: NDArray[np.record], pose:
     return jacobian
 
 
-@njit(cache=True)
-def least_squares(matrix: Array, rhs: Array) -> Array:
-    """Solve matrix @ x = rhs; redundant but consistent rows do no harm."""
+@kernel
+def free_columns(jacobian: Array, free: NDArray[np.int64]) -> Array:
+    """Columns of the free coordinates, (nr, nf)."""
+    inner = np.empty((len(jacobian), len(free)))
+    for k in range(len(jacobian)):
+        for i in range(len(free)):
+            inner[k, i] = jacobian[k, free[i]]
+    return inner
+
+
+@kernel
+def decompose(matrix: Array) -> tuple[Array, Array, Array]:
+    """Singular value decomposition U, s, V^T of a matrix (m, n), with min(m, n) values."""
     m, n = matrix.shape
-    if n == 0 or m == 0:
-        return np.zeros(n)
-    return np.linalg.lstsq(matrix, rhs, 1e-11)[0]  # type: ignore[return-value]
+    if m == 0 or n == 0:
+        return np.empty((m, 0)), np.empty(0), np.empty((0, n))
+    u, s, vt = np.linalg.svd(matrix, False)
+    return np.ascontiguousarray(u), s, np.ascontiguousarray(vt)
 
 
-@njit(cache=True)
+@kernel
+def least_squares(parts: tuple[Array, Array, Array], rhs: Array) -> Array:
+    """Smallest x that solves matrix @ x = rhs best; redundant but consistent rows do no harm."""
+    u, s, vt = parts
+    x = np.zeros(vt.shape[1])
+    for k in range(len(s)):
+        if s[k] <= _DEPENDENT * s[0]:
+            break
+        total = 0.0
+        for i in range(len(rhs)):
+            total += u[i, k] * rhs[i]
+        for j in range(len(x)):
+            x[j] += vt[k, j] * total / s[k]
+    return x
+
+
+@kernel
+def sum_of_squares(x: Array) -> float:
+    """Sum of the squares of a vector's entries."""
+    total = 0.0
+    for value in x:
+        total += value * value
+    return total
+
+
+@kernel
 def close(
     bodies: NDArray[np.record],
     rows: NDArray[np.record],
@@ -81,12 +120,12 @@ def close(
     """
     pose = np.empty((len(bodies), 5))
     error = closure_error(bodies, rows, offset, q, pose)
-    merit = np.sum(error * error)
+    merit = sum_of_squares(error)
     for _ in range(_ITERATIONS):
-        if np.sqrt(merit) <= TOLERANCE * size:
+        if math.sqrt(merit) <= TOLERANCE * size:
             return True
-        jacobian = closure_jacobian(bodies, rows, pose, len(q))[:, free]
-        step = least_squares(jacobian, -error)
+        inner = free_columns(closure_jacobian(bodies, rows, pose, len(q)), free)
+        step = least_squares(decompose(inner), -error)
         trial = q.copy()
         fraction = 1.0
         improved = False
@@ -94,19 +133,20 @@ def close(
             for i in range(len(free)):
                 trial[free[i]] = q[free[i]] + fraction * step[i]
             error = closure_error(bodies, rows, offset, trial, pose)
-            new = np.sum(error * error)
+            new = sum_of_squares(error)
             if new < merit:
                 improved = True
                 break
             fraction *= 0.5
         if not improved:  # at round-off, or stuck
             break
-        q[:] = trial
+        for i in range(len(free)):
+            q[free[i]] = trial[free[i]]
         merit = new
-    return np.sqrt(merit) <= 1e3 * TOLERANCE * size
+    return math.sqrt(merit) <= 1e3 * TOLERANCE * size
 
 
-@njit(cache=True)
+@kernel
 def consistent_rates(
     bodies: NDArray[np.record],
     rows: NDArray[np.record],
@@ -124,26 +164,34 @@ def consistent_rates(
     pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
     body_positions(bodies, q, pose)
     jacobian = closure_jacobian(bodies, rows, pose, n)
-    inner = np.ascontiguousarray(jacobian[:, free])
-    held_v, held_a = v.copy(), a.copy()
-    held_v[free] = 0.0
-    held_a[free] = 0.0
-    v[free] = least_squares(inner, -(jacobian @ held_v))
-    body_velocities(bodies, pose, v, vel)
-    body_accelerations(bodies, pose, vel, v, held_a, acc)
-    bias = np.empty(len(rows))
+    parts = decompose(free_columns(jacobian, free))
+    for i in range(len(free)):
+        v[free[i]] = 0.0
+        a[free[i]] = 0.0
+    error = np.empty(len(rows))
     for k in range(len(rows)):
-        bias[k] = row_acceleration(rows[k], pose, vel, acc)
-    a[free] = least_squares(inner, -bias)
+        error[k] = 0.0
+        for i in range(n):
+            error[k] -= jacobian[k, i] * v[i]
+    rates = least_squares(parts, error)
+    for i in range(len(free)):
+        v[free[i]] = rates[i]
+    body_velocities(bodies, pose, v, vel)
+    body_accelerations(bodies, pose, vel, v, a, acc)
+    for k in range(len(rows)):
+        error[k] = -row_acceleration(rows[k], pose, vel, acc)
+    seconds = least_squares(parts, error)
+    for i in range(len(free)):
+        a[free[i]] = seconds[i]
     if len(free) == 0 or len(rows) == 0:
         return 1.0
     if len(rows) < len(free):
         return 0.0
-    values = np.linalg.svd(inner)[1]
+    values = parts[1]
     return values[-1] / values[0] if values[0] > 0.0 else 0.0
 
 
-@njit(cache=True)
+@kernel
 def follow(
     bodies: NDArray[np.record],
     rows: NDArray[np.record],

@@ -1,35 +1,100 @@
 """Articulated-body dynamics of a planar tree with prescribed joints, and the reactions of cut ideal joints.
 
-The recursion is Featherstone's articulated-body algorithm (Rigid Body Dynamics Algorithms, 2008, ch. 7) in
-its hybrid form (ch. 9): a joint whose acceleration is prescribed passes its load on and returns the
-generalised force that the drive needs. Vectors are (moment, fx, fy) and (alpha, ax, ay) in plane axes at the
-origin of each body's own frame. Symmetric 3x3 inertias are stored as (I00, I01, I02, I11, I12, I22). Cost is
-linear in the number of bodies.
+The recursion is Featherstone's articulated-body algorithm (Rigid Body Dynamics Algorithms, 2008, ch. 7). It starts from
+the accelerations that the bodies would have if no free joint accelerated: velocity terms and prescribed joints are in
+them, and what is left is linear. Bodies that no free joint moves take no part. Vectors are (moment, fx, fy) and
+(alpha, ax, ay) in plane axes at the origin of each body's own frame. Symmetric 3x3 inertias are stored as
+(I00, I01, I02, I11, I12, I22). Cost is linear in the number of bodies.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import inlined_kernel, kernel
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
-    body_positions,
-    body_velocities,
     point_offset,
     row_acceleration,
     row_rate,
     row_value,
 )
-from linkages.planar.motion import evaluate_motions
-from linkages.planar.records import FIXED, PRISMATIC, REVOLUTE
+from linkages.planar.records import PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+class Workspace(NamedTuple):
+    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows.
+
+    Attributes
+    ----------
+    q, v, a : (n,) arrays
+        Coordinates, rates, accelerations.
+    tau : (n,) array
+        Applied generalised forces of the free joints.
+    pose, vel, acc : (nb, 5), (nb, 3), (nb, 3) arrays
+    wrench : (nb, 3) array
+        Applied to the bodies.
+    reaction : (nr,) array
+        Size of each row's reaction.
+    """
+
+    q: Array
+    v: Array
+    a: Array
+    tau: Array
+    pose: Array
+    vel: Array
+    acc: Array
+    wrench: Array
+    reaction: Array
+    inertia: Array
+    axis: Array
+    load: Array
+    change: Array
+    still: Array
+    rest: Array
+    error: Array
+    response: Array
+    row_a: Array
+    row_change: Array
+
+
+def make_workspace(nb: int, n: int, nr: int) -> Workspace:
+    """Make the arrays, all zero."""
+    return Workspace(
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((nb, 5)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros(nr),
+        np.zeros((nb, 6)),
+        np.zeros((nb, 8)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros(n),
+        np.zeros(nr),
+        np.zeros((nr, nr)),
+        np.zeros((nr, n)),
+        np.zeros((nr, nb, 3)),
+    )
+
+
+#: The same for compiled callers.
+workspace = kernel(make_workspace)
+
+
+@kernel
 def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, tau: Array) -> None:
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
@@ -46,14 +111,17 @@ def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, ta
         wrench[p, 2] += wrench[i, 2]
 
 
-@njit(cache=True)
+@kernel
 def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Array) -> None:
     """Articulated inertias of a configuration.
 
-    Fills ``inertia`` (nb, 6) and, for each free joint, ``axis`` (nb, 7) with its motion S, U = I S and S.U.
+    Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
+    is not free), U = I S and S.U.
     """
     for i in range(len(bodies)):
         body = bodies[i]
+        if not body.moving:
+            continue
         cx, cy = point_offset(pose, i, body.cx, body.cy)
         m = body.mass
         inertia[i, 0] = body.inertia + m * (cx * cx + cy * cy)
@@ -64,31 +132,36 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
         inertia[i, 5] = m
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
+        if not body.moving:
+            continue
         p = body.parent
-        i0, i1, i2, i3, i4, i5 = inertia[i]
-        s0, s1, s2 = 0.0, 0.0, 0.0
-        if body.type == REVOLUTE:
-            s0 = body.sign
-        elif body.type == PRISMATIC:
-            s1, s2 = point_offset(pose, p, body.ux, body.uy)
-        axis[i, 0] = s0
-        axis[i, 1] = s1
-        axis[i, 2] = s2
-        if body.type != FIXED and body.driven < 0:
-            u0 = i0 * s0 + i1 * s1 + i2 * s2
-            u1 = i1 * s0 + i3 * s1 + i4 * s2
-            u2 = i2 * s0 + i4 * s1 + i5 * s2
-            d = s0 * u0 + s1 * u1 + s2 * u2
+        i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
+        i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
+        if body.dof >= 0 and body.driven < 0:
+            s0, s1, s2 = 0.0, 0.0, 0.0
+            if body.type == REVOLUTE:
+                s0 = body.sign
+                u0, u1, u2 = i0 * s0, i1 * s0, i2 * s0
+                d = s0 * u0
+            else:
+                s1, s2 = point_offset(pose, p, body.ux, body.uy)
+                u0, u1, u2 = i1 * s1 + i2 * s2, i3 * s1 + i4 * s2, i4 * s1 + i5 * s2
+                d = s1 * u1 + s2 * u2
+            axis[i, 0] = s0
+            axis[i, 1] = s1
+            axis[i, 2] = s2
             axis[i, 3] = u0
             axis[i, 4] = u1
             axis[i, 5] = u2
-            axis[i, 6] = d
-            i0 -= u0 * u0 / d
-            i1 -= u0 * u1 / d
-            i2 -= u0 * u2 / d
-            i3 -= u1 * u1 / d
-            i4 -= u1 * u2 / d
-            i5 -= u2 * u2 / d
+            axis[i, 6] = 1.0 / d
+            i0 -= u0 * u0 * axis[i, 6]
+            i1 -= u0 * u1 * axis[i, 6]
+            i2 -= u0 * u2 * axis[i, 6]
+            i3 -= u1 * u1 * axis[i, 6]
+            i4 -= u1 * u2 * axis[i, 6]
+            i5 -= u2 * u2 * axis[i, 6]
+        if not bodies[p].moving:
+            continue
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         b0 = i0 - ry * i1 + rx * i2
         b1 = i1 - ry * i3 + rx * i4
@@ -101,139 +174,99 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
         inertia[p, 5] += i5
 
 
-@njit(cache=True)
+@kernel
 def inertial_load(
-    bodies: NDArray[np.record], pose: Array, vel: Array, gravity: Array, wrench: Array, load: Array
-) -> None:
-    """Fill ``load`` (nb, 3): centrifugal terms minus gravity minus the applied wrenches."""
-    for i in range(len(bodies)):
-        body = bodies[i]
-        cx, cy = point_offset(pose, i, body.cx, body.cy)
-        m, w2 = body.mass, vel[i, 0] * vel[i, 0]
-        load[i, 0] = -m * (cx * gravity[1] - cy * gravity[0]) - wrench[i, 0]
-        load[i, 1] = -m * (w2 * cx + gravity[0]) - wrench[i, 1]
-        load[i, 2] = -m * (w2 * cy + gravity[1]) - wrench[i, 2]
-
-
-@njit(cache=True)
-def solve_tree(
     bodies: NDArray[np.record],
     pose: Array,
     vel: Array,
-    rates: Array,
-    inertia: Array,
-    axis: Array,
-    load: Array,
-    tau: Array,
-    acceleration: Array,
     acc: Array,
+    gravity: Array,
+    wrench: Array,
+    load: Array,
 ) -> None:
-    """Accelerations for given loads, and the forces that prescribed joints need.
+    """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches."""
+    for i in range(len(bodies)):
+        body = bodies[i]
+        cx, cy = point_offset(pose, i, body.cx, body.cy)
+        m, al, w2 = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]
+        fx = m * (acc[i, 1] - al * cy - w2 * cx - gravity[0])
+        fy = m * (acc[i, 2] + al * cx - w2 * cy - gravity[1])
+        load[i, 0] = body.inertia * al + cx * fy - cy * fx - wrench[i, 0]
+        load[i, 1] = fx - wrench[i, 1]
+        load[i, 2] = fy - wrench[i, 2]
+
+
+@kernel
+def respond(
+    bodies: NDArray[np.record], pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
+) -> None:
+    """Change of the accelerations that given loads cause.
 
     Parameters
     ----------
-    pose, vel, rates
-        Body poses, body velocities and coordinate rates.
-    inertia, axis
+    axis
         From `articulate`.
     load : (nb, 3) array
         From `inertial_load`; used up.
     tau : (n,) array
-        Applied generalised forces of free joints; on return, of prescribed joints, the force they need.
-    acceleration : (n,) array
-        Prescribed accelerations; on return all of them.
-    acc : (nb, 3) array
-        Filled with the body accelerations.
+        Applied generalised forces of free joints.
+    change : (nb, 3) array
+        Filled with the change of the moving bodies' accelerations.
+    a : (n,) array
+        The change of the free joints' accelerations is added.
     """
-    n = len(bodies)
-    for i in range(n - 1, 0, -1):
+    nb = len(bodies)
+    for i in range(nb - 1, 0, -1):
         body = bodies[i]
-        p = body.parent
-        i0, i1, i2, i3, i4, i5 = inertia[i]
+        if not body.moving:
+            continue
         f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
-        z0, z1, z2 = _bias(body, pose, vel, rates, axis, i)
-        if body.type == FIXED or body.driven >= 0:
-            if body.driven >= 0:
-                a = acceleration[body.dof]
-                z0 += axis[i, 0] * a
-                z1 += axis[i, 1] * a
-                z2 += axis[i, 2] * a
-            f0 += i0 * z0 + i1 * z1 + i2 * z2
-            f1 += i1 * z0 + i3 * z1 + i4 * z2
-            f2 += i2 * z0 + i4 * z1 + i5 * z2
-        else:
-            u0, u1, u2 = axis[i, 3], axis[i, 4], axis[i, 5]
+        if body.dof >= 0 and body.driven < 0:
             push = tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)
-            push -= u0 * z0 + u1 * z1 + u2 * z2
-            push /= axis[i, 6]
-            f0 += i0 * z0 + i1 * z1 + i2 * z2 + u0 * push
-            f1 += i1 * z0 + i3 * z1 + i4 * z2 + u1 * push
-            f2 += i2 * z0 + i4 * z1 + i5 * z2 + u2 * push
+            push *= axis[i, 6]
+            axis[i, 7] = push
+            f0 += axis[i, 3] * push
+            f1 += axis[i, 4] * push
+            f2 += axis[i, 5] * push
+        p = body.parent
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         load[p, 0] += f0 + rx * f2 - ry * f1
         load[p, 1] += f1
         load[p, 2] += f2
-    acc[0, :] = 0.0
-    for i in range(1, n):
+    for i in range(1, nb):
         body = bodies[i]
+        if not body.moving:
+            continue
         p = body.parent
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        z0, z1, z2 = _bias(body, pose, vel, rates, axis, i)
-        a0 = acc[p, 0] + z0
-        a1 = acc[p, 1] - acc[p, 0] * ry + z1
-        a2 = acc[p, 2] + acc[p, 0] * rx + z2
-        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
-        s0, s1, s2 = axis[i, 0], axis[i, 1], axis[i, 2]
-        if body.type != FIXED:
-            if body.driven < 0:
-                push = tau[body.dof] - (s0 * f0 + s1 * f1 + s2 * f2)
-                push -= axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2
-                acceleration[body.dof] = push / axis[i, 6]
-            qdd = acceleration[body.dof]
-            a0 += s0 * qdd
-            a1 += s1 * qdd
-            a2 += s2 * qdd
-            if body.driven >= 0:
-                i0, i1, i2, i3, i4, i5 = inertia[i]
-                f0 += i0 * a0 + i1 * a1 + i2 * a2
-                f1 += i1 * a0 + i3 * a1 + i4 * a2
-                f2 += i2 * a0 + i4 * a1 + i5 * a2
-                tau[body.dof] = s0 * f0 + s1 * f1 + s2 * f2
-        acc[i, 0] = a0
-        acc[i, 1] = a1
-        acc[i, 2] = a2
+        a0, a1, a2 = 0.0, 0.0, 0.0
+        if bodies[p].moving:
+            rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+            a0 = change[p, 0]
+            a1 = change[p, 1] - a0 * ry
+            a2 = change[p, 2] + a0 * rx
+        if body.dof >= 0 and body.driven < 0:
+            qdd = axis[i, 7] - axis[i, 6] * (axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2)
+            a[body.dof] += qdd
+            a0 += axis[i, 0] * qdd
+            a1 += axis[i, 1] * qdd
+            a2 += axis[i, 2] * qdd
+        change[i, 0] = a0
+        change[i, 1] = a1
+        change[i, 2] = a2
 
 
-@njit(cache=True)
-def _bias(
-    body: np.record, pose: Array, vel: Array, rates: Array, axis: Array, i: int
-) -> tuple[float, float, float]:
-    """Acceleration of a body frame's origin that comes from velocities alone."""
-    p = body.parent
-    w = vel[p, 0]
-    bx = -w * w * (pose[i, 0] - pose[p, 0])
-    by = -w * w * (pose[i, 1] - pose[p, 1])
-    if body.type == PRISMATIC:
-        rate = 2.0 * w * rates[body.dof]
-        bx -= axis[i, 2] * rate
-        by += axis[i, 1] * rate
-    return 0.0, bx, by
-
-
-@njit(cache=True)
-def constrained_dynamics(
+@inlined_kernel
+def accelerate(
     bodies: NDArray[np.record],
     rows: NDArray[np.record],
     stabilisation: float,
     gravity: Array,
-    q: Array,
-    v: Array,
-    wrench: Array,
-    tau: Array,
-    acceleration: Array,
-    reaction: Array,
+    work: Workspace,
 ) -> None:
-    """Accelerations, drive forces and loop reactions of a tree whose cut ideal joints are closed by multipliers.
+    """Accelerations and loop reactions of a tree whose cut ideal joints are closed by multipliers.
+
+    Takes `work`'s v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free joints; fills a,
+    acc and reaction.
 
     Parameters
     ----------
@@ -243,129 +276,58 @@ def constrained_dynamics(
         Rate [1/s] at which closure errors decay (Baumgarte with both roots at this rate); 0 switches it off.
     gravity : (2,) array
         In plane axes [m/s^2].
-    wrench : (nb, 3) array
-        Applied wrenches on the bodies.
-    tau : (n,) array
-        Applied generalised forces of free joints; on return, of prescribed joints, the force they need.
-    acceleration : (n,) array
-        Prescribed accelerations; on return all of them.
-    reaction : (nr,) array
-        Filled with the size of each row's reaction.
     """
-    nb, nr, n = len(bodies), len(rows), len(q)
-    pose, vel = np.empty((nb, 5)), np.empty((nb, 3))
-    inertia, axis = np.empty((nb, 6)), np.empty((nb, 7))
-    load, acc = np.empty((nb, 3)), np.empty((nb, 3))
-    body_positions(bodies, q, pose)
-    body_velocities(bodies, pose, v, vel)
-    articulate(bodies, pose, inertia, axis)
-    inertial_load(bodies, pose, vel, gravity, wrench, load)
-    solve_tree(bodies, pose, vel, v, inertia, axis, load, tau, acceleration, acc)
+    pose, vel, acc, change = work.pose, work.vel, work.acc, work.change
+    body_accelerations(bodies, pose, vel, work.v, work.a, acc)
+    articulate(bodies, pose, work.inertia, work.axis)
+    inertial_load(bodies, pose, vel, acc, gravity, work.wrench, work.load)
+    respond(bodies, pose, work.axis, work.load, work.tau, change, work.a)
+    add_change(bodies, 1.0, change, acc)
+    nr = len(rows)
     if nr == 0:
         return
-    error = np.empty(nr)
     for k in range(nr):
-        error[k] = -row_acceleration(rows[k], pose, vel, acc)
-        error[k] -= stabilisation * (
-            2.0 * row_rate(rows[k], pose, vel) + stabilisation * row_value(rows[k], pose)
-        )
-    response = np.empty((nr, nr))
-    accelerations, forces = np.zeros((nr, n)), np.zeros((nr, n))
-    still, rest = np.zeros((nb, 3)), np.zeros(n)
+        drift = 0.0
+        if stabilisation > 0.0:
+            drift = 2.0 * row_rate(rows[k], pose, vel) + stabilisation * row_value(rows[k], pose)
+        work.error[k] = -row_acceleration(rows[k], pose, vel, acc) - stabilisation * drift
+    loop_responses(bodies, rows, work)
+    solve_semidefinite(work.response, work.error, work.reaction)
     for k in range(nr):
-        load[:] = 0.0
-        add_row_wrench(rows[k], pose, -1.0, load)
-        solve_tree(bodies, pose, still, rest, inertia, axis, load, forces[k], accelerations[k], acc)
-        for m in range(nr):
-            response[m, k] = row_acceleration(rows[m], pose, still, acc)
-    solve_semidefinite(response, error, reaction)
-    for k in range(nr):
-        for d in range(n):
-            acceleration[d] += reaction[k] * accelerations[k, d]
-            tau[d] += reaction[k] * forces[k, d]
+        add_change(bodies, work.reaction[k], work.row_change[k], acc)
+        for d in range(len(work.a)):
+            work.a[d] += work.reaction[k] * work.row_a[k, d]
 
 
-@njit(cache=True)
-def driven_forces(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    stabilisation: float,
-    gravity: Array,
-    driven: NDArray[np.int64],
-    motion: tuple[Array, Array, NDArray[np.int64]],
-    powered: NDArray[np.int64],
-    torque: tuple[Array, Array, NDArray[np.int64]],
-    t: float,
-    state: Array,
-    positions: NDArray[np.int64],
-    rates: NDArray[np.int64],
-    applied: Array,
-    into: NDArray[np.int64],
-    size: int,
-) -> tuple[Array, Array]:
-    """Compute forces of drives and loops at a state, added to those already applied.
+@kernel
+def add_change(bodies: NDArray[np.record], factor: float, change: Array, acc: Array) -> None:
+    """Add a multiple of what `respond` found to the bodies' accelerations."""
+    for i in range(1, len(bodies)):
+        if bodies[i].moving:
+            for k in range(3):
+                acc[i, k] += factor * change[i, k]
 
-    Parameters
-    ----------
-    stabilisation : float
-        Rate [1/s] at which deviations of drives and loops decay.
-    driven, powered : arrays of int
-        Coordinates of the prescribed joints, and of those with an applied torque.
-    motion, torque
-        Their motions and torques over time, as `Motions.arrays`.
-    state, positions, rates, into
-        As for `linkages.planar.clearance.clearance_forces`.
-    applied : (nv,) or longer array
-        All other generalised forces, and whatever comes after them.
-    size : int
-        nv.
 
-    Returns
-    -------
-    total : (nv,) array
-        `applied` plus the forces of drives and loops.
-    drive : (nd,) array
-        Torque or force of each drive, prescribed ones first.
+@kernel
+def loop_responses(bodies: NDArray[np.record], rows: NDArray[np.record], work: Workspace) -> None:
+    """Accelerations that a unit reaction of each row causes: of coordinates, bodies, and rows.
+
+    Takes `work`'s pose and axis; fills row_a, row_change and response.
     """
-    nd, np_, n = len(driven), len(powered), len(into)
-    q, v, tau = state[positions], state[rates], applied[into]
-    drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))
-    evaluate_motions(torque[0], torque[1], torque[2], t, drive[nd:], one, two)
-    for k in range(np_):
-        tau[powered[k]] += drive[nd + k]
-    value = np.empty(nd)
-    evaluate_motions(motion[0], motion[1], motion[2], t, value, one, two)
-    acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
-    for k in range(nd):
-        d = driven[k]
-        lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
-        acceleration[d] = two[k] + stabilisation * lag
-    constrained_dynamics(
-        bodies, rows, stabilisation, gravity, q, v, np.zeros((len(bodies), 3)), needed, acceleration, reaction
-    )
-    for k in range(nd):
-        drive[k] = needed[driven[k]] - tau[driven[k]]
-        tau[driven[k]] = needed[driven[k]]
-    if len(rows):
-        add_loop_forces(bodies, rows, q, reaction, tau)
-    total = applied[:size].copy()
-    total[into] = tau
-    return total, drive
+    nr = len(rows)
+    for k in range(nr):
+        for i in range(len(bodies)):
+            for j in range(3):
+                work.load[i, j] = 0.0
+        for i in range(len(work.a)):
+            work.row_a[k, i] = 0.0
+        add_row_wrench(rows[k], work.pose, -1.0, work.load)
+        respond(bodies, work.pose, work.axis, work.load, work.rest, work.row_change[k], work.row_a[k])
+        for m in range(nr):
+            work.response[m, k] = row_acceleration(rows[m], work.pose, work.still, work.row_change[k])
 
 
-@njit(cache=True)
-def add_loop_forces(
-    bodies: NDArray[np.record], rows: NDArray[np.record], q: Array, reaction: Array, force: Array
-) -> None:
-    """Add J^T lambda of the loop reactions to ``force`` (n,)."""
-    pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
-    body_positions(bodies, q, pose)
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], pose, reaction[k], wrench)
-    generalized_force(bodies, pose, wrench, force)
-
-
-@njit(cache=True)
+@kernel
 def solve_semidefinite(matrix: Array, rhs: Array, x: Array) -> None:
     """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
 
@@ -393,21 +355,11 @@ def solve_semidefinite(matrix: Array, rhs: Array, x: Array) -> None:
             rhs[r] -= factor * rhs[p]
             for j in range(k + 1, n):
                 matrix[r, order[j]] -= factor * matrix[p, order[j]]
-    x[:] = 0.0
+    for k in range(n):
+        x[k] = 0.0
     for k in range(rank - 1, -1, -1):
         p = order[k]
         total = rhs[p]
         for j in range(k + 1, rank):
             total -= matrix[p, order[j]] * x[order[j]]
         x[p] = total / matrix[p, p]
-
-
-@njit(cache=True)
-def spread(
-    bodies: NDArray[np.record], q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
-) -> None:
-    """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
-    for k in range(len(q)):
-        body_positions(bodies, q[k], pose[k])
-        body_velocities(bodies, pose[k], v[k], vel[k])
-        body_accelerations(bodies, pose[k], vel[k], v[k], a[k], acc[k])

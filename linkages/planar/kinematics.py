@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from linkages.kernel import kernel
 from linkages.planar.records import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True)
+@kernel
 def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
     """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
     pose[0, 0] = 0.0
@@ -42,7 +42,7 @@ def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
             pose[i, 4] = s
 
 
-@njit(cache=True)
+@kernel
 def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Array) -> None:
     """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
     vel[0, :] = 0.0
@@ -63,7 +63,7 @@ def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Arra
         vel[i, 2] = vy
 
 
-@njit(cache=True)
+@kernel
 def body_accelerations(
     bodies: NDArray[np.record], pose: Array, vel: Array, v: Array, a: Array, acc: Array
 ) -> None:
@@ -89,14 +89,14 @@ def body_accelerations(
         acc[i, 2] = ay
 
 
-@njit(cache=True)
+@kernel
 def point_offset(pose: Array, body: int, x: float, y: float) -> tuple[float, float]:
     """Vector from the origin of a body frame to a point given in it, in plane axes [m]."""
     c, s = pose[body, 3], pose[body, 4]
     return c * x - s * y, s * x + c * y
 
 
-@njit(cache=True)
+@kernel
 def row_value(row: np.record, pose: Array) -> float:
     """Closure error of one row [m, rad]; zero when the joint is closed."""
     if row.kind == ANGLE:
@@ -111,7 +111,7 @@ def row_value(row: np.record, pose: Array) -> float:
     return dx * ux + dy * uy
 
 
-@njit(cache=True)
+@kernel
 def row_rate(row: np.record, pose: Array, vel: Array) -> float:
     """Time derivative of `row_value`."""
     if row.kind == ANGLE:
@@ -129,7 +129,7 @@ def row_rate(row: np.record, pose: Array, vel: Array) -> float:
     return vx * ux + vy * uy + wa * (dy * ux - dx * uy)
 
 
-@njit(cache=True)
+@kernel
 def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
     """Second time derivative of `row_value`."""
     if row.kind == ANGLE:
@@ -151,7 +151,7 @@ def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> flo
     return ax * ux + ay * uy + 2.0 * wa * (vy * ux - vx * uy) + turn
 
 
-@njit(cache=True)
+@kernel
 def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
     """Add the wrench of a row's reaction of this size: on body b, and the opposite on body a."""
     if row.kind == ANGLE:
@@ -170,9 +170,20 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
     add_force(wrench, row.a, rax, ray, -fx, -fy)
 
 
-@njit(cache=True)
+@kernel
 def add_force(wrench: Array, body: int, rx: float, ry: float, fx: float, fy: float) -> None:
     """Add a force at (rx, ry) from the body frame's origin to the body's wrench."""
     wrench[body, 0] += rx * fy - ry * fx
     wrench[body, 1] += fx
     wrench[body, 2] += fy
+
+
+@kernel
+def spread(
+    bodies: NDArray[np.record], q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
+) -> None:
+    """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
+    for k in range(len(q)):
+        body_positions(bodies, q[k], pose[k])
+        body_velocities(bodies, pose[k], v[k], vel[k])
+        body_accelerations(bodies, pose[k], vel[k], v[k], a[k], acc[k])

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
+
+from linkages.kernel import kernel
 
 Array = NDArray[np.float64]
 
@@ -38,6 +39,12 @@ def table(times: Sequence[float], values: Sequence[float]) -> PPoly:
     return PPoly(spline.c, spline.x)
 
 
+def monotone_table(times: Sequence[float], values: Sequence[float]) -> PPoly:
+    """Monotone cubic through a table (Fritsch and Butland, 1984): between two values it never leaves their range."""
+    curve = PchipInterpolator(times, values)
+    return PPoly(curve.c, curve.x)
+
+
 class Motions:
     """Several piecewise polynomials packed into arrays for `evaluate_motions`."""
 
@@ -63,12 +70,50 @@ class Motions:
         """Values, rates and second derivatives (nt, n) at the given times."""
         shape = (len(times), len(self.pieces))
         out = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        for k, t in enumerate(times):
-            evaluate_motions(*self.arrays, t, out[0][k], out[1][k], out[2][k])
+        _tabulate(*self.arrays, np.asarray(times, dtype=np.float64), *out)
         return out
 
 
-@njit(cache=True)
+@kernel
+def _tabulate(
+    breaks: Array,
+    coefficients: Array,
+    segments: NDArray[np.int64],
+    times: Array,
+    value: Array,
+    rate: Array,
+    acceleration: Array,
+) -> None:
+    """Fill value, rate and acceleration (nt, n) over time."""
+    for k in range(len(times)):
+        evaluate_motions(breaks, coefficients, segments, times[k], value[k], rate[k], acceleration[k])
+
+
+@kernel
+def _segment(breaks: Array, segments: NDArray[np.int64], i: int, t: float) -> int:
+    """Piece of polynomial i that holds at time t, by bisection."""
+    low, high = 0, segments[i]
+    while high - low > 1:
+        middle = (low + high) // 2
+        if t >= breaks[i, middle]:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def motion_value(breaks: Array, coefficients: Array, segments: NDArray[np.int64], i: int, t: float) -> float:
+    """Value of polynomial i alone; see `evaluate_motions`."""
+    k = _segment(breaks, segments, i, t)
+    s = t - breaks[i, k]
+    value = 0.0
+    for m in range(coefficients.shape[2]):
+        value = value * s + coefficients[i, k, m]
+    return value
+
+
+@kernel
 def evaluate_motions(
     breaks: Array,
     coefficients: Array,
@@ -80,9 +125,7 @@ def evaluate_motions(
 ) -> None:
     """Fill value, rate and acceleration (n,) at time t; the first and last pieces extend to all times."""
     for i in range(len(segments)):
-        k = 0
-        while k + 1 < segments[i] and t >= breaks[i, k + 1]:
-            k += 1
+        k = _segment(breaks, segments, i, t)
         s = t - breaks[i, k]
         p0, p1, p2 = 0.0, 0.0, 0.0
         for c in coefficients[i, k]:

@@ -25,6 +25,7 @@ def joint_reactions(
     gravity: Array,
     known: Mapping[str, tuple[Array, Array]],
     torques: Mapping[str, Array],
+    applied: Array,
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
     """Solve for the reactions of every joint whose force is not known.
 
@@ -37,6 +38,8 @@ def joint_reactions(
         Joint name to force (nt, 2) and couple (nt,) on its child at the joint on the child: clearance joints.
     torques : mapping
         Applied drive torque or force (nt,) of each powered joint. Those of the tree's driven joints are solved for.
+    applied : (nt, nb, 3) array
+        Wrenches of all other loads on the bodies.
 
     Returns
     -------
@@ -48,7 +51,7 @@ def joint_reactions(
         Drive force [N] or torque [N m] along each driven joint's coordinate.
     """
     nt, nb = pose.shape[:2]
-    rhs = _inertial_wrench(tree, pose, vel, acc, gravity)
+    rhs = _inertial_wrench(tree, pose, vel, acc, gravity) - applied
     columns: list[Array] = []
     owners: list[tuple[str, str, Array]] = []
 

@@ -15,6 +15,7 @@ BODY = np.dtype(
             ("type", "i8"),  # FIXED, REVOLUTE or PRISMATIC
             ("dof", "i8"),  # index of its coordinate in q and v; -1 if fixed
             ("driven", "i8"),  # index of the motion that prescribes it; -1 if free
+            ("moving", "i8"),  # whether a free joint carries it, directly or through its parents
             ("sign", "f8"),  # revolute: +1 if q turns the body counter-clockwise
             ("x", "f8"),  # joint in the parent's frame [m]
             ("y", "f8"),
@@ -68,6 +69,33 @@ ENDS = np.dtype(
             ("nx", "f8"),  # corner: normal into the wall, in the outer body's frame
             ("ny", "f8"),
             ("half", "f8"),  # corner: half the height of the block [m]
+        ],
+    )
+)
+
+#: Kinds of applied load.
+FORCE, TORQUE, SPRING, TORSION = 0, 1, 2, 3
+
+#: One applied load. A force acts at a point of body a, a torque on body a; their values over time are motions
+#: ``motion`` (and ``motion + 1``, a force's second component). A spring joins a point of body a to one of body b;
+#: a torsion spring turns body b against body a.
+LOAD = np.dtype(
+    (
+        np.record,
+        [
+            ("kind", "i8"),
+            ("a", "i8"),
+            ("b", "i8"),
+            ("ax", "f8"),  # point on body a, in its frame [m]
+            ("ay", "f8"),
+            ("bx", "f8"),
+            ("by", "f8"),
+            ("motion", "i8"),  # index of the value over time; -1 for springs
+            ("turns", "i8"),  # force: 1 if given in the body's axes, 0 if in plane axes
+            ("sign", "f8"),  # torsion: +1 if its angle grows with b's angle from a
+            ("stiffness", "f8"),  # [N/m], torsion [N m/rad]
+            ("free", "f8"),  # free length [m] or angle [rad]
+            ("damping", "f8"),  # [N s/m], torsion [N m s/rad]
         ],
     )
 )

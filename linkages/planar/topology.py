@@ -28,7 +28,9 @@ from linkages.planar.records import (
 Array = NDArray[np.float64]
 
 _TYPE = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
-_CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))  # of a block, along and across its slot
+_MOVING = list(BODY.names or ()).index("moving")
+#: Corners of a block, along and across its slot, in units of half its sides.
+CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Tree:
         result = []
         for name in self.play:
             if self.mechanism.joint[name].type == "prismatic":
-                result += [(name, f"{name}.corner{i + 1}") for i in range(len(_CORNERS))]
+                result += [(name, f"{name}.corner{i + 1}") for i in range(len(CORNERS))]
             else:
                 result.append((name, name))
         return tuple(result)
@@ -127,10 +129,16 @@ class Tree:
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
-            for x, y in _CORNERS:
+            for x, y in CORNERS:
                 corner = centre + 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
                 rows.append((CORNER, outer, inner, *middle, *corner, *(y * across), 0.5 * joint.slot.height))
         return np.array(rows, ENDS)
+
+    @cached_property
+    def free_dofs(self) -> NDArray[np.int64]:
+        """Coordinates that no drive prescribes, powered ones among them."""
+        driven = set(self.driven)
+        return np.array([i for i, name in enumerate(self.coordinates) if name not in driven], dtype=np.int64)
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
@@ -251,7 +259,7 @@ class _Builder:
     def __init__(self, mechanism: Mechanism, driven: tuple[str, ...]) -> None:
         self.mechanism = mechanism
         self.driven = driven
-        self.rows: list[tuple[float, ...]] = [(-1, FIXED, -1, -1, 1, 0, 0, 0, 0, 0, 0, 0, 0)]
+        self.rows: list[tuple[float, ...]] = [(-1, FIXED, -1, -1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0)]
         self.index = {"world": 0}
         self.drawn = [np.zeros(2)]
         self.coordinates: list[str] = []
@@ -322,5 +330,6 @@ class _Builder:
             link = self.mechanism.link[link_name]
             mass, com, inertia = link.mass, link.com - drawn, link.inertia
             self.index[link_name] = len(self.rows)
-        self.rows.append((parent, kind, dof, motion, sign, *at, *direction, mass, *com, inertia))
+        moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
+        self.rows.append((parent, kind, dof, motion, moving, sign, *at, *direction, mass, *com, inertia))
         self.drawn.append(np.array(drawn))

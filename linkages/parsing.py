@@ -1,0 +1,36 @@
+"""Command lines: errors of one line that name the nearest valid word."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from linkages.errors import InputError, nearest
+
+
+class Parser(argparse.ArgumentParser):
+    """`argparse.ArgumentParser` with our manners: examples keep their lines, errors are `InputError`."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{"formatter_class": argparse.RawDescriptionHelpFormatter} | settings)
+
+    def error(self, message: str) -> NoReturn:
+        """Raise what is wrong with the command line."""
+        raise InputError(self.prog, "", f"{message}; see {self.prog} --help")
+
+    def parse_known_args(  # type: ignore[override]  # argparse tells namespaces of several types apart
+        self, args: Sequence[str] | None = None, namespace: Any = None
+    ) -> Any:
+        """Parse; what is not known is an error here, where the valid options are known, and not further up."""
+        options, extra = super().parse_known_args(args, namespace)
+        for word in extra:
+            if word.startswith("-"):
+                # argparse has no public list of its options
+                known = [name for name in self._option_string_actions if name.startswith("--")]
+                raise InputError(
+                    self.prog, word.partition("=")[0], f"is unknown; {nearest(word.partition('=')[0], known)}"
+                )
+        if extra:
+            raise InputError(self.prog, extra[0], f"is one argument too many; see {self.prog} --help")
+        return options, extra

@@ -1,0 +1,171 @@
+"""Generalised forces of loads, drives and ideal loops at a state, for a simulator that integrates all coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import kernel
+from linkages.planar.dynamics import Workspace, accelerate, generalized_force, inertial_load, workspace
+from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
+from linkages.planar.loads import Loads, load_wrenches
+from linkages.planar.motion import evaluate_motions
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def constrained_dynamics(
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    stabilisation: float,
+    gravity: Array,
+    q: Array,
+    v: Array,
+    wrench: Array,
+    tau: Array,
+    acceleration: Array,
+    reaction: Array,
+) -> None:
+    """Accelerations, drive forces and loop reactions at a state; see `accelerate`.
+
+    Parameters
+    ----------
+    wrench : (nb, 3) array
+        Applied wrenches on the bodies.
+    tau : (n,) array
+        Applied generalised forces of free joints; on return, of prescribed joints, the force they need.
+    acceleration : (n,) array
+        Prescribed accelerations; on return all of them.
+    reaction : (nr,) array
+        Filled with the size of each row's reaction.
+    """
+    work = workspace(len(bodies), len(q), len(rows))
+    work.v[:] = v
+    work.tau[:] = tau
+    work.wrench[:] = wrench
+    for i in range(len(bodies)):
+        if bodies[i].driven >= 0:
+            work.a[bodies[i].dof] = acceleration[bodies[i].dof]
+    body_positions(bodies, q, work.pose)
+    body_velocities(bodies, work.pose, v, work.vel)
+    accelerate(bodies, rows, stabilisation, gravity, work)
+    acceleration[:] = work.a
+    reaction[:] = work.reaction
+    needed = np.zeros(len(q))
+    required_forces(bodies, rows, gravity, work, needed)
+    for i in range(len(bodies)):
+        if bodies[i].driven >= 0:
+            tau[bodies[i].dof] = needed[bodies[i].dof]
+
+
+@kernel
+def required_forces(
+    bodies: NDArray[np.record], rows: NDArray[np.record], gravity: Array, work: Workspace, force: Array
+) -> None:
+    """Add to ``force`` (n,) the generalised forces that the accelerations found by `accelerate` require.
+
+    Those of free joints are the applied ones again.
+    """
+    inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], work.pose, -work.reaction[k], work.load)
+    generalized_force(bodies, work.pose, work.load, force)
+
+
+@kernel
+def driven_forces(
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    stabilisation: float,
+    gravity: Array,
+    driven: NDArray[np.int64],
+    motion: tuple[Array, Array, NDArray[np.int64]],
+    powered: NDArray[np.int64],
+    torque: tuple[Array, Array, NDArray[np.int64]],
+    loads: Loads,
+    t: float,
+    state: Array,
+    positions: NDArray[np.int64],
+    rates: NDArray[np.int64],
+    applied: Array,
+    into: NDArray[np.int64],
+    size: int,
+) -> tuple[Array, Array]:
+    """Compute forces of applied loads, drives and loops at a state, added to those already applied.
+
+    Parameters
+    ----------
+    stabilisation : float
+        Rate [1/s] at which deviations of drives and loops decay.
+    driven, powered : arrays of int
+        Coordinates of the prescribed joints, and of those with an applied torque.
+    motion, torque
+        Their motions and torques over time, as `Motions.arrays`.
+    loads : tuple
+        Applied loads; see `linkages.planar.loads`.
+    state, positions, rates, into
+        As for `linkages.planar.clearance.clearance_forces`.
+    applied : (nv,) or longer array
+        All other generalised forces, and whatever comes after them.
+    size : int
+        nv.
+
+    Returns
+    -------
+    total : (nv,) array
+        `applied` plus the forces of loads, drives and loops.
+    drive : (nd,) array
+        Torque or force of each drive, prescribed ones first.
+    """
+    nd, np_, n = len(driven), len(powered), len(into)
+    q, v, tau = state[positions], state[rates], applied[into]
+    if len(loads[0]):
+        add_load_forces(bodies, loads, t, q, v, tau)
+    drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))
+    evaluate_motions(torque[0], torque[1], torque[2], t, drive[nd:], one, two)
+    for k in range(np_):
+        tau[powered[k]] += drive[nd + k]
+    value = np.empty(nd)
+    evaluate_motions(motion[0], motion[1], motion[2], t, value, one, two)
+    acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
+    for k in range(nd):
+        d = driven[k]
+        lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
+        acceleration[d] = two[k] + stabilisation * lag
+    constrained_dynamics(
+        bodies, rows, stabilisation, gravity, q, v, np.zeros((len(bodies), 3)), needed, acceleration, reaction
+    )
+    for k in range(nd):
+        drive[k] = needed[driven[k]] - tau[driven[k]]
+        tau[driven[k]] = needed[driven[k]]
+    if len(rows):
+        add_loop_forces(bodies, rows, q, reaction, tau)
+    total = applied[:size].copy()
+    total[into] = tau
+    return total, drive
+
+
+@kernel
+def add_load_forces(
+    bodies: NDArray[np.record], loads: Loads, t: float, q: Array, v: Array, force: Array
+) -> None:
+    """Add the generalised forces of the applied loads to ``force`` (n,)."""
+    nb = len(bodies)
+    pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
+    body_positions(bodies, q, pose)
+    body_velocities(bodies, pose, v, vel)
+    load_wrenches(loads, t, pose, vel, wrench)
+    generalized_force(bodies, pose, wrench, force)
+
+
+@kernel
+def add_loop_forces(
+    bodies: NDArray[np.record], rows: NDArray[np.record], q: Array, reaction: Array, force: Array
+) -> None:
+    """Add J^T lambda of the loop reactions to ``force`` (n,)."""
+    pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
+    body_positions(bodies, q, pose)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, reaction[k], wrench)
+    generalized_force(bodies, pose, wrench, force)
