@@ -1,0 +1,82 @@
+"""Named tuples by reference, for compiled code that hands many arrays from function to function.
+
+Numba hands a named tuple over by value, every array as seven words or more, and counts references to each array with
+atomic operations. For the small kernels here that costs more than their arithmetic, and most of the compiler's time. A
+reference is one pointer; its attributes are those of the named tuple, loaded where they are used, nested named tuples
+as references again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.datamodel import models, register_default
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic
+
+
+class Reference(types.Type):
+    """Type of a reference to a named tuple."""
+
+    def __init__(self, target: Any) -> None:
+        self.target = target
+        super().__init__(name=f"Reference({target})")
+
+
+@register_default(Reference)
+class _ReferenceModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Reference) -> None:
+        super().__init__(manager, kind, manager.lookup(kind.target).get_value_type().as_pointer())
+
+
+@infer_getattr
+class _ReferenceAttributes(AttributeTemplate):
+    key = Reference
+
+    def generic_resolve(self, kind: Reference, name: str) -> Any:  # type: ignore[override]
+        """Return the type of a field."""
+        if name not in kind.target.fields:
+            return None
+        field = tuple(kind.target)[kind.target.fields.index(name)]
+        return Reference(field) if isinstance(field, types.BaseNamedTuple) else field
+
+
+@lower_getattr_generic(Reference)
+def _load_field(context: Any, builder: Any, kind: Reference, value: Any, name: str) -> Any:
+    index = kind.target.fields.index(name)
+    field = tuple(kind.target)[index]
+    pointer = cgutils.gep_inbounds(builder, value, 0, index)
+    if isinstance(field, types.BaseNamedTuple):
+        return pointer
+    return _without_owner(context, builder, field, builder.load(pointer))
+
+
+def _without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Take an array's reference to its owner away, so that nothing is counted."""
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value=value)
+        array.meminfo = ir.Constant(array.meminfo.type, None)
+        return array._getvalue()
+    return value
+
+
+@intrinsic
+def _reference(typing: Any, value: Any) -> Any:
+    """Return a reference to a named tuple, valid in the calling function and in those it calls.
+
+    The caller keeps the arrays alive: the named tuple is made of its own arguments, or of variables used later.
+    """
+    if not isinstance(value, types.BaseNamedTuple):
+        return None
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return cgutils.alloca_once_value(builder, arguments[0])
+
+    return Reference(value)(value), code
+
+
+#: ``reference(value)`` within compiled code; see `_reference`.
+reference: Callable[[Any], Any] = _reference  # type: ignore[assignment]

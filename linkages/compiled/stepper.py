@@ -1,0 +1,122 @@
+"""What a method keeps between two attempts at a step, and what a driver tells it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import kernel
+
+Array = NDArray[np.float64]
+
+
+class Stepper(NamedTuple):
+    """Arrays of a method for n equations, the same for all methods.
+
+    Attributes
+    ----------
+    new, f0, f1 : (n,) arrays
+        State at the attempt's end, derivatives at its start and end.
+    scale : (n,) array
+        What an error of 1 is, for each entry.
+    stages : (6, n) array
+        Derivatives at the stages.
+    trial : (n,) array
+        State at a stage.
+    z, last : (3, n) arrays
+        Stages less the state at the step's start, of this step and of the last one; or what `hint` gave.
+    w1, w2, jacobian, real, complex, pivots, pivots2, r1, r2
+        Of an implicit method's Newton iteration.
+    memory : (6,) array
+        `LAST`, `FACTORED`: sizes of the last accepted step, and of the step of the factors, 0 if there are none;
+        `ERROR` of the last accepted step; `CURRENT`: whether the Jacobian is of the present state; `PREDICTS`: what
+        `last` holds; `COUNT` of evaluations.
+    """
+
+    new: Array
+    f0: Array
+    f1: Array
+    scale: Array
+    stages: Array
+    trial: Array
+    z: Array
+    last: Array
+    w1: Array
+    w2: NDArray[np.complex128]
+    jacobian: Array
+    real: Array
+    complex: NDArray[np.complex128]
+    pivots: NDArray[np.int64]
+    pivots2: NDArray[np.int64]
+    r1: Array
+    r2: NDArray[np.complex128]
+    memory: Array
+
+
+LAST, FACTORED, ERROR, CURRENT, PREDICTS, COUNT = range(6)
+#: What `Stepper.last` holds: nothing of use, the last step's stages, a hint.
+NOTHING, STAGES, HINT = 0.0, 1.0, 2.0
+
+
+def make_stepper(n: int) -> Stepper:
+    """Make the arrays for n equations."""
+    return Stepper(
+        new=np.zeros(n),
+        f0=np.zeros(n),
+        f1=np.zeros(n),
+        scale=np.zeros(n),
+        stages=np.zeros((6, n)),
+        trial=np.zeros(n),
+        z=np.zeros((3, n)),
+        last=np.zeros((3, n)),
+        w1=np.zeros(n),
+        w2=np.zeros(n, np.complex128),
+        jacobian=np.zeros((n, n)),
+        real=np.zeros((n, n)),
+        complex=np.zeros((n, n), np.complex128),
+        pivots=np.zeros(n, np.int64),
+        pivots2=np.zeros(n, np.int64),
+        r1=np.zeros(n),
+        r2=np.zeros(n, np.complex128),
+        memory=np.zeros(6),
+    )
+
+
+@kernel
+def copy(source: Array, target: Array) -> None:
+    """Copy the entries of a vector; compiles in a fraction of the time that numba's assignment takes."""
+    for i in range(len(source)):
+        target[i] = source[i]
+
+
+@kernel
+def restart(s: Stepper) -> None:
+    """Forget what belongs to another state: Jacobian and prediction."""
+    s.memory[LAST] = 0.0
+    s.memory[FACTORED] = 0.0
+    s.memory[CURRENT] = 0.0
+    s.memory[PREDICTS] = NOTHING
+
+
+@kernel
+def accept(s: Stepper, h: float, error: float) -> None:
+    """Take note that the attempt was accepted."""
+    for stage in range(3):
+        copy(s.z[stage], s.last[stage])
+    s.memory[LAST] = h
+    s.memory[ERROR] = error
+    s.memory[PREDICTS] = STAGES
+    s.memory[CURRENT] = 0.0
+    copy(s.f1, s.f0)
+
+
+@kernel
+def hint(s: Stepper, y: Array, size: float, end: Array, slope: Array) -> None:
+    """Tell of a state and its slope that are known at a distance `size` from y."""
+    for i in range(len(y)):
+        s.last[0, i] = end[i] - y[i]
+        s.last[1, i] = slope[i]
+    s.memory[LAST] = size
+    s.memory[PREDICTS] = HINT
