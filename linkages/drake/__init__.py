@@ -8,11 +8,17 @@
 | diagram   | `add_linkage`, `build_diagram`: the systems connected                             |
 | simulation | a run of the diagram as a `Trajectory`                                            |
 | animate   | Meshcat recording of a run                                                        |
+| magnified | what the magnified views in that recording share: frames, arrows, spots           |
+| joint_view, guide_view | journals in bearings, blocks in slots, magnified                     |
+| captions  | text over that recording: labels, clock, legend                                   |
+| visuals   | what links look like whose SDF file does not say                                  |
+| picture   | a diagram drawn, or its connections as a table                                    |
 
 Monogram notation for frames as in Drake: X_WB is the pose of B in W.
 """
 
 from linkages.drake.diagram import Linkage, add_linkage, build_diagram
+from linkages.drake.picture import picture
 from linkages.drake.simulation import simulate
 
-__all__ = ["Linkage", "add_linkage", "build_diagram", "simulate"]
+__all__ = ["Linkage", "add_linkage", "build_diagram", "picture", "simulate"]

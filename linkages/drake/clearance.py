@@ -17,9 +17,8 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
-from linkages.laws import FILMS, FRICTIONS
-from linkages.laws.film import THINNEST
-from linkages.laws.film_map import table_limit
+from linkages.joint_parameters import film_limits
+from linkages.laws import FRICTIONS
 from linkages.laws.parameters import MODELS
 from linkages.planar.clearance import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
 from linkages.planar.topology import Tree
@@ -40,17 +39,17 @@ class ClearanceJoints(LeafSystem):
 
     Ports
     -----
-    state : input, (nx,)
-        State [q; v] of the plant.
-    evaluation : output, (nv + WIDTH nc,)
-        Generalised forces, then `CLEARANCE_OUTPUTS` of each contact (a journal has one, a guide four): for `Drives`, a
-        callback cheaper than ``generalized_force``.
-    generalized_force : output, (nv,)
-        For the plant's applied generalised forces [N m, N].
-    joints : output, (len(JOINT_OUTPUTS) nc,)
-        For each contact `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and couple on
-        it [N m]; penetration [m], its rate and the sliding speed [m/s]; rate of the bristles [m/s]; eccentricity
-        ratio [1]; attitude angle of the eccentricity [rad]. Plane axes.
+    - ``state``: input, (nx,).
+      State [q; v] of the plant.
+    - ``evaluation``: output, (nv + WIDTH nc,).
+      Generalised forces, then `CLEARANCE_OUTPUTS` of each contact (a journal has one, a guide four): for `Drives`, a
+      callback cheaper than ``generalized_force``.
+    - ``generalized_force``: output, (nv,).
+      For the plant's applied generalised forces [N m, N].
+    - ``joints``: output, (len(JOINT_OUTPUTS) nc,).
+      For each contact `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and couple on
+      it [N m]; penetration [m], its rate and the sliding speed [m/s]; rate of the bristles [m/s]; eccentricity
+      ratio [1]; attitude angle of the eccentricity [rad]. Plane axes.
 
     The laws are evaluated once for each state: the other ports read the cached value of ``evaluation``.
 
@@ -91,10 +90,7 @@ class ClearanceJoints(LeafSystem):
         self._q, self._v, self._into = positions, num_positions + velocities, velocities
         self._size = num_velocities
         #: Largest eccentricity ratio of each contact that its film covers.
-        self.film_limits = np.full(len(laws), 1.0 - THINNEST)
-        for k in np.flatnonzero(laws["film"] == FILMS["finite"].code):
-            if tables.shape[1]:
-                self.film_limits[k] = min(self.film_limits[k], table_limit(tables[k]))
+        self.film_limits = film_limits(laws, tables)
         self._touching = np.flatnonzero(laws["model"] != MODELS["lubricated"])
         self._lugre = np.flatnonzero(laws["friction"] == FRICTIONS["lugre"].code)
         self._no_memory = np.zeros((len(laws), 2))

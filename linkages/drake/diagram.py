@@ -16,6 +16,7 @@ from linkages.drake.drives import Drives
 from linkages.drake.plant import Indices, add_tree, state_indices
 from linkages.experiment import Experiment
 from linkages.joint_parameters import film_tables, law_parameters
+from linkages.loads import pack_loads
 from linkages.mechanism import Mechanism
 from linkages.planar.motion import Motions
 
@@ -92,21 +93,30 @@ def add_linkage(
     direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0
     drives = builder.AddSystem(
-        Drives(tree, assembly.motions, torques, gravity, experiment.solver.stabilisation, *order, extra)
+        Drives(
+            tree,
+            assembly.motions,
+            torques,
+            pack_loads(tree, experiment),
+            gravity,
+            experiment.solver.stabilisation,
+            *order,
+            extra,
+        )
     )
     builder.Connect(state, drives.get_state_input_port())
     builder.Connect(drives.get_force_output_port(), plant.get_applied_generalized_force_input_port())
     if direct is not None:
         builder.Connect(direct, drives.get_applied_input_port())
     elif clearance is not None:
-        adder = builder.AddSystem(Adder(2, plant.num_velocities()))
+        adder = builder.AddNamedSystem("applied_forces", Adder(2, plant.num_velocities()))
         builder.Connect(clearance.get_force_output_port(), adder.get_input_port(0))
         builder.Connect(adder.get_output_port(), drives.get_applied_input_port())
         port = adder.get_input_port(1)
     elif external:
         port = drives.get_applied_input_port()
     else:
-        nothing = builder.AddSystem(ConstantVectorSource(np.zeros(plant.num_velocities())))
+        nothing = builder.AddNamedSystem("no_forces", ConstantVectorSource(np.zeros(plant.num_velocities())))
         builder.Connect(nothing.get_output_port(), drives.get_applied_input_port())
     return Linkage(assembly, plant, scene_graph, clearance, drives, port, positions, velocities)
 

@@ -1,4 +1,4 @@
-"""Drives and closing joints as a Drake system."""
+"""Drives, closing joints and applied loads as a Drake system."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
-from linkages.planar.dynamics import driven_forces
+from linkages.planar.driven import driven_forces
 from linkages.planar.kinematics import body_positions, row_value
+from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.topology import Tree
 
@@ -16,24 +17,25 @@ Indices = NDArray[np.int64]
 
 
 class Drives(LeafSystem):
-    """Torques of the drives and reactions of the ideal joints that close loops.
+    """Torques of the drives, reactions of the ideal joints that close loops, and applied loads.
 
     No joint of a continuous plant can follow a function of time, and no loop can be closed in it. Both are exact
     here: the drive torques and loop reactions that keep driven joints at their prescribed accelerations and cut
     joints closed follow from the equations of motion (hybrid articulated-body dynamics, with multipliers for the
     loops) and are applied as generalised forces. A feedback with both roots at `stabilisation` removes drift.
+    The experiment's applied loads act here too, so that drives and loops know of them.
 
     Ports
     -----
-    state : input, (nx,)
-        State [q; v] of the plant.
-    applied : input, (nv + extra,)
-        Every other generalised force that acts on the plant; from `ClearanceJoints`, or summed with the user's own.
-        Entries after the first nv are not read.
-    generalized_force : output, (nv,)
-        `applied` plus the forces of drives and loops: for the plant's applied generalised forces.
-    torques : output, (nd,)
-        Torque [N m] or force [N] of each drive: prescribed ones first, then the powered ones.
+    - ``state``: input, (nx,).
+      State [q; v] of the plant.
+    - ``applied``: input, (nv + extra,).
+      Every other generalised force that acts on the plant; from `ClearanceJoints`, or summed with the user's own.
+      Entries after the first nv are not read.
+    - ``generalized_force``: output, (nv,).
+      `applied` plus the forces of loads, drives and loops: for the plant's applied generalised forces.
+    - ``torques``: output, (nd,).
+      Torque [N m] or force [N] of each drive: prescribed ones first, then the powered ones.
 
     Parameters
     ----------
@@ -42,6 +44,8 @@ class Drives(LeafSystem):
         Of the driven joints.
     torques : Motions
         Torque histories of the powered joints.
+    loads : tuple
+        Applied loads; see `linkages.loads.pack_loads`.
     gravity : (2,) array
         In plane axes [m/s^2]; must be the plant's.
     stabilisation : float
@@ -57,6 +61,7 @@ class Drives(LeafSystem):
         tree: Tree,
         motions: Motions,
         torques: Motions,
+        loads: Loads,
         gravity: Array,
         stabilisation: float,
         positions: Indices,
@@ -71,6 +76,7 @@ class Drives(LeafSystem):
         self._tree = tree
         self._motion, self._torque = motions.arrays, torques.arrays
         self._model = (tree.bodies, tree.loop_rows, stabilisation, np.asarray(gravity, float))
+        self._loads = loads
         self._driven, self._powered = tree.driven_dofs, tree.powered_dofs
         self._size = num_velocities
         self._q, self._v, self._into = positions, num_positions + velocities, velocities
@@ -115,6 +121,7 @@ class Drives(LeafSystem):
             self._motion,
             self._powered,
             self._torque,
+            self._loads,
             context.get_time(),
             self._state.Eval(context),
             self._q,

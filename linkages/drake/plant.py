@@ -12,6 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 from scipy.spatial.transform import Rotation
 
+from linkages.drake.visuals import skeleton
 from linkages.planar.topology import Tree
 
 Array = NDArray[np.float64]
@@ -22,7 +23,8 @@ def tree_sdf(tree: Tree) -> str:
     """Write the spanning tree as plain SDFormat: no cut joints, no annotations, no frames to resolve.
 
     Links stand where the tree puts them at zero coordinates: as drawn, but shifted so that every joint of the
-    tree is closed. Visuals are passed on; collision geometry is not (contact is the joint laws' business).
+    tree is closed. Visuals are passed on, or made where a link has none; collision geometry is not passed on
+    (contact is the joint laws' business).
     """
     mechanism = tree.mechanism
     root = ET.Element("sdf", version="1.9")
@@ -39,7 +41,7 @@ def tree_sdf(tree: Tree) -> str:
             "ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2),
         }.items():  # fmt: skip
             ET.SubElement(tensor, key).text = repr(float(link.inertia_local[i, j]))
-        for visual in link.visuals:
+        for visual in link.visuals or skeleton(mechanism, link, tree.extent):
             element.append(ET.fromstring(visual))
     for edge in tree.edges.values():
         joint = mechanism.joint[edge.joint]

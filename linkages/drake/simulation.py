@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ _SMALLEST_STEP = 1e-11  # of the duration: below it the run has collapsed
 _EVENT_ACCURACY = 1e-3  # of the accuracy: with what contacts are located
 _SHRUNK = 0.5  # of the step before: below it the integrator's matrices are dropped
 _SMALL, _PATIENCE = 1e-2, 50  # with contacts: as many steps below this part of the largest one
+_BETWEEN = 1e-2  # of the accuracy: for what is integrated again between two steps
+_FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 _IMPLICIT = ("radau3", "radau1", "implicit_euler")
 
 
@@ -59,11 +62,11 @@ def simulate(
     simulator.set_monitor(watch)
     status = Status.OK
     try:
-        _advance(simulator, integrator, watch, experiment.duration)
+        _advance(simulator, integrator, watch.steps, experiment.duration)
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     except RuntimeError as problem:  # Drake gives these failures no type of their own
-        if "step size" not in str(problem) and "NaN" not in str(problem):
+        if not any(words in str(problem) for words in ("step size", "select step", "NaN")):
             raise
         status = Status.STEP_SIZE_COLLAPSE
     if watch.status is not Status.OK:
@@ -71,12 +74,15 @@ def simulate(
     provenance = {
         "engine": "drake",
         "steps": len(watch.times) - 1,
-        "evaluations": watch.evaluations + int(integrator.get_num_derivative_evaluations()),
+        "evaluations": watch.steps.evaluations + int(integrator.get_num_derivative_evaluations()),
         "wall_time": clock.perf_counter() - started,
         "loop_error": watch.loop_error,
     }
     recorder = _Recorder(diagram, linkage, experiment, watch)
-    return sample(recorder.times, recorder, status, provenance)
+    trajectory = sample(recorder.times, recorder, status, provenance)
+    if status is Status.STEP_SIZE_COLLAPSE:  # nor can its last steps be integrated again
+        trajectory = replace(trajectory, evaluate=None)
+    return trajectory
 
 
 def _set_up(simulator: Simulator, experiment: Experiment) -> IntegratorBase:
@@ -89,8 +95,8 @@ def _set_up(simulator: Simulator, experiment: Experiment) -> IntegratorBase:
     return integrator
 
 
-def _advance(simulator: Simulator, integrator: IntegratorBase, watch: _Watch, end: float) -> None:
-    """Advance to the end, or to where the watch ends the run.
+def _advance(simulator: Simulator, integrator: IntegratorBase, steps: _Steps, end: float) -> None:
+    """Advance to the end, or to where the simulator's monitor, which looks at the steps, ends the run.
 
     Drake's implicit integrators keep their iteration matrix while Newton's method seems to converge, even when the
     step has shrunk since; with a film's stiffness the iteration then stops short, the error estimate stays large and
@@ -99,11 +105,45 @@ def _advance(simulator: Simulator, integrator: IntegratorBase, watch: _Watch, en
     simulator.Initialize()
     while True:
         simulator.AdvanceTo(end)
-        if simulator.get_context().get_time() >= end or not watch.wants_fresh_matrices:
+        if simulator.get_context().get_time() >= end or not steps.stuck:
             return
-        watch.evaluations += int(integrator.get_num_derivative_evaluations())
-        integrator.request_initial_step_size_target(watch.last_step)
+        steps.evaluations += int(integrator.get_num_derivative_evaluations())
+        integrator.request_initial_step_size_target(steps.last)
         simulator.Initialize()
+
+
+class _Steps:
+    """Looks at the lengths of steps: whether those of an implicit scheme shrink for no good reason (`_advance`)."""
+
+    def __init__(self, linkage: Linkage, experiment: Experiment) -> None:
+        joints = [experiment.joints[name] for name, _ in linkage.assembly.tree.contacts]
+        self._contacts_end_steps = any(joint.can_touch for joint in joints)
+        self._implicit = experiment.integrator in _IMPLICIT
+        self._small = _SMALL * experiment.max_step
+        self.evaluations = 0  # of the derivatives, before the matrices were dropped
+        self.begin(0.0, 0.0)
+
+    def begin(self, time: float, asked: float) -> None:
+        """Forget the steps before; the next one is asked to be so long."""
+        self.time, self.last, self.stuck = time, asked, False
+        self._crawling = 0
+
+    def take(self, time: float) -> None:
+        """Look at the step that ends at a time."""
+        self.stuck = False
+        if time > self.time:  # else initialised anew
+            before, self.last, self.time = self.last, time - self.time, time
+            self.stuck = self._implicit and self._shrank(before)
+
+    def _shrank(self, before: float) -> bool:
+        """Whether steps shrank; where contacts end steps, only if they stay small."""
+        if not self._contacts_end_steps:
+            return self.last < _SHRUNK * before
+        self._crawling = self._crawling + 1 if self.last < self._small else 0
+        if self._crawling < _PATIENCE:
+            return False
+        self._crawling = 0
+        return True
 
 
 class _Watch:
@@ -115,9 +155,7 @@ class _Watch:
         self.linkage, self.progress = linkage, progress
         self.status = Status.OK
         self.loop_error = 0.0
-        self.evaluations = 0
-        self.last_step = 0.0
-        self.wants_fresh_matrices = False
+        self.steps = _Steps(linkage, experiment)
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
@@ -129,17 +167,12 @@ class _Watch:
         self._has_loops = bool(linkage.assembly.tree.loops)
         joints = [experiment.joints[name] for name, _ in contacts]
         self._film_alone = np.array([not joint.can_touch for joint in joints], dtype=bool)
-        self._implicit = experiment.integrator in _IMPLICIT
-        self._small = _SMALL * experiment.max_step
-        self._crawling = 0
 
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
         if self.times and time == self.times[-1]:  # initialised anew
             return EventStatus.DidNothing()
-        step = time - self.times[-1] if self.times else 0.0
-        self.wants_fresh_matrices = self._implicit and self._is_stuck(step)
-        self.last_step = step
+        self.steps.take(time)
         self.times.append(time)
         self.states.append(root.get_continuous_state_vector().CopyToVector())
         self.memories.append(
@@ -156,22 +189,17 @@ class _Watch:
             outside = self._film_alone & (np.hypot(joints[:, 0], joints[:, 1]) >= self._limit)
             if outside.any():
                 self.status = Status.JOURNAL_LEFT_BEARING
-                self.wants_fresh_matrices = False
+                self.steps.stuck = False
                 name = linkage.clearance.joints[int(np.argmax(outside))]
                 return EventStatus.ReachedTermination(linkage.clearance, f"journal {name} left its bearing")
-        if self.wants_fresh_matrices:
-            return EventStatus.ReachedTermination(linkage.drives, "the step shrank")
-        return EventStatus.DidNothing()
+        return _unless_stuck(self.steps, linkage)
 
-    def _is_stuck(self, step: float) -> bool:
-        """Whether steps shrank for no good reason; where contacts end steps, only if they stay small."""
-        if self._film_alone.all():
-            return step < _SHRUNK * self.last_step
-        self._crawling = self._crawling + 1 if step < self._small else 0
-        if self._crawling < _PATIENCE:
-            return False
-        self._crawling = 0
-        return True
+
+def _unless_stuck(steps: _Steps, linkage: Linkage) -> EventStatus:
+    """Return what a monitor does."""
+    if steps.stuck:
+        return EventStatus.ReachedTermination(linkage.drives, "the step shrank")
+    return EventStatus.DidNothing()
 
 
 class _Recorder:
@@ -189,6 +217,11 @@ class _Recorder:
         self.diagram, self.linkage, self.experiment = diagram, linkage, experiment
         self.simulator = Simulator(diagram)
         self.integrator = _set_up(self.simulator, experiment)
+        self.steps = _Steps(linkage, experiment)
+        self.simulator.set_monitor(self._look)
+        # a short step lets through errors of the velocities that a long one damps: they would show in a film's force
+        accuracy = experiment.solver.accuracy
+        self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
 
     def __call__(self, times: Array) -> Columns:
         linkage, root = self.linkage, self.simulator.get_mutable_context()
@@ -216,14 +249,25 @@ class _Recorder:
 
     def _go_to(self, t: float) -> None:
         """Put the simulator's context at time t."""
-        root = self.simulator.get_mutable_context()
         step = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
+        try:
+            self._advance_from(step, t, self.accuracy)
+        except RuntimeError:  # too much asked where the laws are nearly singular: as the run itself did
+            self._advance_from(step, t, self.experiment.solver.accuracy)
+
+    def _advance_from(self, step: int, t: float, accuracy: float) -> None:
+        root = self.simulator.get_mutable_context()
         root.SetTime(self.times[step])
         root.SetContinuousState(self.states[step])
         if self.memories[step] is not None:
             root.SetDiscreteState(self.memories[step])
         if t > self.times[step]:
-            smallest = self.integrator.get_requested_minimum_step_size()
-            self.integrator.request_initial_step_size_target(max(t - self.times[step], smallest))
-            self.simulator.Initialize()
-            self.simulator.AdvanceTo(t)
+            self.integrator.set_target_accuracy(accuracy)
+            asked = max(t - self.times[step], self.integrator.get_requested_minimum_step_size())
+            self.integrator.request_initial_step_size_target(asked)
+            self.steps.begin(self.times[step], asked)
+            _advance(self.simulator, self.integrator, self.steps, t)
+
+    def _look(self, root: Context) -> EventStatus:
+        self.steps.take(root.get_time())
+        return _unless_stuck(self.steps, self.linkage)

@@ -1,0 +1,87 @@
+"""Text over a Meshcat recording: Meshcat itself cannot draw any.
+
+A small script is added to the page. It finds where the camera sees the anchors of the labels, and writes there what
+belongs to the frame that is shown.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text at a place in the scene.
+
+    Attributes
+    ----------
+    anchor : str
+        Meshcat path of the place.
+    title : str
+    lines : list of str
+        What is written below the title, one for each frame.
+    """
+
+    anchor: str
+    title: str
+    lines: list[str]
+
+
+def add_captions(page: str, labels: list[Label], clock: list[str], legend: str) -> str:
+    """Return the page of a recording with labels, a clock (one text for each frame) and a legend."""
+    data = json.dumps(
+        {
+            "labels": [
+                {"path": label.anchor.strip("/").split("/"), "title": label.title, "lines": label.lines}
+                for label in labels
+            ],
+            "clock": clock,
+            "legend": legend,
+        }
+    ).replace("</", "<\\/")
+    head, found, tail = page.rpartition("</body>")
+    if not found:
+        raise ValueError("the recording has no body to write captions into")
+    return f"{head}{_CAPTIONS.replace('@DATA@', data)}{found}{tail}"
+
+
+_CAPTIONS = """<style>
+.caption { position: fixed; color: #1a1a1a; font: 13px/1.35 system-ui, sans-serif; pointer-events: none; }
+.caption b { font-size: 15px; }
+.caption.label { transform: translate(-50%, -100%); text-align: center; white-space: nowrap; padding-bottom: 4px; }
+#notes { left: 12px; bottom: 8px; max-width: 92vw; }
+</style>
+<div class="caption" id="notes"><b></b><br><span></span></div>
+<script>
+(() => {
+  const data = @DATA@;
+  const [clock, legend] = [document.querySelector("#notes b"), document.querySelector("#notes span")];
+  legend.textContent = data.legend;
+  const labels = data.labels.map((label) => {
+    const box = document.createElement("div");
+    box.className = "caption label";
+    const [title, line] = [document.createElement("b"), document.createElement("div")];
+    title.textContent = label.title;
+    box.append(title, line);
+    document.body.append(box);
+    return {box, line, lines: label.lines, node: () => viewer.scene_tree.find(label.path).object};
+  });
+  const point = new MeshCat.THREE.Vector3();
+  function write() {
+    const length = viewer.animator.duration || 1;
+    const frame = Math.min(Math.round(viewer.animator.time / length * (data.clock.length - 1)), data.clock.length - 1);
+    clock.textContent = data.clock[frame];
+    const [width, height] = [innerWidth, innerHeight];
+    for (const label of labels) {
+      label.line.textContent = label.lines[frame];
+      label.node().getWorldPosition(point).project(viewer.camera);
+      label.box.style.left = `${(point.x + 1) / 2 * width}px`;
+      label.box.style.top = `${(1 - point.y) / 2 * height}px`;
+    }
+    requestAnimationFrame(write);
+  }
+  requestAnimationFrame(write);
+})();
+</script>
+"""
