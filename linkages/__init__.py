@@ -5,22 +5,32 @@
 | mechanism        | SDFormat file -> `Mechanism`, validated (sdf_reader reads the file itself)       |
 | experiment       | TOML file -> `Experiment`; values replaced by dotted path                        |
 | schema           | the tables of an experiment: drives, joint models, settings                      |
+| load_tables      | the tables of applied loads: forces, torques, springs                            |
 | toml_tables      | TOML files as typed tables, comments as sources, errors in one line              |
 | laws             | force laws of a clearance joint: scalar, pure, compiled                          |
 | joint_parameters | an experiment's joint models -> the records that the laws read                   |
+| loads            | applied loads: names checked, packed into the records that the kernels read      |
 | planar           | planar multibody kernels: spanning tree, kinematics, dynamics, closure           |
 | assembly         | loop closure, consistent initial state, ideal motion over time                   |
 | drake            | the Drake engine: plant, `ClearanceJoints`, `Drives`, simulation, animation      |
+| compiled         | the compiled engine: integrators, batches                                        |
 | flexible         | the 3-RRR robot with flexible links: kinematics, finite elements, modes          |
 | columns          | states -> named quantities over time                                             |
 | trajectory       | the result of a run; save and load                                               |
 | analysis         | extremes over continuous time, integrals                                         |
 | run              | one experiment from start to end, and its summary                                |
-| plots, table     | figures; a short table for the terminal                                          |
+| plots, table     | figures (plots_nonlinear: of nonlinear dynamics; figure_style: all alike); tables |
+| report           | a folder of results as one HTML page                                             |
 | impacts          | contacts of a joint, one by one                                                  |
 | folder           | a folder of results, written whole or not at all                                 |
-| cli              | the command line                                                                 |
-| errors           | `InputError`, `Status`                                                           |
+| compare          | both engines on one experiment: differences, and up to where they mean anything  |
+| quantities       | units of columns                                                                 |
+| nonlinear        | Poincare sections, bifurcation diagrams, Lyapunov exponents, spectra             |
+| engines          | which engines there are                                                          |
+| cli, commands    | the command line and its subcommands                                             |
+| doctor           | is the installation sound                                                        |
+| parsing          | command lines: errors of one line that name the nearest valid word               |
+| errors           | `InputError`, `RunError`, `Status`                                               |
 | data             | where the shipped machines and experiments are                                   |
 
 Conventions: SI units; angles counter-clockwise about the plane's normal; a joint's coordinate is zero in the pose

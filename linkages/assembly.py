@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.columns import Columns, columns_from_states
-from linkages.errors import InputError, Status
+from linkages.errors import InputError, RunError, Status
 from linkages.experiment import Experiment
+from linkages.loads import check_lengths
 from linkages.mechanism import Mechanism
 from linkages.planar.closure import close, closure_error, closure_jacobian, consistent_rates, follow
 from linkages.planar.motion import Motions
@@ -23,7 +23,7 @@ _CONTINUATION = 0.05  # largest step of a drive from the drawn pose to its start
 _GRID = 0.02  # step of the fastest drive between two stored positions of the ideal motion [rad or m]
 
 
-class AssemblyError(RuntimeError):
+class AssemblyError(RunError):
     """The linkage cannot be assembled; `status` says how it failed."""
 
     def __init__(self, status: Status, detail: str) -> None:
@@ -83,12 +83,12 @@ def assemble(mechanism: Mechanism, experiment: Experiment) -> Assembly:
     AssemblyError
         If the loops cannot be closed or the position is singular.
     InputError
-        If more joints are driven than the linkage has degrees of freedom.
+        If more joints are driven than the linkage has degrees of freedom, or a spring has no direction at t = 0.
     """
     tree = tree_of(mechanism, experiment)
     motions = Motions([experiment.drives[name].motion() for name in tree.driven])
     held = np.concatenate([tree.driven_dofs, tree.powered_dofs]).astype(np.int64)
-    free = np.setdiff1d(np.arange(tree.size), held)
+    free = tree.free_dofs[[tree.coordinates[i] not in tree.powered for i in tree.free_dofs]]
     value, rate, _ = motions(np.zeros(1))
     powered = [experiment.drives[name] for name in tree.powered]
     start = np.concatenate([value[0], [drive.angle for drive in powered]])
@@ -114,12 +114,18 @@ def assemble(mechanism: Mechanism, experiment: Experiment) -> Assembly:
         offset[2 * k : 2 * k + 2] = experiment.joints[name].offset
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
+    check_lengths(tree, experiment, q)
     v[held] = speed
     quality = consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     determined = mobility == len(held)
     if determined and quality < _SINGULAR:
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     return Assembly(tree, motions, q, v, mobility, quality if determined else float("nan"))
+
+
+def with_other_masses(assembly: Assembly, mechanism: Mechanism, experiment: Experiment) -> Assembly:
+    """Return the assembly of a mechanism that has other masses only, in an experiment that has other laws only."""
+    return replace(assembly, tree=tree_of(mechanism, experiment))
 
 
 def _mobility(tree: Tree, q: Array) -> int:
@@ -160,19 +166,20 @@ class IdealMotion:
         tree = self.assembly.tree
         q, v, a = self._prescribed(self.times)
         quality = np.zeros(len(self.times))
+        free = tree.free_dofs
         none = np.zeros((1, len(tree.closure_rows)))
-        q[0, self._free] = self.assembly.q[self._free]
+        q[0, free] = self.assembly.q[free]
         step = self.times[1] - self.times[0]
         for k in range(len(self.times)):
             if k:  # second-order prediction from the last position
                 guess = q[k - 1] + step * (v[k - 1] + 0.5 * step * a[k - 1])
-                q[k, self._free] = guess[self._free]
+                q[k, free] = guess[free]
             line = slice(k, k + 1)
             done = follow(
                 tree.bodies,
                 tree.closure_rows,
                 none,
-                self._free,
+                free,
                 tree.extent,
                 q[line],
                 v[line],
@@ -184,11 +191,6 @@ class IdealMotion:
                 self.times, q, v, a, quality = self.times[:k], q[:k], v[:k], a[:k], quality[:k]
                 break
         self.q, self.v, self.a, self.quality = q, v, a, quality
-
-    @cached_property
-    def _free(self) -> NDArray[np.int64]:
-        tree = self.assembly.tree
-        return np.setdiff1d(np.arange(tree.size), tree.driven_dofs)
 
     def _prescribed(self, times: Array) -> tuple[Array, Array, Array]:
         tree = self.assembly.tree
@@ -220,11 +222,12 @@ class IdealMotion:
         near -= times - self.times[near - 1] < self.times[near] - times
         step = (times - self.times[near])[:, None]
         guess = self.q[near] + step * (self.v[near] + 0.5 * step * self.a[near])
-        q[:, self._free] = guess[:, self._free]
+        free = tree.free_dofs
+        q[:, free] = guess[:, free]
         if offset is None:
             offset = np.zeros((len(times), len(tree.closure_rows)))
         done = follow(
-            tree.bodies, tree.closure_rows, offset, self._free, tree.extent, q, v, a, np.zeros(len(times))
+            tree.bodies, tree.closure_rows, offset, free, tree.extent, q, v, a, np.zeros(len(times))
         )
         if done < len(times):
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at t = {times[done]:.6g} s")

@@ -15,7 +15,12 @@
 | ``JOINT.power``                        | power that the force pair delivers, clearance joints         | W       |
 | ``JOINT.torque``                       | drive torque (force), driven joints                          | N m (N) |
 | ``JOINT.rate``                         | rate of the coordinate, driven joints                        | rad/s   |
-| ``kinetic_energy``, ``potential_energy`` | of the whole linkage                                       | J       |
+| ``kinetic_energy``, ``potential_energy`` | of the whole linkage; weight and springs                   | J       |
+| ``LOAD.fx, .fy, .force``               | applied force, plane axes, and its magnitude                 | N       |
+| ``LOAD.torque``                        | applied torque; of a torsion spring, against its angle       | N m     |
+| ``LOAD.force, .length``                | tension and length of a spring                               | N, m    |
+| ``LOAD.angle``                         | angle of a torsion spring                                    | rad     |
+| ``LOAD.power``                         | power that the load delivers to the linkage                  | W       |
 | ``q.COORDINATE``                       | coordinate of the spanning tree: a joint's, or a floating link's | rad, m |
 
 For a guide with play ``GUIDE.corner1`` to ``GUIDE.corner4`` have the columns of a contact each.
@@ -28,12 +33,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.experiment import Experiment
-from linkages.planar.dynamics import spread
+from linkages.loads import load_names, pack_loads
+from linkages.planar.kinematics import spread
+from linkages.planar.loads import LOAD_OUTPUTS, load_history
 from linkages.planar.reactions import joint_reactions
 from linkages.planar.topology import Tree
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
+
+#: Columns of the first two `LOAD_OUTPUTS` of each kind of load.
+_LOAD_COLUMNS = {
+    "forces": ("fx", "fy"),
+    "torques": ("torque",),
+    "springs": ("force", "length"),
+    "torsion_springs": ("torque", "angle"),
+}
 
 
 def columns_from_states(
@@ -67,6 +82,7 @@ def columns_from_states(
     _points(columns, tree, pose, vel, acc)
     gravity = tree.mechanism.basis[:, :2].T @ np.array(experiment.gravity)
     _energies(columns, tree, pose, vel, gravity)
+    applied = _loads(columns, tree, experiment, times, pose, vel)
     torques = {name: experiment.drives[name].torque_history()(times) for name in tree.powered}
     known = {}
     if clearance is not None:
@@ -78,7 +94,7 @@ def columns_from_states(
             rows = [k for k, (owner, label) in enumerate(tree.contacts) if owner == name != label]
             if rows:
                 known[name] = _guide(columns, tree, name, clearance[:, rows], pose)
-    force, moment, needed = joint_reactions(tree, pose, vel, acc, gravity, known, torques)
+    force, moment, needed = joint_reactions(tree, pose, vel, acc, gravity, known, torques, applied)
     for name in force:
         columns[f"{name}.fx"], columns[f"{name}.fy"] = force[name].T
         columns[f"{name}.force"] = np.hypot(*force[name].T)
@@ -93,23 +109,29 @@ def columns_from_states(
 
 
 def _points(columns: Columns, tree: Tree, pose: Array, vel: Array, acc: Array) -> None:
-    for point in tree.mechanism.point.values():
-        body = tree.index[point.link]
-        x, y = tree.local(point.link, point.origin)
-        c, s = pose[:, body, 3], pose[:, body, 4]
-        rx, ry = c * x - s * y, s * x + c * y
-        w, al = vel[:, body, 0], acc[:, body, 0]
-        columns |= {
-            f"{point.name}.x": pose[:, body, 0] + rx,
-            f"{point.name}.y": pose[:, body, 1] + ry,
-            f"{point.name}.angle": pose[:, body, 2] + point.angle,
-            f"{point.name}.vx": vel[:, body, 1] - w * ry,
-            f"{point.name}.vy": vel[:, body, 2] + w * rx,
-            f"{point.name}.omega": w.copy(),
-            f"{point.name}.ax": acc[:, body, 1] - al * ry - w * w * rx,
-            f"{point.name}.ay": acc[:, body, 2] + al * rx - w * w * ry,
-            f"{point.name}.alpha": al.copy(),
-        }
+    for name in tree.mechanism.point:
+        columns |= point_columns(tree, name, pose, vel, acc)
+
+
+def point_columns(tree: Tree, name: str, pose: Array, vel: Array, acc: Array) -> Columns:
+    """Columns of one link or frame, from what `linkages.planar.kinematics.spread` gives."""
+    point = tree.mechanism.point[name]
+    body = tree.index[point.link]
+    x, y = tree.local(point.link, point.origin)
+    c, s = pose[:, body, 3], pose[:, body, 4]
+    rx, ry = c * x - s * y, s * x + c * y
+    w, al = vel[:, body, 0], acc[:, body, 0]
+    return {
+        f"{name}.x": pose[:, body, 0] + rx,
+        f"{name}.y": pose[:, body, 1] + ry,
+        f"{name}.angle": pose[:, body, 2] + point.angle,
+        f"{name}.vx": vel[:, body, 1] - w * ry,
+        f"{name}.vy": vel[:, body, 2] + w * rx,
+        f"{name}.omega": w.copy(),
+        f"{name}.ax": acc[:, body, 1] - al * ry - w * w * rx,
+        f"{name}.ay": acc[:, body, 2] + al * rx - w * w * ry,
+        f"{name}.alpha": al.copy(),
+    }
 
 
 def _energies(columns: Columns, tree: Tree, pose: Array, vel: Array, gravity: Array) -> None:
@@ -121,6 +143,24 @@ def _energies(columns: Columns, tree: Tree, pose: Array, vel: Array, gravity: Ar
     height = gravity[0] * (pose[..., 0] + cx) + gravity[1] * (pose[..., 1] + cy)
     columns["kinetic_energy"] = kinetic.sum(axis=1)
     columns["potential_energy"] = -(bodies["mass"] * height).sum(axis=1)
+
+
+def _loads(
+    columns: Columns, tree: Tree, experiment: Experiment, times: Array, pose: Array, vel: Array
+) -> Array:
+    """Columns of the applied loads, what springs store, and their wrenches on the bodies (nt, nb, 3)."""
+    names = load_names(experiment)
+    wrench = np.zeros_like(vel)
+    outputs = np.empty((len(times), len(names), len(LOAD_OUTPUTS)))
+    load_history(pack_loads(tree, experiment), times, pose, vel, wrench, outputs)
+    for (table, name), (value, second, power, energy) in zip(names, outputs.transpose(1, 2, 0), strict=True):
+        for quantity, column in zip(_LOAD_COLUMNS[table], (value, second), strict=False):
+            columns[f"{name}.{quantity}"] = column
+        if table == "forces":
+            columns[f"{name}.force"] = np.hypot(value, second)
+        columns[f"{name}.power"] = power
+        columns["potential_energy"] = columns["potential_energy"] + energy
+    return wrench
 
 
 def _contact(

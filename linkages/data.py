@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from importlib.resources import files
 from pathlib import Path
+
+from linkages.errors import unreadable
 
 
 def data_folder() -> Path:
@@ -13,8 +17,19 @@ def data_folder() -> Path:
 
 
 def find_file(name: str | Path) -> Path:
-    """Return the file as given if it exists, else a shipped file of that name, else the path as given."""
+    """Return the file as given if it exists, else a shipped file of that name.
+
+    Raises
+    ------
+    InputError
+        If there is neither; it names the nearest of the files that are there.
+    """
     path = Path(name)
-    shipped = data_folder() / path.name
+    if path.exists():
+        return path
     bare = path.parent in (Path(), Path("sdf"))
-    return shipped if bare and not path.exists() and shipped.exists() else path
+    shipped = data_folder() / path.name
+    if bare and shipped.exists():
+        return shipped
+    others = data_folder().glob(f"*{path.suffix}") if bare else ()
+    raise unreadable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)), others)

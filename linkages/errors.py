@@ -1,4 +1,4 @@
-"""Bad input and failed runs: one exception, one list of named statuses."""
+"""Bad input and failed runs: two exceptions, one list of named statuses."""
 
 from __future__ import annotations
 
@@ -22,9 +22,13 @@ class InputError(ValueError):
     """
 
     def __init__(self, source: str | Path, where: str, problem: str) -> None:
-        name = Path(source).name if isinstance(source, Path) else source
+        name = source.name or str(source) if isinstance(source, Path) else source
         parts = [part for part in (str(name), where, problem) if part]
         super().__init__(" ".join(": ".join(parts).split()))
+
+
+class RunError(RuntimeError):
+    """A run that cannot start; its text is one line that says why and what to try."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -36,6 +40,24 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"known are: {', '.join(known)}" if known else "none are known here"
 
 
+def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> InputError:
+    """Make the error of a file that cannot be read; of one that is not there, with the name that was probably meant.
+
+    Parameters
+    ----------
+    path : Path
+    problem : OSError
+    others : iterable of Path
+        Files that could have been meant, beside those in the same folder with the same suffix.
+    """
+    reason = f"cannot be read ({problem.strerror})"
+    if isinstance(problem, FileNotFoundError):
+        known = {other.name for other in [*path.parent.glob(f"*{path.suffix}"), *others]}
+        close = difflib.get_close_matches(path.name, sorted(known), n=1, cutoff=0.7)
+        reason += f'; did you mean "{close[0]}"?' if close else ""
+    return InputError(path, "", reason)
+
+
 class Status(enum.Enum):
     """How a run ended; the value is the name used in files, `remedy` is what to try."""
 
@@ -45,6 +67,7 @@ class Status(enum.Enum):
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     INTERRUPTED = "interrupted"
+    BAD_INPUT = "bad-input"
 
     @property
     def remedy(self) -> str:
@@ -62,5 +85,6 @@ _REMEDY = {
     ' lower the clearance or the speed, or allow contact with model = "mixed"',
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
+    Status.BAD_INPUT: "the values of this run are not valid: see its reason",
     Status.INTERRUPTED: "the run was stopped by the user; what was computed up to then is kept",
 }

@@ -16,11 +16,16 @@ from pydantic import Field, PrivateAttr
 
 from linkages import toml_tables
 from linkages.errors import InputError, nearest
+from linkages.load_tables import Force, Spring, Torque, TorsionSpring
+from linkages.loads import check_loads
 from linkages.mechanism import Mechanism, load_mechanism
 from linkages.schema import Drive, JointModel, Solver
 from linkages.toml_tables import Finite, Positive, Table
 
 _CYLINDERS = ("esdu-78035", "johnson", "dubowsky-freudenstein")
+
+#: Where a replaced value came from, as its source and in errors: Python, or the command line.
+ARGUMENT, COMMAND_LINE = "argument", "command line"
 
 #: What an output can measure of a link or frame, in plane axes; units m, rad and s.
 QUANTITIES = {
@@ -48,6 +53,12 @@ class Experiment(Table):
     outputs: list[str] = Field([], description="what to report: LINK_OR_FRAME." + "|".join(QUANTITIES))
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
+    forces: dict[str, Force] = Field({}, description="applied forces, each with a name of its own")
+    torques: dict[str, Torque] = Field({}, description="applied torques, each with a name of its own")
+    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, each named")
+    torsion_springs: dict[str, TorsionSpring] = Field(
+        {}, description="torsion springs and dampers, each with a name of its own"
+    )
     sdf: dict[str, Any] = Field({}, description="values that replace those of the SDF file, by dotted path")
     solver: Solver = Field(
         default_factory=lambda: Solver.model_validate({}), description="numerical settings"
@@ -77,7 +88,9 @@ class Experiment(Table):
         result = {}
         for path, value in toml_tables.leaves(self.sdf):
             if isinstance(value, bool) or not isinstance(value, int | float):
-                raise InputError(self._source, f"sdf.{path}", "must be a number")
+                given = self._sources.get(f"sdf.{path}")
+                source = given if given in (ARGUMENT, COMMAND_LINE) else self._source
+                raise InputError(source, f"sdf.{path}", "must be a number")
             result[path] = float(value)
         return result
 
@@ -101,8 +114,8 @@ class Experiment(Table):
         """Joints with clearance."""
         return tuple(name for name, joint in self.joints.items() if joint.has_play)
 
-    def replaced(self, overrides: Mapping[str, Any]) -> Experiment:
-        """Return the same experiment with values replaced by dotted path.
+    def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
+        """Return the same experiment with values replaced by dotted path, which come from `origin`.
 
         Raises
         ------
@@ -110,16 +123,18 @@ class Experiment(Table):
             If a path or value is not valid.
         """
         data = self.model_dump(exclude_unset=True)
-        return _build(self._source, data, self._sources, overrides, "argument")
+        return _build(self._source, data, self._sources, overrides, origin)
 
     def ideal(self) -> Experiment:
         """Return the same experiment with every joint ideal."""
         joints = {name: {"model": "ideal"} for name in self.joints}
         data = self.model_dump(exclude_unset=True) | {"joints": joints}
-        return _build(self._source, data, self._sources, {}, "argument")
+        return _build(self._source, data, self._sources, {}, ARGUMENT)
 
 
-def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Experiment:
+def load_experiment(
+    path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT
+) -> Experiment:
     """Read an experiment from a TOML file.
 
     Parameters
@@ -127,6 +142,8 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     path : str or Path
     overrides : mapping, optional
         Values by dotted path that replace those of the file; strings are read as TOML values.
+    origin : str
+        Where the overrides come from, for errors and as the source of their values.
 
     Raises
     ------
@@ -135,10 +152,12 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     """
     path = Path(path)
     data, sources = toml_tables.read_toml(path)
-    return _build(path, data, sources, overrides or {}, "--set")
+    return _build(path, data, sources, overrides or {}, origin)
 
 
-def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> tuple[Mechanism, Experiment]:
+def load(
+    path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT
+) -> tuple[Mechanism, Experiment]:
     """Read an experiment and its mechanism, and check that they fit each other.
 
     Parameters
@@ -147,13 +166,15 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> tuple[
         The TOML file.
     overrides : mapping, optional
         Values by dotted path that replace those of the files.
+    origin : str
+        Where the overrides come from, for errors and as the source of their values.
 
     Raises
     ------
     InputError
         One line with file, element or key, and reason.
     """
-    experiment = load_experiment(path, overrides)
+    experiment = load_experiment(path, overrides, origin)
     mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
     check(mechanism, experiment)
     return mechanism, experiment
@@ -192,6 +213,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         if not joint.has_play:
             continue
         _check_joint(mechanism, experiment, name, joint)
+    check_loads(mechanism, experiment)
     for output in experiment.outputs:
         point, _, quantity = output.rpartition(".")
         if point not in mechanism.point:

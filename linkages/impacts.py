@@ -85,9 +85,8 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
                 y = trajectory[f"{name}.{column}"][first : last + 1]
                 best = int(np.argmax(y))
                 window = slice(first + max(best - 1, 0), first + min(best + 1, last - first) + 1)
-                brackets.append(
-                    (f"{name}.{column}", 1.0, time[window], trajectory[f"{name}.{column}"][window])
-                )
+                values = trajectory[f"{name}.{column}"][window]
+                brackets.append(Bracket(f"{name}.{column}", 1.0, time[window], values, float(y[best])))
     peaks = [value for _, value in refine(trajectory, brackets)]
     rows = [Impact(*head[:5], peaks[2 * k], peaks[2 * k + 1], head[5]) for k, head in enumerate(found)]
     return sorted(rows, key=lambda row: (row.start, row.joint))

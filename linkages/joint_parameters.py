@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from linkages.experiment import Experiment
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact import CLIP
+from linkages.laws.film import THINNEST
+from linkages.laws.film_map import table_limit
 from linkages.laws.map_cache import load_map
 from linkages.laws.material import contact_modulus, hertz_stiffness, line_shape, line_stiffness
 from linkages.laws.mixed import asperity_pressure
@@ -43,6 +45,15 @@ def film_tables(tree: Tree, experiment: Experiment) -> Array:
     for line, table in zip(result, tables, strict=True):
         line[: len(table)] = table
     return result
+
+
+def film_limits(laws: NDArray[np.record], tables: Array) -> Array:
+    """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
+    limits = np.full(len(laws), 1.0 - THINNEST)
+    for k in np.flatnonzero(laws["film"] == FILMS["finite"].code):
+        if tables.shape[1]:
+            limits[k] = min(limits[k], table_limit(tables[k]))
+    return limits
 
 
 def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from linkages.figure_style import COLORS, figure_style
 from linkages.impacts import FREE, IMPACT, SUSTAINED_CONTACT, Impact, phases
 from linkages.run import Study, touching
 
-# Okabe and Ito's palette: distinct to colour-blind readers, and in grey
-_RUN, _IDEAL = "#0072B2", "#D55E00"
-_COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+_RUN, _IDEAL = COLORS[:2]
 # what a journal does: label, colour, width; distinct in grey too
 _PHASES = {
     FREE: ("free flight", "#56B4E9", 0.7),
@@ -26,15 +23,8 @@ _PHASES = {
     IMPACT: ("impact", "#D55E00", 1.4),
 }
 
-_STYLE: Any = {
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "figure.dpi": 150,
-    "legend.frameon": False,
-}
+_CHORD = 0.05  # of the clearance: between the points of a drawn orbit
+_MOST_PIECES = 2000  # beyond so many a drawing gains nothing from more
 
 _LABELS = {
     "x": ("displacement x", "mm", 1e3),
@@ -56,7 +46,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
     are any, the joint forces and the drive torques.
     """
     written = []
-    with mpl.rc_context(_STYLE):
+    with figure_style():
         jobs: list[tuple[str, Callable[[Study], Figure]]] = [
             (f"output_{name}", _output_figure(name)) for name in study.experiment.outputs
         ]
@@ -74,6 +64,11 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
     return written
 
 
+def _of_run(study: Study) -> str:
+    """Label of the run's curves."""
+    return "with clearance" if study.experiment.play else "integrated"
+
+
 def _output_figure(name: str) -> Callable[[Study], Figure]:
     def draw(study: Study) -> Figure:
         point, _, quantity = name.rpartition(".")
@@ -82,7 +77,7 @@ def _output_figure(name: str) -> Callable[[Study], Figure]:
         figure = Figure(figsize=(6.3, 4.4), layout="constrained")
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
         top.plot(ideal.time, scale * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
-        top.plot(run.time, scale * run[name], color=_RUN, lw=0.9, label="with clearance")
+        top.plot(run.time, scale * run[name], color=_RUN, lw=0.9, label=_of_run(study))
         top.set_ylabel(f"{point}: {label} [{unit}]")
         top.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
         inside = run.time <= ideal.time[-1]
@@ -126,9 +121,10 @@ def _orbits(study: Study) -> Figure:
         peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
         if name in touches:
-            _draw_phases(whole, ex, ey, phases(study.run, name))
+            path, phase = _path(study, name)
+            _draw_phases(whole, 1e6 * path[:, 0], 1e6 * path[:, 1], phase)
             whole.plot(ex[0], ey[0], "o", color="#009E73", ms=3.5)
-            _wall(near, study, name)
+            _wall(near, 1e6 * path, clearance, phase)
         else:
             for axis in (whole, near):
                 axis.plot(ex, ey, color=_RUN, lw=0.9)
@@ -149,12 +145,32 @@ def _orbits(study: Study) -> Figure:
     return figure
 
 
-def _wall(axis: Axes, study: Study, name: str) -> None:
-    """Draw the journal's penetration over the angle at which it lies: the wall unrolled."""
-    run = study.run
-    depth = 1e6 * run[f"{name}.penetration"]
-    angle = np.degrees(np.arctan2(run[f"{name}.ey"], run[f"{name}.ex"]))
-    phase = np.where(np.abs(np.diff(angle)) < 180.0, phases(run, name), -1)  # no line across the page
+def _path(study: Study, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Eccentricity (n, 2) [m] of a joint that can touch, and the phase (n - 1,) of each piece of its path.
+
+    The steps of a free flight may be long: between them the run is evaluated anew, unless there are so many that
+    nobody could tell.
+    """
+    run, phase = study.run, phases(study.run, name)
+    e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
+    chord = _CHORD * (study.experiment.joints[name].clearance or np.inf)
+    pieces = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_PIECES)
+    extra = int(np.sum(pieces - 1))
+    if run.evaluate is None or not 0 < extra <= _MOST_PIECES:
+        return e, phase
+    cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], pieces, strict=False)]
+    times = np.concatenate(cuts)
+    between = run.evaluate(times)
+    order = np.argsort(np.concatenate([run.time, times]), kind="stable")
+    added = np.column_stack([between[f"{name}.ex"], between[f"{name}.ey"]])
+    return np.concatenate([e, added])[order], np.repeat(phase, pieces)
+
+
+def _wall(axis: Axes, path: np.ndarray, clearance: float, phase: np.ndarray) -> None:
+    """Draw how deep the journal is in the wall over the angle at which it lies, the wall unrolled; lengths in µm."""
+    depth = np.hypot(*path.T) - clearance
+    angle = np.degrees(np.arctan2(path[:, 1], path[:, 0]))
+    phase = np.where(np.abs(np.diff(angle)) < 180.0, phase, -1)  # no line across the page
     _draw_phases(axis, angle, depth, phase)
     deepest = float(depth.max())
     top = 1.1 * deepest if deepest > 0.0 else -0.1 * float(depth.min())
@@ -225,7 +241,7 @@ def _forces(study: Study) -> Figure:
             alpha=0.8,
             label="ideal joints",
         )
-        axis.plot(study.run.time, study.run[f"{name}.force"], color=_RUN, lw=0.9, label="with clearance")
+        axis.plot(study.run.time, study.run[f"{name}.force"], color=_RUN, lw=0.9, label=_of_run(study))
         axis.set_ylabel(f"force in {name} [N]")
         axis.set_ylim(bottom=0.0)
     axes[0].legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
@@ -236,7 +252,7 @@ def _forces(study: Study) -> Figure:
 def _torques(study: Study) -> Figure:
     figure = Figure(figsize=(6.3, 3.2), layout="constrained")
     axis = figure.subplots()
-    for name, color in zip(study.experiment.drives, _COLORS * len(study.experiment.drives), strict=False):
+    for name, color in zip(study.experiment.drives, COLORS * len(study.experiment.drives), strict=False):
         unit = "N" if study.mechanism.joint[name].type == "prismatic" else "N m"
         axis.plot(study.ideal.time, study.ideal[f"{name}.torque"], color=color, lw=2.6, alpha=0.35)
         axis.plot(study.run.time, study.run[f"{name}.torque"], color=color, lw=0.9, label=f"{name} [{unit}]")

@@ -7,20 +7,19 @@ import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
+from linkages import engines
 from linkages.analysis import extremes, integral
 from linkages.assembly import Assembly, AssemblyError, IdealMotion, assemble
-from linkages.errors import InputError, Status, nearest
+from linkages.errors import Status
 from linkages.experiment import Experiment, check
 from linkages.impacts import Impact, impacts
+from linkages.loads import load_names
 from linkages.mechanism import Mechanism
 from linkages.trajectory import Trajectory, sample
-
-Engine = Literal["drake"]
-ENGINES: tuple[str, ...] = get_args(Engine)
 
 Progress = Callable[[float], None]
 
@@ -37,7 +36,7 @@ def simulate(
     mechanism, experiment
         From `linkages.load`.
     engine : str
-        One of `ENGINES`.
+        One of `linkages.engines.ENGINES`.
     progress : callable, optional
         Called with the simulated time [s] after every step.
 
@@ -53,12 +52,10 @@ def simulate(
     AssemblyError
         If the linkage cannot be assembled at t = 0.
     """
-    if engine not in ENGINES:
-        raise InputError("engine", engine, f"is unknown; {nearest(engine, ENGINES)}")
+    run = engines.engine(engine)
     check(mechanism, experiment)
-    from linkages.drake.simulation import simulate as drake_simulate
-
-    return drake_simulate(mechanism, experiment, progress)
+    trajectory: Trajectory = run(mechanism, experiment, progress)
+    return trajectory
 
 
 @dataclass(frozen=True)
@@ -167,7 +164,7 @@ def summarize(study: Study, engine: str) -> dict[str, Any]:
         "error": error,
         "provenance": {
             "versions": versions(),
-            "experiment": study.experiment.model_dump(exclude_defaults=True)
+            "experiment": study.experiment.model_dump(exclude_unset=True, exclude_none=True)
             | {"file": study.experiment.source.name},
             "sources": study.experiment.sources,
             "run": {key: value for key, value in study.run.provenance.items() if key != "wall_time"},
@@ -197,7 +194,7 @@ def versions() -> dict[str, str]:
 def _numbers(
     experiment: Experiment, mechanism: Mechanism, trajectory: Trajectory, touches: Sequence[Impact] = ()
 ) -> dict[str, Any]:
-    """Collect outputs, joints and drives of one trajectory with these contacts."""
+    """Collect outputs, joints, drives and applied loads of one trajectory with these contacts."""
     joints = [joint.name for joint in mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
     wanted = [
@@ -205,6 +202,7 @@ def _numbers(
         *(f"{name}.force" for name in joints),
         *(f"{name}.eccentricity_ratio" for name in play),
         *(f"{name}.torque" for name in experiment.drives),
+        *(f"{name}.{_effort(table)}" for table, name in load_names(experiment)),
     ]
     found = extremes(trajectory, wanted)
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
@@ -225,7 +223,16 @@ def _numbers(
         power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
         torque = found[f"{name}.torque"]
         result["drives"][name] = {"torque": {"peak": torque.peak}, "work": integral(trajectory, power)}
+    for table, name in load_names(experiment):
+        effort = _effort(table)
+        peak, work = found[f"{name}.{effort}"].peak, integral(trajectory, trajectory[f"{name}.power"])
+        result.setdefault("loads", {})[name] = {effort: {"peak": peak}, "work": work}
     return result
+
+
+def _effort(table: str) -> str:
+    """Quantity by which a kind of applied load is judged."""
+    return "torque" if table in ("torques", "torsion_springs") else "force"
 
 
 def _covered(rows: list[Impact]) -> float:
@@ -246,4 +253,6 @@ def _peaks(numbers: dict[str, Any]) -> list[tuple[str, float]]:
             if key in entry:
                 result.append((f"{name}.{key}.peak", entry[key]["peak"]))
     result += [(f"{name}.torque.peak", value["torque"]["peak"]) for name, value in numbers["drives"].items()]
+    for name, entry in numbers.get("loads", {}).items():
+        result += [(f"{name}.{key}.peak", entry[key]["peak"]) for key in ("force", "torque") if key in entry]
     return result

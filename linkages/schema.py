@@ -11,7 +11,7 @@ from scipy.interpolate import PPoly
 from linkages.errors import nearest
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.planar import motion
-from linkages.toml_tables import Finite, NonNegative, Positive, Table
+from linkages.toml_tables import Finite, NonNegative, Positive, Table, check_history
 
 
 def _known(registry: Iterable[str]) -> AfterValidator:
@@ -60,17 +60,7 @@ class Drive(Table):
         if self.ramp and kinds:
             raise ValueError("ramp belongs to a constant speed; remove it")
         values = self.angles if self.angles is not None else self.torques
-        if (values is None) != (self.times is None):
-            raise ValueError("times go with angles or torques")
-        if values is not None and self.times is not None:
-            if len(values) != len(self.times) or len(values) < 2:
-                raise ValueError(
-                    f"{len(self.times)} times and {len(values)} values; two or more of each, equally many"
-                )
-            if any(b <= a for a, b in zip(self.times, self.times[1:], strict=False)):
-                raise ValueError("times must increase")
-            if self.times[0] > 0.0:
-                raise ValueError("times must start at 0 or before")
+        check_history(self.times, values, "angles or torques")
         return self
 
     @property

@@ -8,6 +8,7 @@ only a picture or a contact sensor needs.
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from linkages.errors import InputError, nearest
+from linkages.errors import InputError, nearest, unreadable
 
 Array = NDArray[np.float64]
 
@@ -391,6 +392,8 @@ def _set_pose(holder: ET.Element, index: int, value: float) -> None:
     if pose is None:
         pose = ET.SubElement(holder, "pose")
     words = (pose.text or "0 0 0 0 0 0").split()
+    if index >= 3 and pose.get("degrees", "false") in ("true", "1"):  # values by path are in radians
+        value = math.degrees(value)
     words[index] = repr(value)
     pose.text = " ".join(words)
 
@@ -399,7 +402,7 @@ def _find_model(path: Path) -> ET.Element:
     try:
         text = path.read_bytes()
     except OSError as problem:
-        raise InputError(path, "", f"cannot be read ({problem.strerror})") from None
+        raise unreadable(path, problem) from None
 
     def refuse(*_: object) -> None:
         raise InputError(

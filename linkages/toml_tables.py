@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sized
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args
 
@@ -11,7 +13,7 @@ import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
-from linkages.errors import InputError, nearest
+from linkages.errors import InputError, nearest, unreadable
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -35,10 +37,12 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     InputError
         If the file cannot be read or is not TOML.
     """
+    if path.suffix == ".sdf":
+        raise InputError(path, "", "is a machine; give the file (.toml) that says what is done with it")
     try:
         document = tomlkit.parse(path.read_text(encoding="utf-8"))
     except OSError as problem:
-        raise InputError(path, "", f"cannot be read ({problem.strerror})") from None
+        raise unreadable(path, problem) from None
     except (TOMLKitError, UnicodeDecodeError) as problem:
         raise InputError(path, "", f"is not valid TOML: {problem}") from None
     return document.unwrap(), dict(_comments(document))
@@ -48,6 +52,10 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
     """Replace values in nested tables by dotted path, in place; strings are read as TOML values."""
     for path, value in overrides.items():
         parts = path.split(".")
+        if not all(parts):
+            raise InputError(
+                origin, f'"{path}"', "is no path; write keys with points between, as joints.A.clearance"
+            )
         table = data
         for part in parts[:-1]:
             table = table.setdefault(part, {})
@@ -82,6 +90,26 @@ def validate(
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(str(part) for part in first["loc"])
         raise InputError((origins or {}).get(where, source), where, _explain(model, first)) from None
+
+
+def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:
+    """Check a table over time: times and values go together, equally many; times increase from 0 or before.
+
+    Raises
+    ------
+    ValueError
+        For pydantic, to be shown with its place.
+    """
+    if (values is None) != (times is None):
+        raise ValueError(f"times go with {name}")
+    if values is None or times is None:
+        return
+    if len(values) != len(times) or len(values) < 2:
+        raise ValueError(f"{len(times)} times and {len(values)} values; two or more of each, equally many")
+    if any(b <= a for a, b in pairwise(times)):
+        raise ValueError("times must increase")
+    if times[0] > 0.0:
+        raise ValueError("times must start at 0 or before")
 
 
 def keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -136,8 +164,15 @@ def _explain(model: type[BaseModel], error: Any) -> str:
         return f"is missing{meaning}"
     if kind == "value_error":
         return str(error["ctx"]["error"])
-    message = error["msg"].replace("Input should", "it should", 1)
+    message = _plainly(error["msg"])
     return f"is {value!r}; {message}{meaning}"
+
+
+def _plainly(message: str) -> str:
+    """Say what pydantic says in the words of TOML."""
+    message = re.sub(r"^(Input|List) should", "it should", message)
+    message = re.sub(r"a valid dictionary( or instance of \w+)?", "a table", message)
+    return message.replace("be a valid ", "be a ").replace(" after validation", "")
 
 
 def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:
@@ -150,8 +185,11 @@ def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:
 
 
 def _inner(info: Any) -> type[BaseModel] | None:
-    """Find the table that a key holds, if it holds one."""
-    for kind in (info.annotation, *get_args(info.annotation)):
+    """Find the table that a key holds, or holds a list or table of, if it does."""
+    kinds = [info.annotation]
+    while kinds:
+        kind = kinds.pop(0)
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             return kind
+        kinds += get_args(kind)
     return None

@@ -25,7 +25,6 @@ its own.
 | figures     | the paper's figures 5-12; figures_more: maps, convergence, speed; drawing: the robot      |
 | animation   | a mode over the moving pose, as HTML                                                      |
 | replication | the paper's printed numbers beside ours                                                   |
-| command     | ``linkages modes``                                                                        |
 
 Conventions: SI units, plane axes x, y as in the paper (origin at the base's centre in the shipped machine).
 Leg r has the pivots A_r (base), B_r (crank - coupler), C_r (coupler - platform). phi_r is the angle of A_r

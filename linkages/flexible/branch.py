@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
-from linkages.errors import Status
+from linkages.errors import RunError, Status
 from linkages.flexible.direct import assemblies
 from linkages.flexible.geometry import Geometry
 from linkages.flexible.kinematics import Motion, determinants, jacobians, loop_errors, motion, newton, radius
@@ -25,7 +25,7 @@ _NEAR_FOLD = 0.25  # dimensionless |det Jx| below which a branch counts as at it
 _DRIFT = 0.02  # largest correction of a predicted pose, in rad and in the platform's radius
 
 
-class BranchError(RuntimeError):
+class BranchError(RunError):
     """A motion that does not exist; `status` says why."""
 
     def __init__(self, status: Status, detail: str) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from linkages.figure_style import COLORS, figure_style
 from linkages.flexible.drawing import OUTLINE, draw_pose, shape_lines
 from linkages.flexible.modes import DENSE
 from linkages.flexible.response import generalised_alpha
@@ -20,19 +19,8 @@ from linkages.flexible.study import FlexibleStudy
 
 Array = NDArray[np.floating]
 
-# Okabe and Ito's palette: distinct to colour-blind readers, and in grey
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
-STYLE = {
-    "font.size": 9,
-    "axes.grid": True,
-    "grid.alpha": 0.3,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "figure.dpi": 150,
-    "legend.frameon": False,
-}
 _WIDTH = 6.3
 _WINDOW = 0.12  # s, in which the vibration after a start from rest is drawn
 _SHAPE_POSES = 3
@@ -59,7 +47,7 @@ def write_figures(
         ("speed_sweep", speed_figure),
     ]
     written = []
-    with mpl.rc_context(dict[Any, Any](STYLE)):
+    with figure_style():
         for index, (name, draw) in enumerate(jobs):
             path = folder / f"{name}.png"
             draw(study).savefig(path)

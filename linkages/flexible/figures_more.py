@@ -7,7 +7,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from linkages.flexible.figures import COLORS, STYLES
+from linkages.figure_style import COLORS
+from linkages.flexible.figures import STYLES
 from linkages.flexible.maps import drive_map
 from linkages.flexible.model import Model
 from linkages.flexible.modes import frequencies

@@ -1,31 +1,37 @@
-"""The command ``linkages modes``: numbers, figures and an animation of the flexible robot."""
+"""``linkages modes``: numbers, figures and an animation of the flexible robot."""
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
-from collections.abc import Callable
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from linkages.commands.common import add_out, output_folder, progress_bar, written
+from linkages.errors import Status
+from linkages.folder import OutputFolder
 
 if TYPE_CHECKING:
     from linkages.flexible.study import FlexibleStudy
 
-_EXAMPLE = "linkages modes three_rrr.toml --verify --branch 98 --out results/robot"
+HELP = "flexible 3-RRR robot: kinematics, modes, stress"
+
+_EXAMPLES = """examples:
+  linkages modes three_rrr.toml
+  linkages modes three_rrr.toml --verify --branch 98 --out results/robot
+"""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``linkages modes``."""
-    parser.epilog = f"example: {_EXAMPLE}"
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
     parser.add_argument("file", help="robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--verify", action="store_true", help="compare with Drake's rigid plant")
     parser.add_argument(
         "--branch", type=float, metavar="DEG", help="platform angle at t = 0 of the assembly to follow"
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: results/NAME")
+    add_out(parser)
     parser.add_argument(
         "--elements", type=int, metavar="N", help="beam elements in each link, replaces the file's"
     )
@@ -33,30 +39,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
 
-def modes_command(options: argparse.Namespace) -> int:
-    """Run the command with parsed options; returns the exit status."""
-    from linkages.errors import InputError
-    from linkages.flexible.branch import BranchError
-
-    try:
-        return _modes(options)
-    except InputError as problem:
-        print(f"error: {problem}", file=sys.stderr)
-        return 2
-    except BranchError as problem:
-        print(f"failed: {problem}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("interrupted; nothing was written", file=sys.stderr)
-        return 130
-
-
-def _modes(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
+    """Study the robot; returns the exit status."""
     from linkages.data import find_file
-    from linkages.errors import InputError, Status
     from linkages.flexible.robot import changed, load_robot
     from linkages.flexible.study import run_study
-    from linkages.folder import OutputFolder
 
     path = find_file(options.file)
     robot = load_robot(path)
@@ -64,10 +51,8 @@ def _modes(options: argparse.Namespace) -> int:
         robot = changed(robot, model={"elements": options.elements})
     if options.branch is not None:
         robot = changed(robot, branch=options.branch)
-    out = options.out or Path("results") / path.stem
-    if out.exists() and not out.is_dir():
-        raise InputError("--out", str(out), "is a file; give a folder")
-    study = run_study(robot, _bar("modes"))
+    out = output_folder(options, path.stem)
+    study = run_study(robot, progress_bar("modes"))
     result = summarize(study)
     if options.verify:
         import numpy as np
@@ -82,13 +67,13 @@ def _modes(options: argparse.Namespace) -> int:
         if not options.no_plots:
             from linkages.flexible.figures import write_figures
 
-            write_figures(study, folder, _bar("figures"))
+            write_figures(study, folder, progress_bar("figures"))
         if not options.no_animation:
             from linkages.flexible.animation import write_animation
 
             write_animation(study, folder / "animation.html")
     print(format_table(result))
-    print(f"\nwritten to {out}{os.sep}: {', '.join(sorted(p.name for p in out.iterdir()))}")
+    print(f"\n{written(out)}")
     if study.branch.status is not Status.OK:
         print(
             "the branch ends at a fold (singularity of type 2) at "
@@ -167,24 +152,3 @@ def format_table(result: dict[str, Any]) -> str:
         lines += ["", "against Drake's rigid plant:"]
         lines += [f"  {key:18s} {value:.3g}" for key, value in result["verify"].items()]
     return "\n".join(lines)
-
-
-def _bar(name: str) -> Callable[[float], None]:
-    """Make a progress bar for a fraction from 0 to 1, shown on a terminal after two seconds."""
-    from tqdm import tqdm
-
-    bar = tqdm(
-        total=1.0,
-        desc=name,
-        delay=2.0,
-        disable=None,
-        leave=False,
-        bar_format="{desc}: {percentage:3.0f}% |{bar}|",
-    )
-
-    def advance(fraction: float) -> None:
-        bar.update(min(fraction, 1.0) - bar.n)
-        if fraction >= 1.0:
-            bar.close()
-
-    return advance

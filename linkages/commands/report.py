@@ -1,0 +1,31 @@
+"""``linkages report``: a folder of results as one HTML page."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+HELP = "make one self-contained HTML page of a folder of results"
+
+_EXAMPLES = """examples:
+  linkages report results/seven_bar
+  linkages report results/seven_bar --out press.html
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("folder", type=Path, metavar="DIR", help="--out folder of `linkages simulate`")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="default: DIR/report.html")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the page; returns the exit status."""
+    from linkages.report import load_results, write_report
+
+    results = load_results(options.folder)
+    path = options.out or options.folder / "report.html"
+    write_report(results, path)
+    print(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB, needs no network")
+    return 0

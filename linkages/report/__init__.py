@@ -1,0 +1,17 @@
+"""One HTML page from a folder of results, complete in itself.
+
+| module    | responsibility                                                                |
+|-----------|-------------------------------------------------------------------------------|
+| results   | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
+| words     | the question and the answer in sentences, the commands that repeat the run     |
+| tables    | the tables: headings and cells, numbers as text                                |
+| page      | template, style and script -> ``report.html``                                  |
+
+The page holds its figures and its animation as data. A content security policy in its head forbids the browser to fetch
+anything else, so that what is read in ten years is what is read today.
+"""
+
+from linkages.report.page import write_report
+from linkages.report.results import Results, load_results
+
+__all__ = ["Results", "load_results", "write_report"]

@@ -1,0 +1,98 @@
+"""``report.html``: results, words and tables put into the template."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from linkages.errors import InputError
+from linkages.report import tables, words
+from linkages.report.results import Results
+
+_CAPTIONS = {
+    "orbits": "Orbits of the journals' centres in their clearance circles; below, magnified.",
+    "impacts": "Peak force and approach speed of every contact, at the time of its start.",
+    "joint_forces": "Magnitudes of the joint forces, ideal joints beside clearance.",
+    "drive_torques": "Torques (forces) of the drives, ideal joints beside clearance.",
+}
+
+
+@dataclass(frozen=True)
+class _Figure:
+    caption: str
+    source: str  # data URI
+
+
+def write_report(results: Results, path: Path) -> None:
+    """Write the page; it is written whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    text = render(results)
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as problem:
+        partial.unlink(missing_ok=True)
+        raise InputError("--out", str(path), f"cannot be written ({problem.strerror})") from None
+
+
+def render(results: Results) -> str:
+    """Return the page as text."""
+    environment = Environment(
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    return environment.from_string(_own("page.html")).render(
+        style=Markup(_own("page.css")),
+        script=Markup(_own("page.js")),
+        title=results.title,
+        question=words.question(results),
+        answer=words.answer(results),
+        results=[tables.outputs(results), tables.joints(results), tables.drives(results)],
+        estimated=bool(results.summary["error"]),
+        dry=any(joint["model"] == "dry" for joint in results.play.values()),
+        impacts=tables.impacts(results),
+        figures=[_figure(path) for path in results.figures],
+        animation=results.animation.read_text(encoding="utf-8") if results.animation else None,
+        parameters=tables.parameters(results),
+        mechanism=results.experiment["mechanism"],
+        provenance=[tables.provenance(results), tables.files(results)],
+        versions=[
+            f"{k}=={v}" for k, v in results.summary["provenance"]["versions"].items() if k not in _ELSEWHERE
+        ],
+        python=results.summary["provenance"]["versions"].get("python", ""),
+        commands=words.commands(results),
+        overrides=words.overrides(results),
+        experiment_name=results.source,
+        experiment_file=words.experiment_file(results),
+    )
+
+
+_ELSEWHERE = ("python", "linkages")  # not installed as the other packages are
+
+
+def _figure(path: Path) -> _Figure:
+    output = path.stem.removeprefix("output_")
+    caption = _CAPTIONS.get(path.stem, path.stem)
+    if output != path.stem:
+        caption = f"{output} over time, ideal joints beside clearance; below, their difference."
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    return _Figure(caption, f"data:image/png;base64,{data}")
+
+
+def _own(name: str) -> str:
+    """Read a file that comes with this package."""
+    return (files("linkages.report") / name).read_text(encoding="utf-8")

@@ -1,0 +1,138 @@
+"""A folder of results as a report needs it."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from linkages.errors import InputError
+from linkages.impacts import Impact
+
+# what a summary must have, see docs/outputs.md
+_KEYS = (
+    "engine",
+    "duration",
+    "status",
+    "mechanism",
+    "outputs",
+    "joints",
+    "drives",
+    "ideal",
+    "error",
+    "provenance",
+)
+
+# figures in the order of reading; the outputs' come first
+_FIGURES = ("orbits", "impacts", "joint_forces", "drive_torques")
+
+
+@dataclass(frozen=True)
+class Results:
+    """What ``linkages simulate`` left in a folder.
+
+    Attributes
+    ----------
+    folder : Path
+    summary : dict
+        ``summary.json``.
+    figures : tuple of Path
+        PNG files, in the order of reading.
+    animation : Path or None
+    impacts : tuple of Impact or None
+        Every contact; None if no joint could touch.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    figures: tuple[Path, ...]
+    animation: Path | None
+    impacts: tuple[Impact, ...] | None
+
+    @property
+    def experiment(self) -> dict[str, Any]:
+        """The experiment as it was run: nested tables of a TOML file."""
+        return {k: v for k, v in self.summary["provenance"]["experiment"].items() if k != "file"}
+
+    @property
+    def source(self) -> str:
+        """Name of the experiment's file."""
+        return str(self.summary["provenance"]["experiment"]["file"])
+
+    @property
+    def sources(self) -> dict[str, str]:
+        """Where each value comes from, by dotted path."""
+        return dict(self.summary["provenance"]["sources"])
+
+    @property
+    def title(self) -> str:
+        """The experiment's title, or its file's name."""
+        return self.experiment.get("title") or Path(self.source).stem
+
+    @property
+    def play(self) -> dict[str, dict[str, Any]]:
+        """Joints with clearance and their models."""
+        joints = self.experiment.get("joints", {})
+        return {name: joint for name, joint in joints.items() if joint.get("model", "ideal") != "ideal"}
+
+
+def load_results(folder: str | Path) -> Results:
+    """Read a folder of results.
+
+    Raises
+    ------
+    InputError
+        If it is not a folder written by ``linkages simulate``.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
+    summary, animation = _summary(folder), folder / "animation.html"
+    return Results(
+        folder,
+        summary,
+        _figures(folder, list(summary["outputs"])),
+        animation if animation.is_file() else None,
+        _impacts(folder / "impacts.csv"),
+    )
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    path = folder / "summary.json"
+    hint = "give the --out folder of `linkages simulate`"
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(str(folder), "summary.json", f"is not there; {hint}") from None
+    except (OSError, ValueError) as problem:
+        raise InputError(str(path), "", f"cannot be read ({problem}); {hint}") from None
+    missing = [key for key in _KEYS if not isinstance(summary, dict) or key not in summary]
+    if missing:
+        raise InputError(str(path), missing[0], f"is missing: not a summary of `linkages simulate`; {hint}")
+    return dict(summary)
+
+
+def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
+    known = [*(f"output_{name}" for name in outputs), *_FIGURES]
+    return tuple(
+        sorted(
+            folder.glob("*.png"),
+            key=lambda path: (known.index(path.stem) if path.stem in known else len(known), path.name),
+        )
+    )
+
+
+def _impacts(path: Path) -> tuple[Impact, ...] | None:
+    if not path.is_file():
+        return None
+    names = [field.name for field in fields(Impact)]
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        return tuple(Impact(row["joint"], *(float(row[name] or "nan") for name in names[1:])) for row in rows)
+    except (OSError, ValueError, KeyError, TypeError) as problem:
+        raise InputError(
+            str(path), "", f"is not a list of contacts written by linkages ({problem})"
+        ) from None

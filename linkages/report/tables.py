@@ -1,0 +1,208 @@
+"""The tables of a report: captions, headings, cells; numbers as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from linkages.experiment import keys
+from linkages.impacts import Impact
+from linkages.report.results import Results
+from linkages.report.words import change, toml_value, unit
+from linkages.toml_tables import leaves
+
+_SHOWN = 40  # contacts in the table; all are in impacts.csv
+_NONE = "–"
+
+_FILES = {
+    "summary.json": "the numbers of this page, SI units",
+    "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
+    "impacts.csv": "every contact",
+    "animation.html": "the animation on a page of its own",
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; the first cell of each row names the row.
+
+    Attributes
+    ----------
+    caption : str
+    head : tuple of str
+    rows : tuple of tuples of str
+    text : frozenset of int
+        Columns that hold words, not numbers.
+    """
+
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    text: frozenset[int] = frozenset({0})
+
+
+def outputs(results: Results) -> Table:
+    """Tabulate the outputs, ideal beside real, with the error of the peak."""
+    rows = []
+    for name, value in results.summary["outputs"].items():
+        exact = results.summary["ideal"]["outputs"][name]
+        rows.append(
+            (
+                f"{name} [{unit(name)}]",
+                *(number(v) for v in (exact["min"], exact["max"], value["min"], value["max"])),
+                change(value["peak"], exact["peak"]),
+                error(results, f"{name}.peak"),
+            )
+        )
+    head = (
+        "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
+        "error of peak",
+    )  # fmt: skip
+    return Table("Outputs", head, tuple(rows))
+
+
+def joints(results: Results) -> Table:
+    """Tabulate the joint forces, ideal beside real."""
+    rows = []
+    for name, value in results.summary["joints"].items():
+        exact, force = results.summary["ideal"]["joints"][name]["force"]["peak"], value["force"]
+        ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
+        rows.append(
+            (
+                name,
+                results.play.get(name, {}).get("model", "ideal"),
+                number(exact),
+                number(force["peak"]),
+                number(force["time"]),
+                change(force["peak"], exact),
+                error(results, f"{name}.force.peak"),
+                number(ratio["peak"]) if ratio else _NONE,
+                f"{100.0 * inside:.3g}" if inside is not None else _NONE,
+            )
+        )
+    head = (
+        "joint", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
+        "largest e/c", "in contact [% of time]",
+    )  # fmt: skip
+    return Table("Joint forces and journals", head, tuple(rows), frozenset({0, 1}))
+
+
+def drives(results: Results) -> Table:
+    """Tabulate drive torques (forces) and work."""
+    rows = []
+    for name, value in results.summary["drives"].items():
+        exact, ideal = value["torque"]["peak"], results.summary["ideal"]["drives"][name]
+        rows.append(
+            (
+                name,
+                number(ideal["torque"]["peak"]),
+                number(exact),
+                change(exact, ideal["torque"]["peak"]),
+                error(results, f"{name}.torque.peak"),
+                number(ideal["work"]),
+                number(value["work"]),
+            )
+        )
+    head = (
+        "drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]",
+    )  # fmt: skip
+    return Table("Drives: torque [N m] of a revolute joint, force [N] of a prismatic one", head, tuple(rows))
+
+
+def parameters(results: Results) -> Table:
+    """Tabulate every value of the experiment with its meaning and its source."""
+    meanings = dict(keys())
+    rows = [
+        (path, _plain(value), _meaning(path, meanings), results.sources.get(path, "not given"))
+        for path, value in leaves(results.experiment)
+        if path not in ("mechanism", "title", "outputs")
+    ]
+    head = ("parameter", "value", "meaning", "unit and source, from the file")
+    return Table("Parameters of the experiment", head, tuple(rows), frozenset({0, 2, 3}))
+
+
+def impacts(results: Results) -> Table | None:
+    """Tabulate the hardest contacts in the order of time; None if no joint could touch."""
+    if results.impacts is None:
+        return None
+    hardest = sorted(results.impacts, key=lambda row: -row.peak_force)[:_SHOWN]
+    left = len(results.impacts) - len(hardest)
+    caption = f"Contacts, {len(results.impacts)} in all"
+    if left:
+        caption += f"; shown are the {_SHOWN} hardest, all are in impacts.csv"
+    head = (
+        "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
+        "peak penetration [µm]", "separation [m/s]",
+    )  # fmt: skip
+    return Table(caption, head, tuple(_impact(row) for row in sorted(hardest, key=lambda row: row.start)))
+
+
+def provenance(results: Results) -> Table:
+    """Tabulate what made these numbers."""
+    summary, made = results.summary, results.summary["provenance"]
+    rows = [
+        ("experiment", results.source),
+        ("mechanism", str(results.experiment["mechanism"])),
+        ("engine", summary["engine"]),
+        ("duration", f"{number(summary['duration'])} s, status {summary['status']}"),
+        ("time to compute", f"{made['wall_time']:.3g} s, the run alone"),
+    ]
+    rows += [
+        (name.replace("_", " "), f"{value:g}" if isinstance(value, int | float) else str(value))
+        for name, value in made["run"].items()
+        if name != "engine"
+    ]
+    rows += [(f"version of {name}", str(value)) for name, value in made["versions"].items()]
+    return Table("Provenance", ("what", "value"), tuple(rows), frozenset({0, 1}))
+
+
+def files(results: Results) -> Table:
+    """Tabulate what is in the folder, and what is not."""
+    rows = []
+    for name, meaning in _FILES.items():
+        path = results.folder / name
+        rows.append((name, meaning, f"{path.stat().st_size / 1e3:.0f} kB" if path.is_file() else "not there"))
+    return Table("Files beside this page", ("file", "what it is", "size"), tuple(rows), frozenset({0, 1}))
+
+
+def number(value: float) -> str:
+    """Write a number with five significant digits."""
+    return f"{value:.5g}".replace("-", "−")
+
+
+def error(results: Results, key: str) -> str:
+    """Write the error of a peak, if it was estimated."""
+    found = results.summary["error"].get(key)
+    if found is None:
+        return "not estimated"
+    return f"{found:.1e}".replace("-", "−") if found else "0"
+
+
+def _impact(row: Impact) -> tuple[str, ...]:
+    values: Sequence[float] = [getattr(row, field.name) for field in fields(Impact)[1:]]
+    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0)
+    return (
+        row.joint,
+        *(_NONE if math.isnan(v) else number(scale * v) for v, scale in zip(values, scales, strict=True)),
+    )
+
+
+def _plain(value: Any) -> str:
+    """Write a parameter for reading; the file at the end of the page has every digit."""
+    if isinstance(value, list):
+        return f"[{', '.join(_plain(item) for item in value)}]"
+    if isinstance(value, float):
+        return f"{value:.6g}".replace("-", "−")
+    return value if isinstance(value, str) else toml_value(value)
+
+
+def _meaning(path: str, meanings: dict[str, str]) -> str:
+    """Look a key up; the name of a drive or of a joint stands for any."""
+    parts = path.split(".")
+    for place in range(len(parts)):
+        general = ".".join([*parts[:place], "NAME", *parts[place + 1 :]])
+        if general in meanings:
+            return meanings[general]
+    return meanings.get(path, "value of the SDF file, replaced" if parts[0] == "sdf" else "")

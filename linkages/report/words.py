@@ -1,0 +1,141 @@
+"""The question and the answer of a report in sentences, and the commands that repeat the run."""
+
+from __future__ import annotations
+
+import shlex
+from collections import defaultdict
+from typing import Any
+
+import tomlkit
+
+from linkages.errors import Status
+from linkages.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
+from linkages.report.results import Results
+
+_NOTHING = 1e-9  # of a value: what is left of a zero by rounding
+
+_MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
+
+
+def question(results: Results) -> str:
+    """Say what the run asks, in one sentence."""
+    alike: dict[tuple[str, float], list[str]] = defaultdict(list)
+    for name, joint in results.play.items():
+        alike[joint["model"], joint["clearance"]].append(name)
+    if not alike:
+        return "How does this linkage move with ideal joints, and what forces pass through them?"
+    play = listed(
+        f"{1e3 * clearance:.4g} mm of clearance in joint{'s'[: len(names) > 1]} {listed(names)} ({_MODELS[model]})"
+        for (model, clearance), names in alike.items()
+    )
+    return (
+        f"How does this linkage move with {play}, what forces pass through its joints,"
+        " and how far is that from the linkage with ideal joints?"
+    )
+
+
+def answer(results: Results) -> list[str]:
+    """Answer the question, one sentence for each finding; all numbers are the summary's."""
+    summary, ideal = results.summary, results.summary["ideal"]
+    status, sentences = Status(summary["status"]), []
+    if status is not Status.OK:
+        asked = results.experiment["duration"]
+        sentences.append(
+            f"The run ended before its time, at {summary['duration']:.4g} s of {asked:g} s, with the status"
+            f" {status.value}: {status.remedy}. The numbers are of the part that was computed, those of ideal joints"
+            " of the whole time."
+        )
+    for name, value in summary["outputs"].items():
+        beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
+        sentences.append(f"Peak of {name}: {value['peak']:.5g} {unit(name)}{beside}.")
+    if summary["joints"]:
+        name, value = max(summary["joints"].items(), key=lambda item: item[1]["force"]["peak"])
+        force = value["force"]
+        beside = _beside(results, force["peak"], ideal["joints"][name]["force"]["peak"], "N")
+        sentences.append(
+            f"The largest joint force is {force['peak']:.5g} N, in {name} at {force['time']:.4g} s{beside}."
+        )
+    for name, value in summary["joints"].items():
+        if "eccentricity_ratio" in value:
+            sentences.append(_used(name, value))
+    return sentences
+
+
+def _beside(results: Results, value: float, exact: float, of: str) -> str:
+    if not results.play:
+        return ""
+    return f"; with ideal joints {exact:.5g} {of} ({change(value, exact)})"
+
+
+def _used(name: str, value: dict[str, Any]) -> str:
+    """Say how much of its clearance a joint uses, and whether it touches."""
+    text = (
+        f"Joint {name} uses up to {100.0 * value['eccentricity_ratio']['peak']:.4g}\u00a0% of its clearance"
+    )
+    if value["model"] == "lubricated":
+        return f"{text}."
+    if not value["impacts"]:
+        return f"{text} and does not touch."
+    times = "once" if value["impacts"] == 1 else f"{value['impacts']} times"
+    return f"{text} and touches {times}, in contact for {100.0 * value['contact_fraction']:.3g}\u00a0% of the time."
+
+
+def commands(results: Results) -> list[str]:
+    """Commands that repeat the run and this page."""
+    summary = results.summary
+    out = f"results/{results.folder.resolve().name}"
+    words = ["linkages", "simulate", results.source, "--engine", summary["engine"]]
+    for path in overrides(results):
+        words += ["--set", f"{path}={toml_value(_at(results.experiment, path))}"]
+    if not summary["error"] and summary["status"] == Status.OK.value:
+        words.append("--no-error-estimate")
+    return [shlex.join([*words, "--out", out]), shlex.join(["linkages", "report", out])]
+
+
+def overrides(results: Results) -> list[str]:
+    """Dotted paths of the values that were replaced on the command line or in Python."""
+    return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
+
+
+def experiment_file(results: Results) -> str:
+    """Return the experiment as it was run, as a TOML file; replaced values are in it."""
+    return tomlkit.dumps(results.experiment)
+
+
+def toml_value(value: Any) -> str:
+    """Write a value as in a TOML file, on one line."""
+    if isinstance(value, dict):
+        table = tomlkit.inline_table()
+        table.update(value)
+        return table.as_string()
+    return tomlkit.item(value).as_string()
+
+
+def unit(output: str) -> str:
+    """Return the unit of an output."""
+    return QUANTITIES[output.rpartition(".")[2]].split("[")[1].rstrip("]").replace("s2", "s²")
+
+
+def change(value: float, reference: float) -> str:
+    """Say how far a magnitude is from its reference."""
+    if value == reference:
+        return "unchanged"
+    if abs(reference) < _NOTHING * abs(value):
+        return "there is none"
+    ratio = value / reference
+    if 0.5 < ratio < 2.0:
+        return f"{100.0 * (ratio - 1.0):+.2g} %".replace("-", "−")
+    return f"{ratio:.3g} times"
+
+
+def listed(items: Any) -> str:
+    """Join words: ``A, B and C``."""
+    *first, last = items
+    return f"{', '.join(first)} and {last}" if first else str(last)
+
+
+def _at(table: dict[str, Any], path: str) -> Any:
+    value: Any = table
+    for part in path.split("."):
+        value = value[part]
+    return value
