@@ -1,0 +1,50 @@
+"""What designs are worth: numbers, or why there are none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import Status
+
+Array = NDArray[np.float64]
+
+OK = Status.OK.value
+NO_VALUE = "no-value"  # a quantity has no finite value
+INFEASIBLE = "infeasible"  # not run: a constraint that needs no run is violated
+
+
+@dataclass(frozen=True)
+class Evaluations:
+    """What m designs are worth, in the units of the study file; NaN where there is no value.
+
+    Attributes
+    ----------
+    objectives : (m, no) array
+    constraints : (m, nc) array
+    status : tuple of str
+        "ok", or why the design has no values: a `linkages.errors.Status`, `NO_VALUE`, or `INFEASIBLE`; such a design
+        has the values of the constraints that need no run.
+    reason : tuple of str
+        One line; empty if ok.
+    """
+
+    objectives: Array
+    constraints: Array
+    status: tuple[str, ...]
+    reason: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.objectives)
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Where there should be values and are none, (m,)."""
+        return np.array([status not in (OK, INFEASIBLE) for status in self.status], dtype=bool)
+
+    @property
+    def unrun(self) -> NDArray[np.bool_]:
+        """Where a design was not run because it is infeasible, (m,)."""
+        return np.array([status == INFEASIBLE for status in self.status], dtype=bool)

@@ -1,0 +1,184 @@
+"""What an optimisation algorithm sees: bounds and a function of whole populations; and what it returns."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Ending(enum.StrEnum):
+    """Why an algorithm stopped; the value is the name used in files, `remedy` is what to try."""
+
+    CONVERGED = "converged"
+    BUDGET_USED = "budget-used"
+    NO_PROGRESS = "no-progress"
+    INFEASIBLE = "infeasible"
+    EVALUATION_FAILED = "evaluation-failed"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def remedy(self) -> str:
+        """What the user can try, in one sentence."""
+        return _REMEDY[self]
+
+
+_REMEDY = {
+    Ending.CONVERGED: "nothing: the conditions of optimality hold within the tolerance",
+    Ending.BUDGET_USED: "all iterations were made: more of them may find a better design",
+    Ending.NO_PROGRESS: "no step betters the objective: if it is rough, take a longer difference step or an"
+    " algorithm without gradients; if it is smooth, this is the optimum as far as it can be resolved",
+    Ending.INFEASIBLE: "no design near the last one violates the constraints less: start elsewhere, take"
+    " several starts, or loosen the constraints",
+    Ending.EVALUATION_FAILED: "there is no value at the start, or around a design that was reached: start"
+    " elsewhere or tighten the bounds",
+    Ending.INTERRUPTED: "the run was stopped by the user; what was found up to then is kept",
+}
+
+
+@dataclass(frozen=True)
+class Values:
+    """Objectives and constraints of m designs.
+
+    Attributes
+    ----------
+    objectives : (m, no) array
+        To be minimised; infinite where the evaluation failed, or was not made because constraints are violated.
+    inequalities : (m, ni) array
+        Satisfied where <= 0; infinite where the evaluation failed.
+    equalities : (m, ne) array
+        Satisfied where = 0.
+    failed : (m,) array of bool
+        Where there is no value: the run did not reach its end, the linkage could not be assembled.
+    """
+
+    objectives: Array
+    inequalities: Array
+    equalities: Array
+    failed: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.objectives)
+
+    @property
+    def violation(self) -> Array:
+        """Sum of all violated constraints, (m,); zero where feasible, infinite where the evaluation failed."""
+        total = np.maximum(self.inequalities, 0.0).sum(axis=1) + np.abs(self.equalities).sum(axis=1)
+        return np.where(self.failed, np.inf, total)
+
+    def feasible(self, tolerance: float = 0.0) -> NDArray[np.bool_]:
+        """Where every constraint holds within a tolerance, in its own unit, (m,)."""
+        largest = np.zeros(len(self))
+        for residuals in (self.inequalities, np.abs(self.equalities)):
+            if residuals.shape[1]:
+                largest = np.maximum(largest, residuals.max(axis=1))
+        return ~self.failed & (largest <= tolerance)
+
+    def take(self, rows: Any) -> Values:
+        """Values of some of the designs, by index or mask."""
+        rows = np.asarray(rows)
+        if rows.dtype != bool:
+            rows = rows.astype(np.intp)  # also of an empty list
+        return Values(
+            self.objectives[rows], self.inequalities[rows], self.equalities[rows], self.failed[rows]
+        )
+
+    @staticmethod
+    def join(parts: Sequence[Values]) -> Values:
+        """Values of several populations, one below the other."""
+        return Values(
+            np.concatenate([part.objectives for part in parts]),
+            np.concatenate([part.inequalities for part in parts]),
+            np.concatenate([part.equalities for part in parts]),
+            np.concatenate([part.failed for part in parts]),
+        )
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Minimise objectives over a box, subject to constraints.
+
+    Attributes
+    ----------
+    lower, upper : (n,) arrays
+        Bounds of the variables.
+    evaluate : callable
+        Values of designs (m, n); deterministic, and the same for a design whatever population it comes in.
+    objectives, inequalities, equalities : tuples of str
+        Their names, in the order of the columns of `Values`.
+    start : (n,) array or None
+        Nominal design.
+    jacobian : callable or None
+        Derivatives at a design (n,), as (no + ni + ne, n): rows of the objectives, inequalities, equalities.
+        Without it, gradient methods take differences.
+    """
+
+    lower: Array
+    upper: Array
+    evaluate: Callable[[Array], Values]
+    objectives: tuple[str, ...] = ("objective",)
+    inequalities: tuple[str, ...] = ()
+    equalities: tuple[str, ...] = ()
+    start: Array | None = None
+    jacobian: Callable[[Array], Array] | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of variables."""
+        return len(self.lower)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Where an algorithm stands after an iteration (a generation, a line search).
+
+    Attributes
+    ----------
+    iteration, iterations : int
+        Number of this iteration, the first being 1, and how many there are at most.
+    best : (k, n) array
+        The best design so far; of several objectives, the front.
+    values : Values
+        Of these designs.
+    state : dict
+        Where the algorithm is, as JSON types: its population, its random generators' states. For the record: it is
+        continued by running it again on stored values.
+    """
+
+    iteration: int
+    iterations: int
+    best: Array
+    values: Values
+    state: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What an algorithm found.
+
+    Attributes
+    ----------
+    x : (k, n) array
+        The best design; of several objectives, the front.
+    values : Values
+        Of these designs.
+    status : Ending
+        Why it stopped.
+    iterations, evaluations : int
+        Evaluations count each design once.
+    runs : tuple of Result
+        The parts of an algorithm that starts several times.
+    """
+
+    x: Array
+    values: Values
+    status: Ending
+    iterations: int
+    evaluations: int
+    runs: tuple[Result, ...] = ()

@@ -1,0 +1,85 @@
+"""Published results beside ours, as a page: every number of ours is computed when the page is made.
+
+``python docs/make_replication.py`` writes docs/replication.md. A verdict follows from the numbers, by
+`verdict` or `verdict_of_change`; the reason beside it is ours.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+REPRODUCED, TREND, NOT, MISPRINT = "reproduced", "trend only", "not reproducible", "wrong as printed"
+#: A value agrees within this part of the printed one.
+WITHIN = 0.05
+_NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One line of the table: what is printed and where, what we compute, what follows, and why."""
+
+    what: str
+    printed: str
+    ours: str
+    verdict: str
+    why: str
+
+
+def verdict(printed: float, ours: float) -> str:
+    """Compare a value with the printed one: `REPRODUCED` within `WITHIN`, `TREND` within a factor of two, or `NOT`."""
+    if abs(ours - printed) <= WITHIN * abs(printed):
+        return REPRODUCED
+    return TREND if 0.5 <= ours / printed <= 2.0 else NOT
+
+
+def verdict_of_change(printed: float, ours: float) -> str:
+    """Compare changes in per cent: `REPRODUCED` within `WITHIN`, `TREND` with the sign and a tenth of it, or `NOT`."""
+    if abs(ours - printed) <= WITHIN * abs(printed):
+        return REPRODUCED
+    return TREND if ours / printed >= 0.1 else NOT
+
+
+def change(before: float, after: float) -> float:
+    """Change in per cent."""
+    return 100.0 * (after / before - 1.0)
+
+
+def percent(value: float) -> str:
+    """Write a change, or that there is none to speak of."""
+    return f"less than {0.01:g} %" if abs(value) < 0.01 else f"{value:+.2f} %"
+
+
+def table(claims: Sequence[Claim]) -> str:
+    """Write claims as a Markdown table."""
+    head = "| claim | printed | ours | verdict | why |\n|---|---|---|---|---|\n"
+    return head + "".join(f"| {c.what} | {c.printed} | {c.ours} | {c.verdict} | {c.why} |\n" for c in claims)
+
+
+def differences(old: str, new: str, digits: float = 2.0) -> list[str]:
+    """Where two pages differ: words at all, numbers by more than some units of the last printed digit.
+
+    Parameters
+    ----------
+    digits : float
+        Units of the coarser last digit: one for the rounding of each page.
+    """
+    if _NUMBER.sub("#", old) != _NUMBER.sub("#", new):
+        lines = zip(_NUMBER.sub("#", old).splitlines(), _NUMBER.sub("#", new).splitlines(), strict=False)
+        return [f"{a} -> {b}" for a, b in lines if a != b] or ["one page is longer"]
+    pairs = zip(_NUMBER.findall(old), _NUMBER.findall(new), strict=True)
+    return [
+        f"{a} -> {b}"
+        for a, b in pairs
+        if abs(float(a) - float(b)) > (digits + 1e-6) * max(_unit(a), _unit(b))
+    ]
+
+
+def _unit(number: str) -> float:
+    """One unit of the last digit of a printed number; exact for an integer."""
+    mantissa, _, exponent = number.partition("e")
+    places = len(mantissa.partition(".")[2])
+    if not places and not exponent:
+        return 0.0
+    return float(10.0 ** (int(exponent or 0) - places))

@@ -1,0 +1,67 @@
+"""A study with an algorithm and a seed, as a task for `optim.run`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from linkages.errors import InputError, nearest
+from linkages.toml_tables import Table
+from optim import algorithms
+from optim.evaluate import Evaluator, equality_names, inequality_names, values_of
+from optim.problem import Study
+from optim.run import Task
+from optim.screen import Screened
+from optim.versions import versions
+
+
+def settings_of(study: Study) -> tuple[str, Table]:
+    """Name and settings of a study's algorithm.
+
+    Raises
+    ------
+    InputError
+        If there is no such algorithm, it has no such setting, or it cannot solve the problem.
+    """
+    given = dict(study.file.algorithm)
+    name = given.pop("name", None)
+    if not isinstance(name, str) or name not in algorithms.ALGORITHMS:
+        problem = "is missing" if name is None else f'"{name}" is unknown'
+        raise InputError(
+            study.source, "algorithm.name", f"{problem}; {nearest(str(name or ''), algorithms.ALGORITHMS)}"
+        )
+    if len(study.file.objectives) > 1 and not algorithms.ALGORITHMS[name].several:
+        able = ", ".join(key for key, entry in algorithms.ALGORITHMS.items() if entry.several)
+        raise InputError(study.source, "algorithm.name", f'"{name}" takes one objective; of several: {able}')
+    return name, algorithms.settings_of(name, given, f"{study.source.name}: algorithm")
+
+
+def described(study: Study) -> dict[str, Any]:
+    """Return the algorithm's name and all its settings, as JSON types."""
+    name, settings = settings_of(study)
+    return {"name": name, **settings.model_dump(mode="json")}
+
+
+def task_of(study: Study, seed: int, evaluator: Evaluator) -> Task:
+    """Make the task of solving a study; designs that its formulas exclude are not run.
+
+    Raises
+    ------
+    InputError
+        As `settings_of`.
+    """
+    name, settings = settings_of(study)
+    return Task(
+        {"algorithm": described(study), "seed": seed, **study.description()},
+        versions(),
+        study.paths,
+        tuple(study.file.objectives),
+        tuple(study.file.constraints),
+        study.lower,
+        study.upper,
+        study.nominal,
+        Screened(study, evaluator, getattr(settings, "step", None)),
+        lambda found, nominal: values_of(study, found, nominal),
+        lambda problem, progress: algorithms.optimise(name, problem, settings, seed, progress),
+        inequality_names(study),
+        equality_names(study),
+    )
