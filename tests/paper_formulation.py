@@ -181,15 +181,19 @@ def start(data):
     return q, -np.linalg.solve(matrix, rate)
 
 
-def solve(data, duration, rtol=1e-8):
-    """Integrate; returns a function of times: eccentricities (nt, 2, 2), forces (nt, 2, 2), slider accelerations (nt,)."""
+def solve(data, duration, rtol=1e-8, method="Radau"):
+    """Integrate with a method of `solve_ivp`.
+
+    Returns the step times, and a function of times: eccentricities (nt, 2, 2), forces (nt, 2, 2), slider
+    accelerations (nt,).
+    """
     q0, v0 = start(data)
     rates = lambda t, s: np.concatenate([s[18:], accelerations(t, s[:18], s[18:], data)])  # noqa: E731
     run = solve_ivp(
         rates,
         (0.0, duration),
         np.concatenate([q0, v0]),
-        method="Radau",
+        method=method,
         rtol=rtol,
         atol=1e-3 * rtol,
         dense_output=True,

@@ -64,7 +64,7 @@ def test_slider_crank_follows_its_closed_form(experiment_file, offset):
 
 
 def seven_bar_slider(t, w1=2 * np.pi, w4=2 * np.pi):
-    """Slider position from three dyads, seed 000 Table 2."""
+    """Slider position from three dyads, Chen 2025 Table 2."""
     a = 0.08 * np.array([np.cos(w1 * t), np.sin(w1 * t)])
     phase = np.radians(310.79) + w4 * t
     b = np.array([0.08 * np.cos(phase), 0.301 + 0.08 * np.sin(phase)])

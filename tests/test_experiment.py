@@ -77,6 +77,18 @@ REFUSED = {
     ),
     "wrong gravity": (GOOD + "", {"gravity": [0.0, 1.0]}, "gravity"),
     "unknown override": (GOOD, {"joints.A.clearence": "1"}, 'did you mean "clearance"?'),
+    "override without a key": (
+        GOOD,
+        {"joints..clearance": "1"},
+        "is no path; write keys with points between",
+    ),
+    "table where a value is": (GOOD, {"joints.A": "3"}, "joints.A: is 3; it should be a table"),
+    "text where a number is": (
+        GOOD,
+        {"joints.A.clearance": "'1 mm'"},
+        "is '1 mm'; it should be a number (radial",
+    ),
+    "list too short": (GOOD, {"gravity": "[0, 1]"}, "it should have at least 3 items, not 2"),
     "override into a value": (GOOD, {"duration.x": "1"}, '"duration" is a value'),
     "unknown sdf path": (GOOD, {"sdf.links.couplr.mass": 1.0}, 'did you mean "coupler"?'),
     "sdf value not a number": (GOOD, {"sdf.links.coupler.mass": "heavy"}, "must be a number"),
@@ -94,13 +106,14 @@ def test_bad_experiments_are_refused_in_one_line_with_exit_status_2(experiment_f
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert reason in error
+    assert error.startswith(("error: experiment.toml: ", "error: machine.sdf: ", "error: command line: "))
     assert not out.exists()
     with pytest.raises(InputError) as caught:
         load(experiment_file(four_bar(), text), overrides)
     message = str(caught.value)
     assert reason in message
     assert "\n" not in message
-    assert message.startswith(("experiment.toml: ", "machine.sdf: ", "--set: "))
+    assert message.startswith(("experiment.toml: ", "machine.sdf: ", "argument: "))
 
 
 def test_missing_files_are_refused(tmp_path):
@@ -112,12 +125,30 @@ def test_missing_files_are_refused(tmp_path):
         load(path)
 
 
+def test_a_misspelt_file_gets_the_nearest_name(experiment_file, capsys, monkeypatch):
+    path = experiment_file(four_bar(), GOOD)
+    monkeypatch.chdir(path.parent)
+    mistakes = {
+        "experimnet.toml": 'experimnet.toml: cannot be read (No such file or directory); did you mean "experiment.toml"?',
+        "seven_bra.toml": 'seven_bra.toml: cannot be read (No such file or directory); did you mean "seven_bar.toml"?',
+        "nothing.toml": "nothing.toml: cannot be read (No such file or directory)",
+        "machine.sdf": "machine.sdf: is a machine; give the file (.toml) that says what is done with it",
+        ".": ".: cannot be read (Is a directory)",
+    }
+    for name, told in mistakes.items():
+        assert main(["simulate", name]) == 2
+        assert capsys.readouterr().err == f"error: {told}\n"
+    path.write_text(path.read_text().replace("machine.sdf", "mashine.sdf"))
+    with pytest.raises(InputError, match=r'^mashine\.sdf: cannot be read .*; did you mean "machine\.sdf"\?$'):
+        load(path)
+
+
 def test_comments_are_kept_as_sources(experiment_file):
     experiment = load_experiment(experiment_file(four_bar(), GOOD), {"joints.A.viscosity": "0.2"})
     assert experiment.sources["duration"] == "s, assumed"
     assert experiment.sources["joints.A.clearance"] == "m, drawing 7"
     assert experiment.sources["joints.A.shear_torque"] == "neglected"
-    assert experiment.sources["joints.A.viscosity"] == "--set"
+    assert experiment.sources["joints.A.viscosity"] == "argument"
     assert experiment.joints["A"].viscosity == 0.2
 
 

@@ -7,6 +7,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from linkages.cli import main
+from linkages.data import data_folder
 from linkages.errors import InputError
 from linkages.mechanism import load_mechanism
 from linkages.planar.topology import spanning_tree
@@ -90,6 +91,12 @@ def test_a_link_on_clearance_joints_alone_floats(tmp_path):
     path.write_text(slider_crank())
     tree = spanning_tree(load_mechanism(path), ("A", "B"), ("O",))
     assert tree.coordinates == ("O", "guide", "rod.x", "rod.y", "rod.angle")
+
+
+def test_angles_by_path_are_in_radians_whatever_the_file_says():
+    path = data_folder() / "four_bar.sdf"  # written in degrees
+    turned = load_mechanism(path, {"links.crank.pose.yaw": 1.0})
+    assert turned.link["crank"].angle == pytest.approx(1.0, abs=1e-12)
 
 
 def test_overrides_reach_the_file(tmp_path):

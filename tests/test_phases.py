@@ -1,12 +1,18 @@
 """Impacts told apart from sustained contact."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import beta
 
+from linkages.data import data_folder
 from linkages.errors import Status
+from linkages.experiment import load
 from linkages.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT, phases
+from linkages.plots import _path
+from linkages.run import study
 from linkages.trajectory import Trajectory
 
 
@@ -55,3 +61,21 @@ def test_a_journal_that_swings_within_the_wall_is_in_sustained_contact():
 
 def test_a_journal_that_settles_without_swinging_is_in_sustained_contact():
     assert seen(journal(1e9, 50.0, 1e5, 1e-4, 0.01, 0.1)) == [FREE, SUSTAINED_CONTACT]
+
+
+def test_the_drawn_path_is_fine_where_steps_are_long():
+    """A dry run on the compiled engine crosses the clearance in a few steps: they are cut into pieces for the drawing."""
+    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml", {"duration": 1.5e-3})
+    found = study(mechanism, experiment, "compiled", error_estimate=False)
+    clearance = experiment.joints["B"].clearance
+    steps = np.column_stack([found.run["B.ex"], found.run["B.ey"]])
+    path, phase = _path(found, "B")
+    assert np.hypot(*np.diff(steps, axis=0).T).max() > 0.3 * clearance
+    assert np.hypot(*np.diff(path, axis=0).T).max() < 0.1 * clearance
+    assert len(phase) == len(path) - 1
+    assert set(phase) == {FREE, IMPACT}
+    at = [int(np.argmin(np.hypot(*(path - point).T))) for point in steps]
+    np.testing.assert_array_equal(path[at], steps)  # the run's own states are on it, in their order
+    assert at == sorted(at)
+    loaded = replace(found, run=replace(found.run, evaluate=None))
+    np.testing.assert_array_equal(_path(loaded, "B")[0], steps)

@@ -13,7 +13,8 @@ from linkages.joint_parameters import film_tables, law_parameters
 from linkages.mechanism import load_mechanism
 from linkages.planar.clearance import WIDTH, clearance_wrenches
 from linkages.planar.closure import closure_error, closure_jacobian
-from linkages.planar.dynamics import constrained_dynamics, solve_semidefinite
+from linkages.planar.driven import constrained_dynamics
+from linkages.planar.dynamics import solve_semidefinite
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,

@@ -167,16 +167,16 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
 
 
 def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_path, monkeypatch):
-    import linkages.cli as cli
+    import linkages.commands.common as common
 
-    def bars(duration):
+    def bar(name, total, unit):
         def stop(time):
-            if time > 0.5 * duration:
+            if time > 0.5 * total:
                 raise KeyboardInterrupt
 
-        return lambda name: stop
+        return stop
 
-    monkeypatch.setattr(cli, "_bars", bars)
+    monkeypatch.setattr(common, "progress_bar", bar)
     out = tmp_path / "out"
     assert (
         main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == 130

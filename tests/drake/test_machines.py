@@ -25,6 +25,7 @@ SHORT = {
     "six_bar_dry.toml": 0.008,
     "seven_bar_dry.toml": 0.03,
     "seven_bar_mixed.toml": 0.08,
+    "slider_crank_guide.toml": 0.003,
 }
 DEFAULT = 0.05
 

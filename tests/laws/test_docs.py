@@ -25,7 +25,7 @@ def test_every_law_is_in_the_table():
 
 @pytest.mark.parametrize(("motion", "largest"), [("rotation", 2.9), ("separation", 11.3)])
 def test_the_long_film_is_too_strong_at_the_slenderness_of_the_seed(motion, largest):
-    """Seed 000 assumes L/D > 2 and has 1.33: up to three times in rotation, ten and more in separation."""
+    """Chen et al. (2025) assume L/D > 2 and have 1.33: up to three times in rotation, ten and more in separation."""
     ratios = [long_bearing_ratio(4.0 / 3.0, eps, motion) for eps in (0.05, 0.5, 0.9, 0.95)]
     assert max(ratios) == pytest.approx(largest, rel=0.02)
     assert motion in MOTIONS
@@ -35,8 +35,8 @@ def test_adding_a_law_as_the_page_says(tmp_path):
     """Apply the page's three edits to a copy of the module, and use the law."""
     page = (ROOT / "docs" / "extend_contact_law.md").read_text(encoding="utf-8")
     function, entry, branch = (
-        re.sub(r"^   ", "", block, flags=re.M)
-        for block in re.findall(r"```python\n(.*?)   ```", page, flags=re.S)
+        re.sub(r"^    ", "", block, flags=re.M)
+        for block in re.findall(r"```python\n(.*?)    ```", page, flags=re.S)
     )
     added = [line for part in (function, entry, branch) for line in part.splitlines()]
     assert len(added) <= 20

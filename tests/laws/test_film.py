@@ -115,7 +115,7 @@ def test_mirror_image_turns_the_tangential_force(name, eps, deps, ew):
 
 @given(FILM, EPS, st.floats(0.1, 10.0))
 def test_no_jump_between_approach_and_separation(name, eps, ew):
-    """Printed with the wrong sign, seed 000 eq. (11) jumps here by twice the wedge's normal force."""
+    """Printed with the wrong sign, Chen 2025 eq. (11) jumps here by twice the wedge's normal force."""
     step = 1e-9 * ew
     below, above = force(name, eps, -step, ew), force(name, eps, step, ew)
     scale = abs(above[0]) + abs(above[1])

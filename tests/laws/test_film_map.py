@@ -15,7 +15,7 @@ from linkages.laws.film_map import CAVITATIONS, EPS_LIMIT, build_map, finite_fil
 from linkages.laws.films import FILMS, film_force
 from linkages.laws.map_cache import cache_directory, load_map, map_path
 
-SLENDERNESS = 0.04 / 0.03  # seed 000 Table 5
+SLENDERNESS = 0.04 / 0.03  # Chen 2025 Table 5
 
 
 @pytest.fixture(scope="module", params=list(CAVITATIONS))

@@ -47,7 +47,7 @@ def test_ambrosio_is_the_ramp_of_seed_000():
 
 
 def test_cubic_peaks_at_the_static_coefficient_and_is_smooth():
-    """Seed 001: mu_s at v_s and mu_d at v_d, both with zero slope."""
+    """Bai et al. (2016): mu_s at v_s and mu_d at v_d, both with zero slope."""
     assert cubic(V_0, MU_S, MU_D, V_0, V_1) == pytest.approx(MU_S)
     assert cubic(V_1, MU_S, MU_D, V_0, V_1) == pytest.approx(MU_D)
     for v in (V_0, V_1):

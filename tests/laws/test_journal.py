@@ -58,7 +58,7 @@ def test_force_is_the_same_seen_from_any_rotating_frame(film, x, y, u, v, wb, wj
 
 
 def test_relative_speed_would_depend_on_the_observer():
-    """The trap of seed 000 eqs. (9)-(11): with omega_j - omega_b the force changes with the frame it is seen from.
+    """The trap of Chen 2025 eqs. (9)-(11): with omega_j - omega_b the force changes with the frame it is seen from.
 
     The law fed with -omega_b is the printed one: the sum it forms is then the relative speed.
     """

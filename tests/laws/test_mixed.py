@@ -1,4 +1,4 @@
-"""Mixed lubrication: the blend of seed 000 eq. (15), and Greenwood and Tripp's asperities."""
+"""Mixed lubrication: the blend of Chen 2025 eq. (15), and Greenwood and Tripp's asperities."""
 
 import math
 from itertools import pairwise

@@ -1,0 +1,191 @@
+"""Batches: the same numbers as whole trajectories, failures in their rows, the same bytes for any number of threads."""
+
+import itertools
+
+import numpy as np
+import pytest
+from machines import four_bar
+
+from linkages import load, simulate
+from linkages.analysis import extremes
+from linkages.assembly import IdealMotion, assemble
+from linkages.compiled import simulate_batch
+from linkages.compiled.signals import default_outputs
+from linkages.data import data_folder
+from linkages.errors import InputError, Status
+
+SEVEN_BAR_OUTPUTS = (
+    "slider7.x",
+    "slider7.ax",
+    "link2.angle",
+    "link2.omega",
+    "link6.alpha",
+    "C.vy",
+    "A.force",
+    "A.fx",
+    "B.eccentricity_ratio",
+    "B.ey",
+    "O1.torque",
+    "O4.torque",
+    "O1.force",
+    "guide.fy",
+)
+
+
+def shipped(name, **overrides):
+    return load(data_folder() / f"{name}.toml", overrides)
+
+
+@pytest.fixture(scope="module")
+def press():
+    return shipped("seven_bar", duration=0.5)
+
+
+def available(mechanism, names):
+    points, joints = mechanism.point, mechanism.joint
+    return [name for name in names if name.split(".")[0] in points or name.split(".")[0] in joints]
+
+
+def agree(batch, trajectory, names, rel):
+    """Extremes of the batch's first row against those refined from the trajectory."""
+    found = extremes(trajectory, list(names))
+    for k, name in enumerate(names):
+        size = max(found[name].peak, 1e-12)
+        if not name.endswith(".force"):  # a magnitude dips to nothing between two samples: either may miss it
+            assert batch.minimum[0, 0, k] == pytest.approx(found[name].min, abs=rel * size), name
+        assert batch.maximum[0, 0, k] == pytest.approx(found[name].max, abs=rel * size), name
+
+
+def test_extremes_are_those_of_the_trajectory(press):
+    """Two ways to every number: signals in compiled code, columns by Newton-Euler in NumPy."""
+    mechanism, experiment = press
+    names = available(mechanism, SEVEN_BAR_OUTPUTS)
+    assert len(names) >= 12
+    tight = experiment.replaced({"solver.accuracy": 1e-10})  # replays differ by the accuracy
+    batch = simulate_batch(mechanism, tight, outputs=names)
+    assert batch.status == [Status.OK]
+    agree(batch, simulate(mechanism, tight, "compiled"), names, 1e-7)
+
+
+@pytest.mark.parametrize("name", ["slider_crank_dry", "six_bar_dry", "slider_crank_guide"])
+def test_dry_and_looped_linkages_too(name):
+    """Where friction reverses, forces have peaks of nanoseconds, which either search finds to some 1e-5."""
+    mechanism, experiment = shipped(name)
+    experiment = experiment.replaced({"duration": 0.05 * experiment.duration, "solver.accuracy": 1e-10})
+    names = list(default_outputs(assemble(mechanism, experiment).tree, experiment))
+    names += [f"{j.name}.force" for j in mechanism.joints if j.name not in experiment.play]
+    batch = simulate_batch(mechanism, experiment, outputs=names)
+    assert batch.status == [Status.OK]
+    assert np.nanmax(batch.maximum) > 0.0
+    agree(batch, simulate(mechanism, experiment, "compiled"), names, 1e-4)
+
+
+def test_means_and_rms_are_integrals(press):
+    mechanism, experiment = press
+    names = ["slider7.vx", "A.force"]
+    batch = simulate_batch(mechanism, experiment, outputs=names, windows=[[0.1, 0.5]])
+    run = simulate(mechanism, experiment, "compiled")
+    times = np.linspace(0.1, 0.5, 2001)
+    columns = run.evaluate(times)
+    for k, name in enumerate(names):
+        assert batch.mean[0, 0, k] == pytest.approx(
+            np.trapezoid(columns[name], times) / 0.4, abs=1e-4 * np.abs(columns[name]).max()
+        )
+        square = np.trapezoid(columns[name] ** 2, times) / 0.4
+        assert batch.rms[0, 0, k] == pytest.approx(np.sqrt(square), rel=1e-4)
+
+
+def test_windows_divide_the_run(press):
+    """Extremes over the whole are the extremes of the parts; a window's ends count though no step is there."""
+    mechanism, experiment = press
+    edges = [0.0, 0.1234, 0.3, 0.5]
+    parts = simulate_batch(
+        mechanism, experiment, outputs=["slider7.x"], windows=list(itertools.pairwise(edges))
+    )
+    whole = simulate_batch(mechanism, experiment, outputs=["slider7.x"])
+    assert parts.minimum[0, :, 0].min() == pytest.approx(whole.minimum[0, 0, 0], rel=1e-9)
+    assert parts.maximum[0, :, 0].max() == pytest.approx(whole.maximum[0, 0, 0], rel=1e-9)
+    run = simulate(mechanism, experiment, "compiled")
+    at_edge = run.evaluate(np.array([0.1234]))["slider7.x"][0]
+    assert parts.minimum[0, 0, 0] == pytest.approx(at_edge, rel=1e-9)  # the slider goes one way at first
+
+
+def test_jitter_is_the_deviation_from_the_ideal_linkage():
+    mechanism, experiment = shipped("slider_crank_dry", duration=1e-3)
+    batch = simulate_batch(mechanism, experiment, outputs=["slider.ax.jitter", "slider.x.jitter"])
+    run = simulate(mechanism, experiment, "compiled")
+    ideal = IdealMotion(assemble(mechanism, experiment), experiment)
+    times = np.union1d(run.time, np.linspace(0.0, 1e-3, 4001))
+    for k, name in enumerate(("slider.ax", "slider.x")):
+        deviation = run.evaluate(times)[name] - ideal.evaluate(times)[name]
+        size = np.abs(deviation).max()
+        assert batch.peak[0, 0, k] == pytest.approx(size, rel=1e-3)
+        assert batch.peak[0, 0, k] >= size * (1.0 - 1e-9)  # the grid can only miss the peak
+
+
+def test_rows_do_not_depend_on_threads_or_neighbours(press):
+    mechanism, experiment = press
+    variables = ["sdf.links.link2.mass", "joints.A.viscosity", "drives.O1.speed"]
+    values = np.random.default_rng(0).uniform([0.2, 0.3, 6.0], [0.4, 0.5, 7.0], size=(12, 3))
+    one = simulate_batch(mechanism, experiment, variables, values, threads=1)
+    many = simulate_batch(mechanism, experiment, variables, values, threads=5)
+    alone = simulate_batch(mechanism, experiment, variables, values[7:8])
+    for name in ("minimum", "maximum", "mean", "rms", "time_of_maximum"):
+        assert getattr(one, name).tobytes() == getattr(many, name).tobytes()
+        assert getattr(one, name)[7].tobytes() == getattr(alone, name)[0].tobytes()
+    assert len({row.tobytes() for row in one.maximum}) == 12
+
+
+def test_a_row_is_what_the_overrides_give_alone(press):
+    """Masses without reading the file again, lengths with it: both as `load` with the same overrides."""
+    mechanism, experiment = press
+    given = {"sdf.links.link2.mass": 0.3, "sdf.links.link2.inertia": 9e-4, "joints.A.clearance": 2e-4}
+    batch = simulate_batch(mechanism, experiment, list(given), [list(given.values())], outputs=["A.force"])
+    changed = load(experiment.source, given | {"duration": 0.5})
+    alone = simulate_batch(*changed, outputs=["A.force"])
+    assert batch.maximum[0, 0, 0] == pytest.approx(alone.maximum[0, 0, 0], rel=1e-12)
+    nominal = simulate_batch(mechanism, experiment, outputs=["A.force"])
+    assert abs(batch.maximum[0, 0, 0] / nominal.maximum[0, 0, 0] - 1.0) > 1e-2
+
+
+def test_failures_are_rows(experiment_file):
+    """No assembly, invalid values, a journal that leaves its film: statuses and reasons beside good rows."""
+    toml = """duration = 0.2
+outputs = ["follower.angle"]
+[drives.O]
+speed = 20.0
+[joints.A]
+model = "lubricated"
+clearance = 1e-3
+viscosity = 0.1
+"""
+    mechanism, experiment = load(experiment_file(four_bar(), toml))
+    variables = ["joints.A.viscosity", "joints.A.clearance", "drives.O.angle"]
+    values = [[0.1, 1e-3, 0.0], [-1.0, 1e-3, 0.0], [1e-9, 1e-3, 0.0], [0.1, np.nan, 0.0], [0.1, 5.0, 0.0]]
+    batch = simulate_batch(mechanism, experiment, variables, values)
+    assert batch.status == [
+        Status.OK,
+        Status.BAD_INPUT,
+        Status.JOURNAL_LEFT_BEARING,
+        Status.BAD_INPUT,
+        Status.BAD_INPUT,
+    ]
+    assert "viscosity" in batch.reason[1]
+    assert "raise the viscosity" in batch.reason[2]
+    assert "bearing's radius" in batch.reason[4]
+    assert np.isnan(batch.maximum[1:]).all()
+    assert np.isfinite(batch.maximum[0]).all()
+
+
+def test_bad_requests_are_refused_before_any_run(press):
+    mechanism, experiment = press
+    with pytest.raises(InputError, match="did you mean"):
+        simulate_batch(mechanism, experiment, ["joints.A.viscosit"], [[0.4]])
+    with pytest.raises(InputError, match="link22"):
+        simulate_batch(mechanism, experiment, ["sdf.links.link22.mass"], [[0.4]])
+    with pytest.raises(InputError, match="did you mean"):
+        simulate_batch(mechanism, experiment, outputs=["slider7.axx"])
+    with pytest.raises(InputError, match="windows"):
+        simulate_batch(mechanism, experiment, windows=[[0.3, 0.1]])
+    with pytest.raises(InputError, match="columns"):
+        simulate_batch(mechanism, experiment, ["joints.A.viscosity"], [[0.4, 0.3]])

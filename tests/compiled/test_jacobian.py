@@ -1,0 +1,216 @@
+"""The Jacobian of the equations against differences of the equations, extrapolated (Ridders)."""
+
+import numpy as np
+import pytest
+from machines import bar, four_bar, joint, model, slider_crank
+
+from linkages.compiled.equations import derivatives
+from linkages.compiled.jacobian import jacobian
+from linkages.compiled.model import _FILM, _TOUCH
+from linkages.compiled.reference import reference
+from linkages.compiled.simulation import simulate
+from linkages.data import data_folder
+from linkages.errors import Status
+from linkages.experiment import load
+from linkages.kernel import kernel
+
+
+@kernel
+def right_hand_side(problem, t, y, dy):
+    derivatives(reference(problem), t, y, dy)
+
+
+@kernel
+def exact_slope(problem, t, y, out):
+    jacobian(reference(problem), t, y, out)
+
+
+#: Error of every entry, in parts of its column: the mechanics are exact, the contacts' laws central differences, of
+#: which Newton's method asks no more: an error of 1e-6 is what its correction is out by.
+EXACT, LAWS = 1e-11, 1e-6
+
+
+def ridders(function, x, h, shrink=1.6, rounds=9):
+    """Derivative of a vector function, and the error of each entry: central differences, extrapolated to h = 0.
+
+    C. J. F. Ridders, Accurate computation of F'(x) and F'(x) F''(x), Adv. Eng. Software 4 (1982) 75-76.
+    """
+    table, best, error = [], None, None
+    for i in range(rounds):
+        row = [(function(x + h) - function(x - h)) / (2.0 * h)]
+        for j in range(i):
+            factor = shrink ** (2 * (j + 1))
+            row.append((factor * row[j] - table[-1][j]) / (factor - 1.0))
+            estimate = np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - table[-1][j]))
+            if best is None:
+                best, error = row[-1].copy(), estimate.copy()
+            better = estimate < error
+            best[better], error[better] = row[-1][better], estimate[better]
+        table.append(row)
+        h /= shrink
+    return best, error
+
+
+def check(result, step, reach=0.02, accuracy=LAWS):
+    """Compare both at a step of a run; entries in parts of the largest of their column and kind of row.
+
+    `reach` is the largest step of a difference in parts of the clearance (without: of the linkage's length).
+    """
+    assert result.status is Status.OK
+    replay = result.evaluate
+    steps, m = replay.steps, replay.machine.model
+    t, y = steps.times[step], steps.states[step].copy()
+    problem = replay.machine.aside()
+    problem.work.memory[:, 0] = steps.memory[step]
+    n, ny = len(m.free), len(y)
+    found, dy = np.zeros((ny, ny)), np.zeros(ny)
+    exact_slope(problem, t, y, found)
+
+    def at(k):
+        def function(value):
+            moved = y.copy()
+            moved[k] = value
+            right_hand_side(problem, t, moved, dy)
+            return dy.copy()
+
+        return function
+
+    play = min(m.laws["clearance"], default=np.inf)
+    joints = [replay.machine.experiment.joints[name] for name in replay.machine.experiment.play]
+    lengths = [(_TOUCH if joint.can_touch else _FILM) * joint.clearance for joint in joints]
+    length = min(m.size, *lengths) if lengths else m.size  # see error_scale
+    steps = reach * min(play, m.size) / length * m.scale
+    steps[2 * n :] = 1e-3 * np.abs(y[2 * n :])
+    worst = 0.0
+    for k in range(ny):
+        expected, error = ridders(at(k), y[k], steps[k])
+        for rows in (slice(0, n), slice(n, 2 * n), slice(2 * n, ny)):
+            scale = np.abs(expected[rows]).max(initial=0.0)
+            if scale > 0.0:
+                assert np.all(error[rows] < accuracy * scale), "the differences have no digits"
+                worst = max(worst, np.abs(found[rows, k] - expected[rows]).max() / scale)
+    assert worst < accuracy
+
+
+def shipped(name, **overrides):
+    return load(data_folder() / f"{name}.toml", overrides)
+
+
+@pytest.mark.parametrize("film", ["pinkus-sternlicht", "long", "short", "finite"])
+def test_films(film):
+    changes = {"duration": 0.35} | {f"joints.{name}.film": film for name in "AB"}
+    changes |= {f"joints.{name}.shear_torque": True for name in "AB"}
+    result = simulate(*shipped("seven_bar", **changes))
+    for step in (len(result.time) // 2, len(result.time) - 1):
+        check(result, step, 1e-3 if film == "finite" else 0.02)  # within a cell of the finite film's map
+
+
+LOADED = """duration = 0.3
+gravity = [0.0, -9.81, 0.0]
+[drives.O]
+torque = 0.5
+speed = 4.0
+[joints.A]
+model = "ideal"
+[joints.B]
+model = "ideal"
+[forces.P]
+point = "coupler_tip"
+force = [3.0, -2.0]
+axes = "body"
+[forces.R]
+point = "follower"
+times = [0.0, 0.2, 0.5]
+forces = [[0.0, 1.0], [3.0, 1.0], [4.0, 0.0]]
+[torques.load]
+link = "follower"
+torque = -0.1
+[springs.S]
+point = "coupler_tip"
+to = "crank"
+stiffness = 50.0
+free_length = 0.1
+damping = 2.0
+[torsion_springs.T]
+joint = "A"
+stiffness = 0.3
+free_angle = 0.2
+damping = 0.01
+"""
+
+
+def test_ideal_loops_with_gravity_springs_and_turned_forces(experiment_file):
+    result = simulate(*load(experiment_file(four_bar(), LOADED)))
+    for step in (len(result.time) // 3, len(result.time) - 1):
+        check(result, step, accuracy=EXACT)
+
+
+def test_open_chain_with_a_slide_on_a_moving_body(experiment_file):
+    """A block on a slide along a swinging bar, and a bar that hangs from the block."""
+    block = """<link name="block"><pose relative_to="arm_tip">0 0 0 0 0 0.3</pose>
+<inertial><pose>0.02 0.01 0 0 0 0</pose><mass>0.5</mass>
+<inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>"""
+    body = bar("arm", 0.4, "__model__", 0.3) + block + bar("hung", 0.2, "block", -1.0)
+    body += joint("O", "world", "arm") + joint("slide", "arm_tip", "block", "prismatic", "1 0.5 0")
+    body += joint("H", "block", "hung")
+    text = """duration = 0.4
+gravity = [0.0, -9.81, 0.0]
+[springs.S]
+point = "block"
+to = "arm"
+stiffness = 40.0
+free_length = 0.3
+"""
+    result = simulate(*load(experiment_file(model("slide", body), text)))
+    check(result, len(result.time) - 1, accuracy=EXACT)
+
+
+def deepest(result, names):
+    """Step of the deepest penetration while the contact closes: no clipped ratio, no kink near."""
+    depth = np.max(
+        [np.where(result[f"{n}.closing"] > 0, result[f"{n}.penetration"], -1.0) for n in names], axis=0
+    )
+    step = int(np.argmax(depth))
+    assert depth[step] > 0.0
+    return step
+
+
+def test_dry_contact_of_a_journal():
+    result = simulate(*shipped("slider_crank_dry", duration=4e-4))
+    check(result, deepest(result, ["B"]), reach=5e-3)
+
+
+def test_corners_of_a_guide_in_contact():
+    result = simulate(*shipped("slider_crank_guide", duration=1.1e-3))
+    check(result, deepest(result, [f"guide.corner{i}" for i in (1, 2, 3, 4)]), reach=2e-3)
+
+
+def test_mixed_joints_in_contact():
+    result = simulate(*shipped("seven_bar_mixed", duration=0.09))
+    assert result["A.penetration"][-1] > 0.0
+    check(result, len(result.time) - 1, reach=1e-4)
+
+
+LUGRE = """duration = 0.02
+gravity = [0.0, -9.81, 0.0]
+[drives.O]
+speed = 10.0
+[joints.B]
+model = "dry"
+clearance = 1e-4
+[joints.B.contact]
+law = "flores"
+restitution = 0.3
+youngs_modulus = 2e9
+[joints.B.friction]
+law = "lugre"
+coefficient = 0.1
+bristle_stiffness = 1e4
+"""
+
+
+def test_bristles(experiment_file):
+    result = simulate(*load(experiment_file(slider_crank(), LUGRE)))
+    step = deepest(result, ["B"])
+    assert result.evaluate.steps.states[step, -1] != 0.0
+    check(result, step, reach=2e-3)

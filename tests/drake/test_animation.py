@@ -1,0 +1,178 @@
+"""What the animation shows beside the linkage: the joints magnified."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from machines import PLANES, bar, four_bar, joint, model
+
+from linkages.assembly import AssemblyError, IdealMotion
+from linkages.data import data_folder
+from linkages.drake import animate
+from linkages.drake.animate import write_animation
+from linkages.drake.captions import Label, add_captions
+from linkages.drake.guide_view import guide_frames
+from linkages.drake.joint_view import frames
+from linkages.drake.magnified import strongest
+from linkages.drake.visuals import skeleton
+from linkages.errors import Status
+from linkages.experiment import load
+from linkages.run import study
+from linkages.trajectory import Trajectory
+
+DRY = """duration = 0.01
+[drives.O]
+speed = 15.0
+[joints.B]
+model = "dry"
+clearance = 1e-4
+contact = {law = "lankarani-nikravesh", restitution = 0.9, youngs_modulus = 2e11}
+"""
+
+
+@pytest.fixture(scope="module")
+def dry(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("animation")
+    (folder / "machine.sdf").write_text(four_bar())
+    (folder / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
+    return study(*load(folder / "dry.toml"), error_estimate=False)
+
+
+def test_each_frame_shows_the_largest_force_within_it():
+    time = np.linspace(0.0, 1.0, 1001)
+    force = np.where(np.abs(time - 0.333) < 2e-3, 50.0, 1.0 + time)  # an impact between frames
+    force[333] = 60.0
+    run = Trajectory(time, {"time": time, "A.force": force}, Status.OK)
+    times = np.linspace(0.0, 1.0, 11)
+    moments = strongest(run, "A", times)
+    assert moments[3] == pytest.approx(0.333)
+    assert np.all(np.abs(moments - times) <= 0.05 + 1e-12)  # within half a frame
+    fine = np.linspace(0.0, 1.0, 5001)  # frames without any step: their own time
+    empty = np.setdiff1d(np.arange(5001), np.arange(0, 5001, 5))
+    np.testing.assert_array_equal(strongest(run, "A", fine)[empty], fine[empty])
+
+
+def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry, tmp_path, monkeypatch):
+    """A run passes a dead position by its own errors; the linkage cannot be assembled anew there."""
+
+    def cannot(*_):
+        raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close")
+
+    times, drawn = animate._frames(dry, 1.0)
+    monkeypatch.setattr(IdealMotion, "states", cannot)
+    _, recorded = animate._frames(dry, 1.0)
+    assert len(times) > 100
+    np.testing.assert_allclose(recorded, drawn, atol=1e-4)  # rad, between steps of 20 us
+    with pytest.raises(ValueError, match="does not close with its clearance exaggerated 5 times"):
+        write_animation(dry, tmp_path / "animation.html", 5.0)
+
+
+def test_a_contact_that_is_shorter_than_a_frame_is_shown(dry):
+    times = np.linspace(0.0, dry.run.time[-1], 41)
+    shown = frames(dry, "B", times)
+    assert len(dry.contacts) > 2
+    assert min(row.duration for row in dry.contacts) < 0.5 * times[1]
+    for row in dry.contacts:  # each contact is in the frame that it starts in
+        assert shown.touching[int(np.round(row.start / times[1]))]
+    assert np.linalg.norm(shown.force, axis=1).max() == pytest.approx(dry.run["B.force"].max())
+    # the force of a contact without friction pushes the journal from the wall
+    hard = np.linalg.norm(shown.force, axis=1) > 1.0
+    outward = np.sum(shown.e * shown.force, axis=1)[hard]
+    apart = np.linalg.norm(shown.e, axis=1)[hard] * np.linalg.norm(shown.force, axis=1)[hard]
+    np.testing.assert_allclose(outward, -apart, rtol=1e-9)
+
+
+SLOTTED = """duration = 0.03
+[drives.O]
+speed = 30.0
+[joints.guide]
+model = "dry"
+clearance = 1e-4
+contact = {law = "flores", restitution = 0.3, stiffness = 1e9}
+"""
+
+
+def slotted_rocker() -> str:
+    """Crank whose block slides in a rocker: the slot turns."""
+    reach, angle = np.hypot(0.15, 0.05), np.arctan2(0.05, 0.15)
+    slot = "<linkages:slot><linkages:length>0.03</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
+    body = f"""
+<frame name="pivot" attached_to="world"><pose relative_to="__model__">-0.15 0 0 0 0 0</pose></frame>
+{bar("crank", 0.05, "__model__", np.pi / 2)}{bar("rocker", 0.25, "pivot", angle)}
+<frame name="place" attached_to="rocker"><pose>{reach} 0 0 0 0 0</pose></frame>
+<link name="block"><pose relative_to="place"/><inertial><mass>0.1</mass>
+ <inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia></inertial></link>
+{joint("O", "world", "crank")}{joint("Q", "world", "rocker")}{joint("A", "crank_tip", "block")}
+{joint("guide", "place", "block", "prismatic", "1 0 0", inner=slot)}"""
+    return model("slotted_rocker", body)
+
+
+def sliding_block(folder):
+    return load(data_folder() / "slider_crank_guide.toml", {"duration": 2e-3})
+
+
+def turning_slot(folder):
+    (folder / "machine.sdf").write_text(slotted_rocker())
+    (folder / "slotted.toml").write_text('mechanism = "machine.sdf"\n' + SLOTTED)
+    return load(folder / "slotted.toml")
+
+
+@pytest.mark.parametrize("machine", [sliding_block, turning_slot])
+def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
+    found = study(*machine(tmp_path), error_estimate=False)
+    times = np.linspace(0.0, found.run.time[-1], 61)
+    shown, moments = guide_frames(found, "guide", times), strongest(found.run, "guide", times)
+    for k, (x, y) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):
+        ratio = np.interp(moments, found.run.time, found.run[f"guide.corner{k + 1}.eccentricity_ratio"])
+        # a corner lies as far across as middle and tilt say; between two steps both are interpolated
+        np.testing.assert_allclose(y * (shown.offset + x * shown.tilt), ratio, atol=1e-3)
+    sides = {1.0: [0, 1], -1.0: [2, 3]}
+    pressed = 0
+    for (
+        side,
+        corners,
+    ) in sides.items():  # where only one wall is touched, it pushes the block away, friction aside
+        one = shown.touching[:, corners].any(axis=1) & ~shown.touching[:, [*{0, 1, 2, 3} - {*corners}]].any(
+            axis=1
+        )
+        one &= np.abs(shown.force[:, 1]) > 1.0
+        assert np.all(side * shown.force[one, 1] < 0.0)
+        assert np.all(
+            np.abs(shown.force[one, 0]) <= 0.06 * np.abs(shown.force[one, 1])
+        )  # friction 0.05, or none
+        pressed += np.count_nonzero(one)
+    assert pressed > 5
+
+
+def test_every_frame_has_its_captions(dry, tmp_path):
+    write_animation(dry, tmp_path / "animation.html")
+    page = (tmp_path / "animation.html").read_text()
+    data = json.loads(re.search(r"const data = (\{.*\});", page)[1])
+    (label,) = data["labels"]
+    assert label["title"] == "B"
+    assert len(label["lines"]) == len(data["clock"])
+    largest = max(float(line.split()[2]) for line in label["lines"])
+    assert largest == pytest.approx(dry.run["B.force"].max(), rel=5e-3)  # three digits
+    assert data["clock"][-1].startswith("t = 0.0100 s, 800 times slower")
+
+
+def test_captions_cannot_break_the_page():
+    text = "</script><b>"
+    page = add_captions("<html><body>scene</body></html>", [Label("/joints/A", text, [text])], ["t"], text)
+    assert "</script><b>" not in page.replace("</script>\n</body>", "")
+    with pytest.raises(ValueError, match="no body"):
+        add_captions("nothing", [], ["t"], "")
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_a_link_without_visuals_is_drawn_between_its_joints(tmp_path, plane):
+    (tmp_path / "machine.sdf").write_text(four_bar(plane=plane))
+    (tmp_path / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
+    mechanism, _ = load(tmp_path / "dry.toml")
+    for link, length in (("crank", 0.1), ("coupler", 0.25), ("follower", 0.2)):
+        (visual,) = skeleton(mechanism, mechanism.link[link], 1.0)
+        pose = [float(v) for v in re.search(r"<pose>(.*)</pose>", visual)[1].split()]
+        size = [float(v) for v in re.search(r"<size>(.*)</size>", visual)[1].split()]
+        np.testing.assert_allclose(pose, [length / 2, 0, 0, 0, 0, 0], atol=1e-12)  # the bars lie along x
+        np.testing.assert_allclose(size, [length + 0.02, 0.02, 0.02])

@@ -1,0 +1,164 @@
+"""Stiff problems of the Test Set for IVP Solvers, with exact Jacobians and published end values.
+
+F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4, Department of Mathematics,
+University of Bari and INdAM, 2008: problems ROBER, VDPOL, HIRES, OREGO; equations, intervals and reference solutions
+(there computed with RADAU in extended precision, tolerance 1.1e-18). Its van der Pol oscillator is the unscaled one,
+mu = 1e3; with t/mu as time and mu y2 as speed it is the one with eps = 1e-6.
+
+The functions are compiled and share the signature ``rhs(problem, t, y, out)``, ``jacobian(problem, t, y, out)``, where
+`problem` is a tuple of arrays, `y` (n,) the state, and `out` (n,) or (n, n) is filled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+EMPTY = (np.zeros(0),)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An initial value problem y' = f(t, y), y(0) = start.
+
+    Attributes
+    ----------
+    rhs, jacobian : compiled functions
+        Signature in the module's docstring.
+    problem : tuple of arrays
+        First argument of both.
+    start, reference : (n,) arrays
+        y(0), and the published y(end).
+    end : float
+    scale : (n,) array
+        Size of the smallest values that count, for absolute tolerances.
+    """
+
+    rhs: Callable
+    jacobian: Callable
+    problem: tuple
+    start: np.ndarray
+    end: float
+    reference: np.ndarray
+    scale: np.ndarray
+
+
+@njit
+def robertson(problem, t, y, out):
+    """Autocatalytic reaction of Robertson (1966)."""
+    slow, fast, faster = 0.04 * y[0], 1e4 * y[1] * y[2], 3e7 * y[1] ** 2
+    out[0] = -slow + fast
+    out[1] = slow - fast - faster
+    out[2] = faster
+
+
+@njit
+def robertson_jacobian(problem, t, y, out):
+    out[0, 0], out[0, 1], out[0, 2] = -0.04, 1e4 * y[2], 1e4 * y[1]
+    out[1, 0], out[1, 1], out[1, 2] = 0.04, -1e4 * y[2] - 6e7 * y[1], -1e4 * y[1]
+    out[2, 0], out[2, 1], out[2, 2] = 0.0, 6e7 * y[1], 0.0
+
+
+@njit
+def van_der_pol(problem, t, y, out):
+    """Van der Pol's oscillator; ``problem[0][0]`` is mu."""
+    out[0] = y[1]
+    out[1] = problem[0][0] * (1.0 - y[0] ** 2) * y[1] - y[0]
+
+
+@njit
+def van_der_pol_jacobian(problem, t, y, out):
+    mu = problem[0][0]
+    out[0, 0], out[0, 1] = 0.0, 1.0
+    out[1, 0], out[1, 1] = -2.0 * mu * y[0] * y[1] - 1.0, mu * (1.0 - y[0] ** 2)
+
+
+@njit
+def hires(problem, t, y, out):
+    """High irradiance responses of photomorphogenesis, Schaefer (1975)."""
+    bound = 280.0 * y[5] * y[7]
+    out[0] = -1.71 * y[0] + 0.43 * y[1] + 8.32 * y[2] + 0.0007
+    out[1] = 1.71 * y[0] - 8.75 * y[1]
+    out[2] = -10.03 * y[2] + 0.43 * y[3] + 0.035 * y[4]
+    out[3] = 8.32 * y[1] + 1.71 * y[2] - 1.12 * y[3]
+    out[4] = -1.745 * y[4] + 0.43 * y[5] + 0.43 * y[6]
+    out[5] = -bound + 0.69 * y[3] + 1.71 * y[4] - 0.43 * y[5] + 0.69 * y[6]
+    out[6] = bound - 1.81 * y[6]
+    out[7] = -bound + 1.81 * y[6]
+
+
+@njit
+def hires_jacobian(problem, t, y, out):
+    out[:] = 0.0
+    out[0, 0], out[0, 1], out[0, 2] = -1.71, 0.43, 8.32
+    out[1, 0], out[1, 1] = 1.71, -8.75
+    out[2, 2], out[2, 3], out[2, 4] = -10.03, 0.43, 0.035
+    out[3, 1], out[3, 2], out[3, 3] = 8.32, 1.71, -1.12
+    out[4, 4], out[4, 5], out[4, 6] = -1.745, 0.43, 0.43
+    out[5, 3], out[5, 4], out[5, 5], out[5, 6] = 0.69, 1.71, -280.0 * y[7] - 0.43, 0.69
+    out[5, 7] = -280.0 * y[5]
+    out[6, 5], out[6, 6], out[6, 7] = 280.0 * y[7], -1.81, 280.0 * y[5]
+    out[7, 5], out[7, 6], out[7, 7] = -280.0 * y[7], 1.81, -280.0 * y[5]
+
+
+@njit
+def oregonator(problem, t, y, out):
+    """Belousov-Zhabotinsky reaction, Field and Noyes (1974)."""
+    out[0] = 77.27 * (y[1] + y[0] * (1.0 - 8.375e-6 * y[0] - y[1]))
+    out[1] = (y[2] - (1.0 + y[0]) * y[1]) / 77.27
+    out[2] = 0.161 * (y[0] - y[2])
+
+
+@njit
+def oregonator_jacobian(problem, t, y, out):
+    out[0, 0], out[0, 1], out[0, 2] = 77.27 * (1.0 - 1.675e-5 * y[0] - y[1]), 77.27 * (1.0 - y[0]), 0.0
+    out[1, 0], out[1, 1], out[1, 2] = -y[1] / 77.27, -(1.0 + y[0]) / 77.27, 1.0 / 77.27
+    out[2, 0], out[2, 1], out[2, 2] = 0.161, 0.0, -0.161
+
+
+PROBLEMS = {
+    "robertson": Problem(
+        robertson,
+        robertson_jacobian,
+        EMPTY,
+        np.array([1.0, 0.0, 0.0]),
+        1e11,
+        np.array([0.2083340149701255e-7, 0.8333360770334713e-13, 0.9999999791665050]),
+        np.array([1e-7, 1e-12, 1.0]),
+    ),
+    "van der pol": Problem(
+        van_der_pol,
+        van_der_pol_jacobian,
+        (np.array([1e3]),),
+        np.array([2.0, 0.0]),
+        2000.0,
+        np.array([0.1706167732170469e1, -0.8928097010248125e-3]),
+        np.array([1.0, 1e-3]),
+    ),
+    "hires": Problem(
+        hires,
+        hires_jacobian,
+        EMPTY,
+        np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0057]),
+        321.8122,
+        np.array(
+            [
+                0.7371312573325668e-3, 0.1442485726316185e-3, 0.5888729740967575e-4, 0.1175651343283149e-2,
+                0.2386356198831331e-2, 0.6238968252742796e-2, 0.2849998395185769e-2, 0.2850001604814231e-2,
+            ]
+        ),
+        np.full(8, 1e-4),
+    ),
+    "oregonator": Problem(
+        oregonator,
+        oregonator_jacobian,
+        EMPTY,
+        np.array([1.0, 2.0, 3.0]),
+        360.0,
+        np.array([0.1000814870318523e1, 0.1228178521549917e4, 0.1320554942846706e3]),
+        np.ones(3),
+    ),
+}  # fmt: skip

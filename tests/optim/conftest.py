@@ -1,0 +1,28 @@
+import numpy as np
+import pytest
+
+from optim.evaluate import Statistics
+
+
+def oscillation(batch, progress=None):
+    """An invented engine: output k in window w swings by a smooth function of the design about another.
+
+    There is no assembly where the first value is above 0.9 of its window's number in the thousands.
+    """
+    m, nw, no = len(batch.values), len(batch.windows), len(batch.outputs)
+    scaled = batch.values / (1.0 + np.abs(batch.values))
+    swing = np.empty((m, nw, no))
+    for w, (start, _) in enumerate(batch.windows):
+        for k in range(no):
+            swing[:, w, k] = 1.0 + k + start + ((scaled - 0.1 * (k + 1)) ** 2).sum(axis=1)
+    middle = 0.1 * scaled[:, :1, None] * np.ones((1, nw, no))
+    return Statistics(
+        middle - swing, middle + swing, middle, np.hypot(middle, swing / np.sqrt(2.0)), ["ok"] * m, [""] * m
+    )
+
+
+@pytest.fixture
+def invented_engine(monkeypatch):
+    monkeypatch.setattr("optim.evaluate.run_batch", oscillation)
+    monkeypatch.setattr("optim.trust.run_on_drake", oscillation)
+    return oscillation

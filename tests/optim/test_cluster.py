@@ -1,0 +1,134 @@
+"""Evaluations on a Dask cluster: a real scheduler and two worker processes, one of which is killed."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import toy_optimisation as toy
+
+from optim.evaluations import Evaluations
+from optim.run import run
+
+distributed = pytest.importorskip("distributed")
+
+TESTS = Path(__file__).resolve().parents[1]
+
+
+def start(*arguments):
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])}
+    return subprocess.Popen(
+        [sys.executable, "-m", *arguments],
+        env=environment,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        text=True,
+    )
+
+
+def address_of(process):
+    """The address that a process says it listens at."""
+    for line in process.stderr:
+        if found := re.search(r"(?:Scheduler|worker) at: +(tcp://\S+)", line):
+            return found[1]
+    raise AssertionError("no address")
+
+
+@pytest.fixture
+def loopback():
+    """Address of a scheduler, and two worker processes by address."""
+    scheduler = start(
+        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"
+    )
+    processes = [scheduler]
+    try:
+        address = address_of(scheduler)
+        for _ in range(2):
+            processes.append(
+                start(
+                    "distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard"
+                )
+            )
+        yield address, processes[1:]
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+            process.stderr.close()
+
+
+def slow_worth(design):
+    """Runs on a worker."""
+    import time
+
+    time.sleep(0.02)
+    return (*toy.worth(design), os.getpid())
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_nothing(tmp_path, loopback):
+    from optim.cluster import cluster
+
+    address, workers = loopback
+    expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
+    calls, seen = [], []
+    with cluster(address) as (executor, threads):
+        assert threads >= 1
+
+        def evaluate(designs):
+            calls.append(len(designs))
+            futures = [executor.submit(slow_worth, design) for design in designs]
+            if len(calls) == 4:
+                workers[0].send_signal(signal.SIGKILL)
+            f, g, status, reason, pid = zip(*(future.result(timeout=60) for future in futures), strict=True)
+            seen.append(set(pid))
+            return Evaluations(np.array(f)[:, None], np.array(g)[:, None], status, reason)
+
+        outcome = run(toy.make_task(generations=8, evaluate=evaluate), tmp_path / "there.sqlite")
+    assert outcome.result.x.tobytes() == expected.result.x.tobytes()
+    assert outcome.evaluations == expected.evaluations
+    assert workers[0].pid in set().union(*seen[:4]), "the killed worker must have worked"
+    assert set().union(*seen[5:]) == {workers[1].pid}
+
+
+@pytest.mark.slow
+def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
+    from linkages.errors import RunError
+    from optim import cluster
+
+    address, _ = loopback
+    here = cluster.versions()
+
+    def pretended():
+        return {**here, "numpy": "0.1"} if os.getpid() != PID else here
+
+    PID = os.getpid()
+    monkeypatch.setattr(cluster, "versions", pretended)
+    with pytest.raises(RunError, match=r"worker tcp://\S+ has numpy 0\.1, here is"), cluster.cluster(address):
+        pass
+
+
+@pytest.mark.slow
+def test_no_workers(monkeypatch):
+    from linkages.errors import RunError
+    from optim import cluster
+
+    monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
+    scheduler = start(
+        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"
+    )
+    try:
+        address = address_of(scheduler)
+        with (
+            pytest.raises(RunError, match="has no workers; start some with: dask worker"),
+            cluster.cluster(address),
+        ):
+            pass
+    finally:
+        scheduler.kill()
+        scheduler.wait()
+        scheduler.stderr.close()

@@ -1,0 +1,62 @@
+"""The page of the algorithms is that of the code, its numbers are measured, and its example works."""
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from optim import algorithms
+from optim.algorithms import Algorithm, optimise
+from optim.nlp import Ending
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "optimisation_algorithms.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def maker():
+    spec = importlib.util.spec_from_file_location("make_algorithms", ROOT / "docs" / "make_algorithms.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_page_is_fresh(maker):
+    """Regenerate with ``python docs/make_algorithms.py``."""
+    start = PAGE.index("| problem | kind |")
+    problems = PAGE[start : PAGE.index("\nAll are found to")]
+    assert maker.page(problems) == PAGE
+
+
+def test_the_numbers_are_measured_ones(maker):
+    """Objectives to the digits printed; counts may differ a little, as rounding differs between machines."""
+    rows = [line for line in PAGE.splitlines() if re.match(r"\| \d+ \| (bounds|equal|inequal)", line)]
+    assert len(rows) == len(maker.EXAMPLES)
+    for row, example in zip(rows, maker.EXAMPLES, strict=True):
+        assert row.startswith(maker.fixed(example))
+        found, *counts = (float(cell) for cell in row.split("|")[6:10])
+        now = maker.measure(example)
+        assert now.found == pytest.approx(found, rel=1e-6, abs=2e-7)
+        assert [now.iterations, now.evaluations, now.populations] == pytest.approx(counts, rel=0.3, abs=10)
+
+
+def test_adding_an_algorithm_as_the_page_says(tmp_path, monkeypatch):
+    module, entry = (
+        re.sub(r"^   ", "", block, flags=re.M)
+        for block in re.findall(r"   ```python\n(.*?)   ```", PAGE, flags=re.S)
+    )
+    (tmp_path / "random_search.py").write_text(module, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    added = eval(f"{{{entry}}}", {"Algorithm": Algorithm})
+    monkeypatch.setattr(algorithms, "ALGORITHMS", {**algorithms.ALGORITHMS, **added})
+    from multiobjective import constr_ex
+
+    problem = constr_ex()
+    problem = type(problem)(problem.lower, problem.upper, problem.evaluate, ("f1",), problem.inequalities)
+    result = optimise("random", problem, algorithms.settings_of("random", {"designs": 200}), seed=1)
+    sys.modules.pop("random_search")
+    assert result.status is Ending.BUDGET_USED
+    assert result.values.feasible()[0]
+    assert result.evaluations == 200

@@ -1,0 +1,57 @@
+"""The page of replicated results is that of the code, and its comparison finds what differs."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from optim import press_paper
+from optim.replication import NOT, REPRODUCED, TREND, change, differences, verdict, verdict_of_change
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def maker():
+    spec = importlib.util.spec_from_file_location("make_replication", ROOT / "docs" / "make_replication.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.slow
+def test_page_is_fresh(maker):
+    """Regenerate with ``python docs/make_replication.py``. One unit of the last digit for the rounding of each page."""
+    old, new = maker.PAGE.read_text(encoding="utf-8"), maker.page()
+    assert differences(old, new) == []
+
+
+def test_verdicts():
+    assert verdict(10.0, 10.4) == REPRODUCED
+    assert verdict(10.0, 6.0) == TREND
+    assert verdict(10.0, 21.0) == verdict(10.0, -10.0) == NOT
+    assert verdict_of_change(-14.8, -18.9) == TREND
+    assert verdict_of_change(-14.8, -14.5) == REPRODUCED
+    assert verdict_of_change(-25.0, -0.01) == verdict_of_change(-25.0, 10.0) == NOT
+    assert change(5.434, 4.290) == pytest.approx(-21.05, abs=0.005)
+
+
+def test_differences_of_pages():
+    assert differences("a 1.23 b 4e-05", "a 1.25 b 5e-05") == []
+    assert differences("a 1.23", "a 1.26") == ["1.23 -> 1.26"]
+    assert differences("a 3 of 4", "a 3 of 5") == ["4 -> 5"]
+    assert differences("same\na 1.0 reproduced", "same\na 1.0 trend only") == [
+        "a # reproduced -> a # trend only"
+    ]
+    assert differences("a", "a\nb") == ["one page is longer"]
+
+
+def test_the_papers_designs_are_within_table_1():
+    from optim.data import find_study
+    from optim.problem import load_study
+
+    study = load_study(find_study("sevenbar_force"))
+    for name in ("paper 1", "paper 2"):
+        values = [press_paper.DESIGNS[name][path] for path in study.paths]
+        assert (study.lower <= values).all()
+        assert (values <= study.upper).all()

@@ -1,0 +1,235 @@
+"""Killed at any moment, a study goes on and ends as if nothing had happened."""
+
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import toy_optimisation as toy
+
+from linkages.errors import RunError
+from optim.algorithms import ALGORITHMS, optimise, settings_of
+from optim.nlp import Progress
+from optim.run import Stopped, run
+
+KILLS = 12
+PAUSE = 0.02  # s: a population's time, so that kills fall everywhere
+
+
+def contents(path):
+    """Everything a store holds, the time aside."""
+    with sqlite3.connect(path) as db:
+        tables = {
+            name: db.execute(f"SELECT * FROM {name}").fetchall()
+            for name in ("evaluations", "iterations", "meta")
+        }
+    tables["meta"] = [row for row in tables["meta"] if row[0] != "elapsed"]
+    return tables
+
+
+def toy_process(store, result):
+    command = [sys.executable, toy.__file__, str(store), str(result), str(PAUSE)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE)
+
+
+@pytest.mark.slow
+def test_killed_at_random_moments(tmp_path):
+    whole, broken = tmp_path / "whole.sqlite", tmp_path / "broken.sqlite"
+    assert toy_process(whole, tmp_path / "whole.json").wait() == 0
+    rng, kept = random.Random(0), []
+    for _ in range(KILLS):
+        process = toy_process(broken, tmp_path / "broken.json")
+        for _ in range(rng.randint(1, 3)):
+            assert process.stdout.readline()
+        time.sleep(rng.uniform(0.0, 2.0 * PAUSE))
+        process.kill()
+        assert process.wait() == -signal.SIGKILL
+        kept.append(len(contents(broken)["evaluations"]))
+    assert toy_process(broken, tmp_path / "broken.json").wait() == 0
+    assert (tmp_path / "broken.json").read_bytes() == (tmp_path / "whole.json").read_bytes()
+    assert contents(broken) == contents(whole)
+    assert len(set(kept)) >= 8, f"the kills must fall at different moments, not at {kept}"
+
+
+@pytest.mark.parametrize("kept", [0, 1, 7, 8, 40, 100])
+def test_goes_on_from_any_population(tmp_path, kept):
+    """Computation fails after some evaluations; what was committed is not computed again."""
+    whole, broken = tmp_path / "whole.sqlite", tmp_path / "broken.sqlite"
+    expected = run(toy.make_task(), whole)
+    asked = []
+
+    def breaks(designs):
+        if len(asked) + len(designs) > kept:
+            raise RunError("the machine room is on fire")
+        asked.extend(map(bytes, designs))
+        return toy.evaluate(designs)
+
+    with pytest.raises(RunError, match="on fire"):
+        run(toy.make_task(evaluate=breaks), broken)
+    again = []
+
+    def counts(designs):
+        again.extend(map(bytes, designs))
+        return toy.evaluate(designs)
+
+    outcome = run(toy.make_task(evaluate=counts), broken, resume=True)
+    assert contents(broken) == contents(whole)
+    assert outcome.result.x.tobytes() == expected.result.x.tobytes()
+    assert outcome.evaluations == expected.evaluations == len(asked) + len(again)
+    assert not set(asked) & set(again)
+
+
+def test_stops_after_an_iteration_and_goes_on(tmp_path):
+    whole, broken = tmp_path / "whole.sqlite", tmp_path / "broken.sqlite"
+    expected = run(toy.make_task(), whole)
+    seen = []
+    with pytest.raises(Stopped, match="after iteration 4"):
+        run(
+            toy.make_task(),
+            broken,
+            observe=lambda row, nominal: seen.append(row.iteration),
+            stop=lambda: len(seen) == 4,
+        )
+    outcome = run(toy.make_task(), broken, resume=True)
+    assert outcome.result.x.tobytes() == expected.result.x.tobytes()
+    assert contents(broken) == contents(whole)
+
+
+def test_each_design_is_evaluated_once(tmp_path):
+    sizes = []
+
+    def counts(designs):
+        sizes.append(len(designs))
+        return toy.evaluate(designs)
+
+    def repeats(problem, progress):
+        design = problem.start
+        problem.evaluate(design[None].repeat(3, axis=0))
+        values = problem.evaluate(design[None] + [[0.0, 0.0], [0.5, 0.0], [0.5, 0.0]])
+        progress(Progress(1, 1, design, values, {}))
+        return toy.nlp.Result(design[None], values, "budget-used", 1, 1)
+
+    outcome = run(toy.make_task(evaluate=counts, optimise=repeats), tmp_path / "study.sqlite")
+    assert sizes == [1, 1]  # the nominal design, then the only other one
+    assert outcome.evaluations == 2
+
+
+def test_an_algorithm_that_catches_everything_cannot_hide_an_error(tmp_path):
+    def deaf(problem, progress):
+        try:
+            return problem.evaluate(problem.start[None] + 0.1)
+        except Exception:
+            pytest.fail("the error must pass")
+
+    def breaks(designs):
+        if not (designs == toy.make_task().nominal).all():
+            raise RunError("no more licences")
+        return toy.evaluate(designs)
+
+    with pytest.raises(RunError, match="licences"):
+        run(toy.make_task(evaluate=breaks, optimise=deaf), tmp_path / "study.sqlite")
+
+
+def test_other_code_is_noticed(tmp_path):
+    path = Path(tmp_path / "study.sqlite")
+    seen = []
+    with pytest.raises(Stopped):
+        run(toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 5)
+    before = contents(path)
+    changed = toy.make_task(optimise=lambda problem, progress: toy.evolve(problem, 2, progress))
+    with pytest.raises(RunError, match="iteration 1 does not come out as it is kept"):
+        run(changed, path, resume=True)
+    after = contents(path)
+    assert after["evaluations"][: len(before["evaluations"])] == before["evaluations"]
+    assert after["iterations"] == before["iterations"]
+
+
+SETTINGS = {
+    "ga": {"population": 8, "generations": 6, "restarts": 2},
+    "nsga2": {"population": 8, "generations": 6},
+    "grg": {"starts": 2, "iterations": 8},
+    "snopt": {"starts": 2, "iterations": 8},
+    "differential-evolution": {"generations": 6, "population": 8},
+}
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_algorithm_goes_on_from_where_it_broke_off(tmp_path, name):
+    settings = settings_of(name, SETTINGS[name])
+
+    def task(evaluate):
+        return toy.make_task(
+            evaluate=evaluate,
+            optimise=lambda problem, progress: optimise(name, problem, settings, 5, progress),
+        )
+
+    populations = []
+
+    def counts(designs):
+        populations.append(len(designs))
+        return toy.evaluate(designs)
+
+    whole, broken = tmp_path / "whole.sqlite", tmp_path / "broken.sqlite"
+    expected = run(task(counts), whole)
+    assert expected.evaluations == sum(populations)
+    assert contents(whole)["iterations"]
+    rest = len(populations)
+    while rest:  # five populations at a time
+        left = [5]
+
+        def breaks(designs, left=left):
+            left[0] -= 1
+            if left[0] < 0:
+                raise RunError("a power cut")
+            return toy.evaluate(designs)
+
+        rest = max(rest - 5, 0)
+        if rest:
+            with pytest.raises(RunError, match="a power cut"):
+                run(task(breaks), broken, resume=True)
+        else:
+            outcome = run(task(breaks), broken, resume=True)
+    assert contents(broken) == contents(whole)
+    assert outcome.result.x.tobytes() == expected.result.x.tobytes()
+    assert outcome.found.objectives.tobytes() == expected.found.objectives.tobytes()
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_algorithm_stops_when_asked(tmp_path, name):
+    settings = settings_of(name, SETTINGS[name])
+
+    def task(evaluate=toy.evaluate):
+        return toy.make_task(
+            evaluate=evaluate,
+            optimise=lambda problem, progress: optimise(name, problem, settings, 5, progress),
+        )
+
+    seen = []
+    with pytest.raises(Stopped):
+        run(
+            task(),
+            tmp_path / "asked.sqlite",
+            observe=lambda row, nominal: seen.append(row.step),
+            stop=lambda: len(seen) == 2,
+        )
+    assert seen == [1, 2]
+    calls = []
+
+    def interrupted(designs):  # Ctrl-C for the second time
+        calls.append(len(designs))
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return toy.evaluate(designs)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(task(interrupted), tmp_path / "at_once.sqlite")
+    assert len(calls) == 4
+    whole = run(task(), tmp_path / "whole.sqlite")
+    for stopped in ("asked", "at_once"):
+        again = run(task(), tmp_path / f"{stopped}.sqlite", resume=True)
+        assert again.result.x.tobytes() == whole.result.x.tobytes()
+        assert contents(tmp_path / f"{stopped}.sqlite") == contents(tmp_path / "whole.sqlite")

@@ -1,0 +1,243 @@
+"""The store refuses, in one line, what it cannot trust; and loses nothing."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import toy_optimisation as toy
+
+from linkages.errors import InputError, RunError
+from optim import study
+from optim.evaluations import Evaluations
+from optim.lock import Lock
+from optim.run import Stopped, run
+from optim.sqlite import SCHEMA
+
+
+@pytest.fixture
+def begun(tmp_path):
+    """A study stopped after ten iterations."""
+    path, seen = tmp_path / "study.sqlite", []
+    with pytest.raises(Stopped):
+        run(
+            toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 10
+        )
+    return path
+
+
+def refused(task, path, kind=InputError):
+    """The one line with which a store is refused; the file stays as it is."""
+    before = path.read_bytes()
+    with pytest.raises(kind) as problem:
+        run(task, path, resume=True)
+    assert path.read_bytes() == before
+    assert "\n" not in str(problem.value)
+    return str(problem.value)
+
+
+def test_values_come_back_to_the_last_bit(tmp_path):
+    rng = np.random.default_rng(0)
+    designs = rng.standard_normal((50, 3)) * 10.0 ** rng.integers(-300, 300, (50, 3))
+    objectives = np.where(rng.random((50, 2)) < 0.1, np.nan, rng.standard_normal((50, 2)))
+    objectives[0] = np.inf, -0.0
+    found = Evaluations(
+        objectives, np.empty((50, 0)), ("ok",) * 49 + ("singular",), ("",) * 49 + ('"so", they\nsay',)
+    )
+    meta = {"variables": ["a", "b", "c"], "objectives": ["f", "g"], "constraints": []}
+    with study.create(tmp_path / "study.sqlite", meta) as store:
+        store.add(designs, found, 1.5)
+    with study.read_store(tmp_path / "study.sqlite") as store:
+        again, back = store.evaluations()
+        assert store.count() == (50, {"singular": 1})
+        assert store.meta("elapsed") == 1.5
+    assert again.tobytes() == designs.tobytes()
+    assert back.objectives.tobytes() == found.objectives.tobytes()
+    assert (back.status, back.reason) == (found.status, found.reason)
+    assert back.constraints.shape == (50, 0)
+
+
+def test_a_population_is_kept_whole_or_not_at_all(tmp_path):
+    meta = {"variables": ["a"], "objectives": ["f"], "constraints": []}
+    twice = np.array([[1.0], [2.0], [1.0]])
+    found = Evaluations(np.zeros((3, 1)), np.empty((3, 0)), ("ok",) * 3, ("",) * 3)
+    with study.create(tmp_path / "study.sqlite", meta) as store:
+        with pytest.raises(InputError):
+            store.add(twice, found, 0.0)
+        assert store.count() == (0, {})
+
+
+def test_begun_studies_are_not_overwritten(begun):
+    before = begun.read_bytes()
+    with pytest.raises(
+        InputError, match=r"study\.sqlite: holds 61 evaluations of this study; go on with --resume"
+    ):
+        run(toy.make_task(), begun)
+    assert begun.read_bytes() == before
+
+
+def test_leftovers_of_a_killed_creation_do_not_matter(tmp_path):
+    (tmp_path / ".study.sqlite.partial").write_bytes(b"half a file")
+    assert run(toy.make_task(), tmp_path / "study.sqlite", resume=True).evaluations > 100
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (
+            {"description": {"algorithm": {"name": "evolve"}, "seed": 2, "problem": {"name": "Rosenbrock"}}},
+            "seed: belongs to another problem: there 1, here 2",
+        ),
+        (
+            {"description": {"algorithm": {"name": "evolve"}, "seed": 1}},
+            'problem.name: belongs to another problem: there "Rosenbrock", here nothing',
+        ),
+        ({"versions": {"numpy": "1.0"}}, "was written with numpy .*, this is 1.0: the numbers would mix"),
+        (
+            {"versions": {"numpy": np.__version__, "numba": "0.60"}},
+            "was written with numba not there, this is 0.60",
+        ),
+    ],
+)
+def test_other_problems_and_versions_are_refused(begun, changed, message):
+    with pytest.raises(InputError, match=message):
+        run(toy.make_task(**changed), begun, resume=True)
+    assert run(toy.make_task(), begun, resume=True).evaluations > 100
+
+
+def test_other_python_is_no_other_version(begun):
+    assert run(toy.make_task(versions={"numpy": np.__version__, "python": "4.0"}), begun, resume=True)
+
+
+def test_foreign_files_are_refused(tmp_path):
+    path = tmp_path / "study.sqlite"
+    path.write_text("A list of things to do, longer than a hundred characters. " * 10)
+    assert "is not the file of a study" in refused(toy.make_task(), path)
+    path.write_bytes(b"")
+    assert "is not the file of a study" in refused(toy.make_task(), path)
+    path.unlink()
+    with sqlite3.connect(path) as db:
+        db.execute("CREATE TABLE evaluations (id INTEGER)")
+    db.close()
+    assert "is an SQLite file, but not that of a study" in refused(toy.make_task(), path)
+
+
+def test_other_format_versions_are_refused(begun):
+    db = sqlite3.connect(begun)
+    db.execute(f"PRAGMA user_version = {SCHEMA + 1}")
+    db.close()
+    assert f"version {SCHEMA + 1} of the file format; this program reads version {SCHEMA}" in refused(
+        toy.make_task(), begun
+    )
+
+
+@pytest.mark.parametrize("damage", ["page", "truncated", "table", "row", "meta"])
+def test_damaged_files_are_refused(begun, damage):
+    if damage in ("page", "truncated"):
+        content = bytearray(begun.read_bytes())
+        if damage == "page":
+            content[4096 : 2 * 4096] = bytes(range(256)) * 16
+        begun.write_bytes(content if damage == "page" else content[: 3 * 4096 + 17])
+    else:
+        db = sqlite3.connect(begun)
+        db.execute(
+            {
+                "table": "DROP TABLE iterations",
+                "row": "UPDATE evaluations SET objectives = x'00' WHERE id = 3",
+                "meta": "DELETE FROM meta WHERE key = 'task'",
+            }[damage]
+        )
+        db.commit()
+        db.close()
+    message = refused(toy.make_task(), begun, (InputError, RunError))
+    assert message.startswith("study.sqlite: ")
+    assert "damaged" in message
+
+
+def test_full_disk(begun, monkeypatch):
+    """The file may not grow: one line; what was committed is there, and the study can go on when there is room."""
+    rows = toy_count(begun)
+    connect = study._connect
+
+    def small(path):
+        db = connect(path)
+        pages = db.execute("PRAGMA page_count").fetchone()[0]
+        db.execute(f"PRAGMA max_page_count = {pages}")
+        return db
+
+    monkeypatch.setattr(study, "_connect", small)
+    with pytest.raises(RunError, match=r"study\.sqlite: database or disk is full; what it holds is kept"):
+        run(toy.make_task(generations=toy.GENERATIONS), begun, resume=True)
+    monkeypatch.undo()
+    assert toy_count(begun) >= rows
+    fresh = begun.with_name("fresh.sqlite")
+    assert (
+        run(toy.make_task(), begun, resume=True).result.x.tobytes()
+        == run(toy.make_task(), fresh).result.x.tobytes()
+    )
+
+
+def test_full_disk_at_the_very_beginning(tmp_path, monkeypatch):
+    connect = study._connect
+
+    def tiny(path):
+        db = connect(path)
+        db.execute("PRAGMA max_page_count = 2")
+        return db
+
+    monkeypatch.setattr(study, "_connect", tiny)
+    with pytest.raises(RunError, match="disk is full"):
+        run(toy.make_task(), tmp_path / "study.sqlite")
+    assert not (tmp_path / "study.sqlite").exists()
+
+
+def toy_count(path):
+    with study.read_store(path) as store:
+        return store.count()[0]
+
+
+HOLDER = "import sys, time; from pathlib import Path; from optim.lock import Lock; p = Path(sys.argv[1]);\nwith Lock(p.with_name(p.name + '.lock'), p): print('held', flush=True); time.sleep(60)"
+
+
+def test_one_process_at_a_time(begun):
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(begun)], stdout=subprocess.PIPE)
+    try:
+        assert holder.stdout.readline() == b"held\n"
+        assert f"study.sqlite: is in use by process {holder.pid}" in refused(toy.make_task(), begun)
+        assert toy_count(begun) == 61  # looking is allowed
+    finally:
+        holder.send_signal(signal.SIGKILL)
+        holder.wait()
+    assert begun.with_name("study.sqlite.lock").exists()  # of a dead process: it holds nothing
+    assert run(toy.make_task(), begun, resume=True).evaluations > 100
+
+
+def test_lock_is_free_again_after_use(tmp_path):
+    path = tmp_path / "study.sqlite"
+    for _ in range(2):
+        with (
+            Lock(tmp_path / "lock", path),
+            pytest.raises(InputError, match=f"process {os.getpid()}"),
+            Lock(tmp_path / "lock", path),
+        ):
+            pass
+
+
+def test_no_pickle(begun):
+    """Nothing in the store is a pickle, and nothing here could load one."""
+    import ast
+    from pathlib import Path
+
+    import optim
+
+    for file in Path(optim.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import | ast.ImportFrom) else []
+            assert not {"pickle", "cloudpickle", "dill", "shelve", "marshal", "joblib"} & {
+                n.split(".")[0] for n in names
+            }
+            assert not (isinstance(node, ast.Name) and node.id in ("eval", "exec"))
+    assert b"\x80\x04\x95" not in begun.read_bytes()

@@ -1,0 +1,98 @@
+"""The report and the animation in a browser: what they show, and that they fetch nothing."""
+
+import numpy as np
+import pytest
+from browser import find_browser, open_page, picture
+
+from linkages.drake.magnified import GAP, REACH
+from linkages.report import load_results, write_report
+from linkages.trajectory import load_trajectory
+
+pytestmark = pytest.mark.skipif(find_browser() is None, reason="no Chromium on the PATH")
+
+LOOK = """
+const viewer = document.querySelector("iframe").contentWindow.viewer;
+const at = (time) => { viewer.animator.pause(); viewer.animator.seek(time); return viewer.capture_image(400, 300); };
+const box = (element) => { const b = element.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; };
+const place = (...path) => viewer.scene_tree.find(["joints", "A", ...path]).object.position.toArray();
+const still = (time) => {
+  viewer.animator.seek(time);
+  return {spot: place("touch", "spot", "shape"), journal: place("journal"), head: place("arrow", "head")};
+};
+document.querySelectorAll("figure button")[1].click();
+const enlarged = document.querySelector("dialog img");
+const result = {
+  figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
+  enlarged: [document.querySelector("dialog").open, enlarged.naturalWidth, enlarged.alt],
+  fetched: performance.getEntriesByType("resource").map((entry) => entry.name),
+  frame: box(document.querySelector("iframe")), duration: viewer.animator.duration, frames: [at(0.0), at(7.5)],
+  stills: [0.0, 2.0, 4.0, 6.0].map(still),
+  overflow: document.documentElement.scrollWidth - innerWidth,
+};
+document.querySelector("dialog").close();
+return result;"""
+
+
+@pytest.fixture(scope="module")
+def page(results_folder, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("browser")
+    write_report(load_results(results_folder), folder / "report.html")
+    return open_page(folder / "report.html", folder, LOOK)
+
+
+def test_every_figure_renders_and_can_be_enlarged(page, results_folder):
+    drawn = sorted(results_folder.glob("*.png"))
+    assert len(page.seen["figures"]) == len(drawn) == 6
+    assert all(width > 300 and height > 300 for width, height in page.seen["figures"])
+    is_open, width, alt = page.seen["enlarged"]
+    assert is_open
+    assert width == page.seen["figures"][1][0]
+    assert alt.startswith("coupler.ax over time")
+    assert page.seen["overflow"] <= 0  # nothing sticks out of the page
+
+
+def test_the_animation_renders_and_moves(page):
+    first, last = (picture(uri) for uri in page.seen["frames"])
+    assert len(np.unique((255 * first).astype(int).reshape(-1, 3), axis=0)) > 50  # not blank
+    background = first[2, 2]
+    drawn = np.abs(first - background).max(axis=2) > 0.2
+    assert drawn.mean() > 0.01
+    assert np.mean(np.abs(first - last).max(axis=2) > 0.2) > 1e-3
+    x, y, width, height = (int(v) for v in page.seen["frame"])
+    seen = page.image[y + 40 : y + height - 2, x + 2 : x + width - 2]  # below the bar of controls
+    assert np.mean(np.abs(seen - seen[2, 2]).max(axis=2) > 0.2) > 0.005
+
+
+def test_the_magnified_journal_is_true_to_scale(page, results_folder):
+    run = load_trajectory(results_folder / "trajectory.npz")
+    assert page.seen["duration"] == pytest.approx(8.0)
+    for time, still in zip((0.0, 2.0, 4.0, 6.0), page.seen["stills"], strict=True):
+        now = time / 8.0 * run.time[-1]
+        e = np.array([np.interp(now, run.time, run[f"A.{part}"]) for part in ("ex", "ey")]) / 1e-4
+        radius = still["spot"][0]  # the spot lies on the wall
+        # within a frame, a 240th of the run, the film moves the journal by less than this
+        np.testing.assert_allclose(np.array(still["journal"][:2]) / (GAP * radius), e, atol=2e-3)
+        force = np.interp(now, run.time, run["A.force"])
+        share = (still["head"][0] / (REACH * radius)) ** 2
+        assert share == pytest.approx(force / run["A.force"].max(), abs=0.02)
+
+
+def test_nothing_is_fetched_and_nothing_wants_to_be(page):
+    assert page.requests == []
+    assert page.seen["refused"] == []
+    assert all(name.startswith(("data:", "blob:")) for name in page.seen["fetched"])
+
+
+def test_a_page_that_fetches_would_be_found(tmp_path, results_folder):
+    text = '<body><img src="http://127.0.0.1:9/x.png"><iframe srcdoc="<img src=\'https://127.0.0.1:9/y.png\'>"></iframe>'
+    (tmp_path / "bad.html").write_text(text)
+    page = open_page(tmp_path / "bad.html", tmp_path)
+    assert page.requests == ["http://127.0.0.1:9/x.png", "https://127.0.0.1:9/y.png"]
+    write_report(load_results(results_folder), tmp_path / "report.html")
+    report = (tmp_path / "report.html").read_text()
+    (tmp_path / "report.html").write_text(
+        report.replace("<main>", '<main><img src="http://127.0.0.1:9/x.png">')
+    )
+    page = open_page(tmp_path / "report.html", tmp_path)
+    assert page.requests == []  # the page's own policy refuses
+    assert page.seen["refused"] == ["http://127.0.0.1:9/x.png"]

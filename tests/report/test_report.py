@@ -1,0 +1,210 @@
+"""What the report says: numbers, sources, commands, and what is missing."""
+
+import html
+import json
+import math
+import re
+import shutil
+from html.parser import HTMLParser
+
+import pytest
+
+from linkages.cli import main
+from linkages.experiment import load_experiment
+from linkages.report import load_results
+from linkages.report.page import render
+from linkages.report.words import answer, change, commands, experiment_file, question
+from linkages.trajectory import load_trajectory
+
+
+class Reader(HTMLParser):
+    """Collects the text of cells and list items, and checks that tags close."""
+
+    VOID = ("meta", "img", "br", "link", "input", "hr")
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.cells, self.rows = [], [], []
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.VOID:
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+def rows(page: str) -> dict[str, list[str]]:
+    """Rows of all tables by their first cell; of several alike, the first."""
+    reader = Reader()
+    reader.feed(page)
+    reader.close()
+    assert reader.open == []
+    return {row[0]: row[1:] for row in reversed(reader.rows)}
+
+
+@pytest.fixture(scope="module")
+def page(results_folder):
+    return render(load_results(results_folder))
+
+
+@pytest.fixture
+def copy(results_folder, tmp_path):
+    """A copy of the results that a test may change."""
+    return shutil.copytree(results_folder, tmp_path / "results")
+
+
+def test_the_tables_hold_the_summary_beside_ideal_joints_with_errors(page, results_folder):
+    summary = json.loads((results_folder / "summary.json").read_text())
+    table = rows(page)
+
+    def number(text):
+        return float(text.replace("−", "-"))
+
+    value, ideal = summary["outputs"]["coupler.ax"], summary["ideal"]["outputs"]["coupler.ax"]
+    cells = table["coupler.ax [m/s²]"]
+    for text, expected in zip(cells, (ideal["min"], ideal["max"], value["min"], value["max"]), strict=False):
+        assert number(text) == pytest.approx(expected, rel=1e-4)  # five digits
+    assert number(cells[5]) == pytest.approx(summary["error"]["coupler.ax.peak"], rel=0.05)  # two digits
+    model, exact, force, time, _, error, ratio, _ = table["B"]
+    assert model == "dry"
+    run = load_trajectory(results_folder / "trajectory.npz")
+    assert number(force) >= run["B.force"].max() * (1 - 1e-4)  # the peak of continuous time
+    assert number(exact) == pytest.approx(summary["ideal"]["joints"]["B"]["force"]["peak"], rel=1e-4)
+    assert 0.0 < number(time) < 0.006
+    assert number(error) >= 0.0
+    assert number(ratio) == pytest.approx(run["B.eccentricity_ratio"].max(), rel=1e-2)
+
+
+def test_parameters_stand_with_meaning_unit_and_source(page):
+    table = rows(page)
+    assert table["joints.A.clearance"] == ["0.0001", "radial clearance c [m]", "m, radial, Table 7"]
+    assert table["drives.O.speed"][0] == "15"
+    assert table["drives.O.speed"][2] == "rad/s, assumed: <sources> & all"  # text, not markup
+    assert table["joints.A.viscosity"][2] == "not given"
+    assert table["joints.B.clearance"] == ["0.00015", "radial clearance c [m]", "command line"]
+
+
+def test_the_question_names_each_clearance_and_its_joints(results_folder):
+    text = question(load_results(results_folder))
+    assert "0.1 mm of clearance in joint A (lubricated)" in text
+    assert "0.15 mm of clearance in joint B (dry)" in text
+
+
+def test_the_hardest_contacts_are_listed_in_the_order_of_time(copy):
+    many = [f"B,{0.001 * k},1.0,0.1,1e-5,{100 + (k * 37) % 100},1e-6,0.9" for k in range(100)]
+    head = "joint,start,approach_speed,tangential_speed,duration,peak_force,peak_penetration,separation_speed"
+    (copy / "impacts.csv").write_text("\n".join([head, *many[:-1], many[-1].removesuffix("0.9")]) + "\n")
+    results = load_results(copy)
+    assert math.isnan(results.impacts[-1].separation_speed)
+    page = render(results)
+    assert "Contacts, 100 in all; shown are the 40 hardest" in page
+    shown = [
+        (float(start), float(force)) for start, force in re.findall(
+            r'text">B</th><td>([\d.e-]+)</td><td>1</td><td>0.1</td><td>0.01</td><td>(\d+)</td>', page
+        )
+    ]  # fmt: skip
+    assert [start for start, _ in shown] == sorted(start for start, _ in shown)
+    assert sorted(force for _, force in shown) == list(range(160, 200))
+
+
+def test_the_commands_repeat_the_run(results_folder, tmp_path, monkeypatch, capsys):
+    simulate, report = commands(load_results(results_folder))
+    assert simulate == (
+        "linkages simulate rocker.toml --engine drake --set duration=0.006 --set joints.B.clearance=0.00015"
+        " --out results/out"
+    )
+    shutil.copy(results_folder.parent / "machine.sdf", tmp_path)
+    (tmp_path / "rocker.toml").write_text((results_folder.parent / "rocker.toml").read_text())
+    monkeypatch.chdir(tmp_path)
+    assert main([*simulate.split()[1:], "--no-plots", "--no-animation"]) == 0
+    again = json.loads((tmp_path / "results" / "out" / "summary.json").read_text())
+    before = json.loads((results_folder / "summary.json").read_text())
+    for summary in (again, before):
+        del summary["provenance"]["wall_time"]
+    assert again == before
+    assert main(report.split()[1:]) == 0
+    assert "needs no network" in capsys.readouterr().out
+    text = (tmp_path / "results" / "out" / "report.html").read_text()
+    assert "There is no animation in this folder" in text
+    assert "There are no figures in this folder" in text
+
+
+def test_the_experiment_in_the_page_is_the_one_that_was_run(page, results_folder, tmp_path):
+    shown = html.unescape(re.findall(r"<pre>(.*?)</pre>", page, re.DOTALL)[-1])
+    (tmp_path / "rocker.toml").write_text(shown)
+    experiment = load_experiment(tmp_path / "rocker.toml")
+    assert experiment.duration == 0.006
+    assert experiment.joints["B"].clearance == 1.5e-4
+    assert experiment.model_dump(exclude_unset=True) == load_results(results_folder).experiment
+    assert experiment_file(load_results(results_folder)) == shown
+
+
+def test_a_run_that_failed_says_so_and_what_to_try(copy):
+    summary = json.loads((copy / "summary.json").read_text())
+    summary |= {"status": "step-size-collapse", "duration": 0.0031, "error": {}}
+    (copy / "summary.json").write_text(json.dumps(summary))
+    page = render(load_results(copy))
+    assert "ended before its time, at 0.0031 s of 0.006 s" in page
+    assert "loosen the accuracy" in page
+    assert "The errors of this run were not estimated" in page
+    assert rows(page)["A"][5] == "not estimated"
+    assert "--no-error-estimate" not in page  # it was not what left them out
+
+
+@pytest.mark.parametrize(
+    ("value", "reference", "text"),
+    [(1.0, 1.0, "unchanged"), (1.1, 1.0, "+10 %"), (0.9, 1.0, "−10 %"), (5.0, 1.0, "5 times"), (0.0, 0.0, "unchanged"),
+     (5e-5, 0.0, "there is none"), (5e-5, 2e-17, "there is none"), (0.0, 1.0, "0 times")],
+)  # fmt: skip
+def test_change(value, reference, text):
+    assert change(value, reference) == text
+
+
+BAD = {
+    "no folder": (lambda folder: shutil.rmtree(folder), "is not a folder"),
+    "no summary": (lambda folder: (folder / "summary.json").unlink(), "summary.json: is not there"),
+    "no JSON": (lambda folder: (folder / "summary.json").write_text("{"), "cannot be read"),
+    "another summary": (lambda folder: (folder / "summary.json").write_text("{}"), "engine: is missing"),
+    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "engine: is missing"),
+    "broken contacts": (lambda folder: (folder / "impacts.csv").write_text("joint,start\nB,1\n"), "list of contacts"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_no_folder_of_results_is_bad_input(copy, capsys, case):
+    spoil, reason = BAD[case]
+    spoil(copy)
+    assert main(["report", str(copy)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("error: ")
+    assert reason in error
+    assert "\n" not in error
+    assert not (copy / "report.html").exists()
+
+
+def test_a_page_that_cannot_be_written_is_bad_input(copy, capsys):
+    assert main(["report", str(copy), "--out", str(copy / "none" / "page.html")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_is_play(results_folder, copy):
+    results = load_results(results_folder)
+    found = answer(results)
+    summary = results.summary
+    peak, exact = (s["outputs"]["follower.omega"]["peak"] for s in (summary, summary["ideal"]))
+    assert f"Peak of follower.omega: {peak:.5g} rad/s; with ideal joints {exact:.5g} rad/s" in found[0]
+    assert any(text.startswith("Joint A uses up to") and text.endswith("of its clearance.") for text in found)
+    assert any(text.startswith("Joint B uses up to") and "and touches " in text for text in found)
+    for joint in summary["provenance"]["experiment"]["joints"].values():
+        joint["model"] = "ideal"
+    (copy / "summary.json").write_text(json.dumps(summary))
+    assert not any("with ideal joints" in text for text in answer(load_results(copy)))

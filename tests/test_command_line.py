@@ -1,0 +1,267 @@
+"""Manners of the command line: errors, help, quiet and verbose, new, doctor, completion."""
+
+import importlib.metadata
+import io
+import re
+import subprocess
+import sys
+import types
+from contextlib import redirect_stdout
+from math import sqrt
+
+import numba
+import pytest
+from machines import four_bar
+
+from linkages import doctor
+from linkages.cli import main
+from linkages.commands import commands, common
+from linkages.experiment import load
+
+TOML = """duration = 0.02
+outputs = ["follower.omega"]
+[drives.O]
+speed = 15.0
+[joints.A]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+"""
+
+MISTAKES = {
+    ("simulat", "x.toml"): 'simulat: is unknown; did you mean "simulate"?',
+    ("--versoin",): 'did you mean "--version"?',
+    ("simulate", "x.toml", "--durration", "3"): '--durration: is unknown; did you mean "--duration"?',
+    ("simulate", "x.toml", "--durration=3"): '--durration: is unknown; did you mean "--duration"?',
+    ("simulate", "x.toml", "y.toml"): "y.toml: is one argument too many",
+    ("simulate",): "required: file",
+    ("simulate", "x.toml", "--engine", "draek"): "'draek' (choose from",
+    ("simulate", "x.toml", "-q", "-v"): "not allowed with argument",
+    ("modes", "x.toml", "--verfy"): 'did you mean "--verify"?',
+    ("completion", "fish"): "'fish' (choose from",
+}
+
+
+@pytest.mark.parametrize("words", MISTAKES)
+def test_a_mistake_on_the_command_line_gets_one_line_and_the_nearest_word(words, capsys):
+    assert main(list(words)) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("error: linkages")
+    assert MISTAKES[words] in error
+    assert "\n" not in error
+
+
+def test_no_command_shows_what_there_is(capsys):
+    assert main([]) == 2
+    shown = capsys.readouterr().err
+    assert all(name in shown for name in commands())
+
+
+def test_a_broken_plug_in_takes_no_other_command_away(monkeypatch, capsys):
+    """Two that cannot be used and one that takes the name of a command of ours."""
+    points = [
+        importlib.metadata.EntryPoint(name, value, "linkages.commands")
+        for name, value in {"gone": "no_such_package.gone", "empty": "json", "simulate": "json"}.items()
+    ]
+    monkeypatch.setattr("linkages.commands.entry_points", lambda group: points)
+    with pytest.raises(SystemExit) as done:
+        main(["--help"])
+    assert done.value.code == 0
+    shown = capsys.readouterr()
+    assert "simulate" in shown.out
+    assert "gone" not in shown.out
+    assert shown.err.splitlines() == [
+        "warning: command gone (no_such_package.gone) is left out: ModuleNotFoundError: No module named 'no_such_package'",
+        "warning: command empty (json) is left out: TypeError: it has no HELP",
+        "warning: command simulate (json) is left out: ValueError: the name is taken",
+    ]
+
+
+@pytest.mark.parametrize("name", [None, *commands()])
+def test_help_has_examples_that_the_parser_takes(name, capsys, monkeypatch):
+    """Every example in a help text is parsed; nothing is run."""
+    with pytest.raises(SystemExit) as done:
+        main([name, "--help"] if name else ["--help"])
+    assert done.value.code == 0
+    examples = re.findall(
+        r"^  linkages (.*?)(?:  .*)?$", capsys.readouterr().out.partition("examples:")[2], re.M
+    )
+    assert examples
+    for command in commands().values():
+        monkeypatch.setattr(command, "run", lambda options: 0)
+    for example in examples:
+        words = re.split(r" [|>&]", example)[0].split()
+        assert main(words) == 0, example
+
+
+def test_the_version_is_the_package_s(capsys):
+    with pytest.raises(SystemExit) as done:
+        main(["--version"])
+    assert done.value.code == 0
+    assert capsys.readouterr().out.strip() == f"linkages {importlib.metadata.version('linkages')}"
+
+
+def test_quiet_prints_nothing_and_verbose_says_how(experiment_file, tmp_path, capsys):
+    path = experiment_file(four_bar(), TOML)
+    words = ["simulate", str(path), "--no-plots", "--no-animation", "--out", str(tmp_path / "out")]
+    assert main([*words, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert main([*words, "--verbose"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err.splitlines() == ["run ...", "error estimate ..."]
+    assert f"experiment {path}" in shown.out
+    assert "joints cut to get a tree: A" in shown.out
+    assert "accuracy 1e-07, steps of at most 0.002 s" in shown.out
+    assert main(["simulate", str(tmp_path / "none.toml"), "--quiet"]) == 2
+    assert capsys.readouterr().err.startswith("error: ")  # errors are never quiet
+
+
+def test_compiling_is_told_once(capsys):
+    common.tell_of_compiling()
+    for function in (lambda x: x + 1, lambda x: x + 2):
+        numba.njit(function)(1)
+    assert capsys.readouterr().err == "compiling, once after an installation: up to a minute ...\n"
+
+
+def test_a_reader_that_leaves_is_no_error():
+    command = [sys.executable, "-m", "linkages.cli", "keys"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.close()
+        errors = process.stderr.read()
+    assert (process.returncode, errors) == (141, "")
+
+
+@pytest.mark.parametrize("model", ["lubricated", "dry"])
+def test_new_files_run_at_once(model, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "my-press", "--model", model]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["my-press.sdf", "my-press.toml"]
+    assert "linkages simulate my-press.toml" in capsys.readouterr().out
+    mechanism, experiment = load("my-press.toml")
+    assert mechanism.name == "my-press"
+    assert experiment.joints["A"].model == model
+    numbers = set(re.findall(r"^(\w+) += [-\d.[]", (tmp_path / "my-press.toml").read_text(), re.M))
+    named = {path.rpartition(".")[2] for path in experiment.sources}
+    assert numbers <= named  # every number of the template has a source
+    words = ["--duration", "0.01", "--no-plots", "--no-animation", "--no-error-estimate"]
+    assert main(["simulate", "my-press.toml", *words]) == 0
+    shown = capsys.readouterr().out
+    assert "status ok" in shown
+    table = [line for line in shown.split("\n\n", 1)[1].split("\n\nwritten")[0].splitlines() if line]
+    assert (
+        len({len(line) for line in table}) == 1
+    )  # whatever the length of names, columns end where their heads do
+
+
+def test_the_drawing_of_the_new_machine_closes_and_its_bars_are_uniform_steel(tmp_path):
+    assert main(["new", "m", "--out", str(tmp_path / "made")]) == 0
+    mechanism, _ = load(tmp_path / "made" / "m.toml")
+    for joint in mechanism.joints:
+        gap = sqrt(sum((joint.on_parent - joint.on_child) ** 2))
+        assert gap < 5e-5  # its angles have two decimals: half of 0.01 deg over 0.25 m
+    for link, length in {"crank": 0.1, "coupler": 0.25, "follower": 0.2}.items():
+        mass = 7850 * length * 0.02 * 0.01
+        assert mechanism.link[link].mass == pytest.approx(mass, rel=1e-3)
+        assert mechanism.link[link].inertia == pytest.approx(mass * length**2 / 12, rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["", "3bar", "a/b", "../x", "world", "a b", "x" * 65, "é"])
+def test_new_refuses_names_that_files_or_sdf_cannot_have(name, tmp_path, capsys):
+    assert main(["new", name, "--out", str(tmp_path)]) == 2
+    assert "must begin with a letter" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("there", ["m.sdf", "m.toml"])
+def test_new_overwrites_nothing(there, tmp_path, capsys):
+    (tmp_path / there).write_text("mine")
+    assert main(["new", "m", "--out", str(tmp_path)]) == 2
+    assert "is there already" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == [there]
+    assert (tmp_path / there).read_text() == "mine"
+
+
+def test_new_leaves_nothing_half_written(tmp_path, capsys):
+    (tmp_path / "m.toml").symlink_to(tmp_path / "nowhere" / "m.toml")  # cannot be created, and does not exist
+    assert main(["new", "m", "--out", str(tmp_path)]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+    assert not (tmp_path / "m.sdf").exists()
+
+
+def test_doctor_finds_this_installation_sound(capsys):
+    assert main(["doctor"]) == 0
+    shown = capsys.readouterr().out
+    assert "WRONG" not in shown
+    for name in (
+        "Python",
+        "drake",
+        "compile cache",
+        "film maps",
+        "threads",
+        "data",
+        "figures",
+        "self-check, drake",
+    ):
+        assert re.search(rf"^ok +{name} ", shown, re.M), name
+    assert shown.rstrip().endswith("all is well")
+
+
+def test_the_self_check_finds_a_wrong_engine(monkeypatch):
+    """A stiffness that is 0.1 % off changes the depth by 0.04 %: found."""
+    wrong = doctor._DROP_TOML.replace("stiffness = 1000000000.0", "stiffness = 1001000000.0")
+    assert wrong != doctor._DROP_TOML
+    monkeypatch.setattr(doctor, "_DROP_TOML", wrong)
+    finding = doctor.self_check("drake")
+    assert not finding.sound
+    assert float(re.search(r"to ([\d.e-]+)", finding.text)[1]) == pytest.approx(4e-4, rel=0.05)
+
+
+def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_path):
+    def broken(engine):
+        raise OSError("no such\nlibrary")
+
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setenv("LINKAGES_CACHE", str(blocked / "maps"))
+    monkeypatch.setattr(doctor, "self_check", broken)
+    monkeypatch.setattr(doctor, "data_folder", lambda: tmp_path)
+    needs = ["numpy>=999", "no-such-package>=1", 'pytest>=8; extra == "dev"']
+    monkeypatch.setattr(importlib.metadata, "requires", lambda name: needs)
+    assert main(["doctor"]) == 1
+    shown = capsys.readouterr().out
+    wrong = re.findall(r"^WRONG (\S+)", shown, re.M)
+    assert wrong[:5] == ["numpy", "no-such-package", "data", "film", "self-check,"]
+    assert 'run `pip install -U "numpy>=999"`' in shown
+    assert "set LINKAGES_CACHE to a folder that can be written" in shown
+    assert "OSError: no such library" in shown
+    assert "want a remedy" in shown
+
+
+def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):
+    class NoPlace(types.ModuleType):
+        def __getattr__(self, name):
+            if name == "body_accelerations":
+                raise RuntimeError("cannot cache function: no locator available")
+            raise AttributeError(name)
+
+    monkeypatch.setitem(sys.modules, "linkages.planar.dynamics", NoPlace("dynamics"))
+    assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
+    plain = types.ModuleType("dynamics")
+    plain.body_accelerations = lambda: None
+    monkeypatch.setitem(sys.modules, "linkages.planar.dynamics", plain)
+    assert doctor.compile_cache().remedy == "unset NUMBA_DISABLE_JIT"
+
+
+def test_bash_completes_commands_options_and_choices(tmp_path):
+    script = io.StringIO()
+    with redirect_stdout(script):
+        assert main(["completion", "bash"]) == 0
+    (tmp_path / "completion").write_text(script.getvalue())
+    ask = """source completion
+complete_line() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); _shtab_linkages 2>/dev/null; echo "${COMPREPLY[@]}"; }
+complete_line linkages sim
+complete_line linkages simulate --dur
+complete_line linkages simulate x.toml --engine dr
+"""
+    done = subprocess.run(["bash", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert [line.strip() for line in done.stdout.splitlines()] == ["simulate", "--duration", "drake"]

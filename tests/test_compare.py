@@ -1,0 +1,86 @@
+"""Both engines on one experiment: differences, and the horizon up to which they mean anything."""
+
+import json
+
+import numpy as np
+import pytest
+
+from linkages.cli import main
+from linkages.compare import PARTED, compare, differences, horizon
+from linkages.data import data_folder
+from linkages.errors import Status
+from linkages.experiment import load
+from linkages.trajectory import sample
+
+TIMES = np.linspace(0.0, 1.0, 5001)
+
+
+def synthetic(**functions):
+    """A run whose columns are the given functions of time; `_` in a name stands for a dot."""
+
+    def evaluate(times):
+        return {"time": times} | {name.replace("_", "."): f(times) for name, f in functions.items()}
+
+    return sample(TIMES, evaluate, Status.OK, {})
+
+
+@pytest.fixture(scope="module")
+def dry():
+    return load(data_folder() / "slider_crank_dry.toml", {"duration": 8e-4, "solver.accuracy": 1e-10})
+
+
+def test_the_largest_difference_is_found_and_nothing_beyond_the_horizon_counts():
+    run = synthetic(a=lambda t: 3.0 * np.sin(np.pi * t), b=np.zeros_like)
+    other = synthetic(a=lambda t: 3.0 * np.sin(np.pi * t) + 0.01 * t + 100.0 * (t > 0.6), b=np.zeros_like)
+    found = differences(run, other, ["a", "b"], 0.6)
+    assert found["a"].max_difference == pytest.approx(0.006)
+    assert found["a"].time == pytest.approx(0.6)
+    assert found["a"].relative == pytest.approx(0.006 / 3.005, rel=1e-3)
+    assert found["b"].max_difference == found["b"].relative == 0.0
+
+
+def test_horizon_of_two_solutions_that_part_exponentially(dry):
+    _, experiment = dry
+    clearance, rate = experiment.joints["B"].clearance, 30.0
+    run = synthetic(B_ex=np.zeros_like, B_ey=np.zeros_like)
+    other = synthetic(B_ex=np.zeros_like, B_ey=lambda t: 1e-9 * clearance * np.exp(rate * t))
+    expected = np.log(PARTED / 1e-9) / rate
+    assert horizon(run, other, experiment) == pytest.approx(expected, abs=TIMES[1])
+    assert horizon(run, run, experiment) == TIMES[-1]
+
+
+def test_the_engines_agree_where_the_motion_is_smooth():
+    path = data_folder() / "slider_crank_lubricated.toml"
+    result = compare(*load(path, {"duration": 2e-4, "solver.accuracy": 1e-10}))
+    assert not result.parted
+    assert {"slider.ax", "B.force", "B.eccentricity_ratio", "O.torque"} <= result.differences.keys()
+    assert max(row.relative for row in result.differences.values()) < 1e-8
+    assert all(row.peak > 0.0 for row in result.differences.values())
+
+
+def test_the_engines_agree_through_the_first_two_impacts(dry):
+    result = compare(*dry)
+    assert len(result.contacts) == 2
+    for ours, other in result.contacts:
+        for field in ("start", "approach_speed", "tangential_speed", "duration", "peak_force"):
+            assert getattr(ours, field) == pytest.approx(getattr(other, field), rel=1e-5)
+
+
+def test_command_says_the_horizon_and_keeps_to_it(tmp_path, capsys):
+    arguments = ["--duration", "2e-3", "--accuracy", "1e-6", "--out", str(tmp_path)]
+    assert main(["compare", "slider_crank_dry.toml", *arguments]) == 0
+    printed = capsys.readouterr().out
+    assert "horizon: " in printed
+    rows = json.loads((tmp_path / "compare.json").read_text())
+    assert rows.keys() == {
+        "slider.x", "slider.vx", "slider.ax", "B.force", "B.eccentricity_ratio", "O.torque",
+    }  # fmt: skip
+    assert all(row.keys() == {"max_difference", "relative"} for row in rows.values())
+    assert rows["B.eccentricity_ratio"]["max_difference"] < 10.0 * PARTED
+
+
+def test_bad_input_is_refused_in_one_line(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["compare", "slider_crank_dry.toml", "--accuracy", "2", "--out", str(out)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not out.exists()

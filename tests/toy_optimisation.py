@@ -1,0 +1,97 @@
+"""A small optimisation with an analytic objective: a task to be killed, resumed, and sent to workers.
+
+Run as a script: ``python toy_optimisation.py STORE RESULT [SECONDS]`` solves it, resuming STORE, and writes RESULT;
+every population is announced, and takes SECONDS.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from optim import nlp
+from optim.evaluations import Evaluations
+from optim.run import Task, run
+
+GENERATIONS, POPULATION = 30, 6
+
+
+def worth(design):
+    """Rosenbrock's function; there is no value in a corner of the box."""
+    x, y = map(float, design)
+    if x + y > 3.0:
+        return float("nan"), float("nan"), "no-assembly", f"x + y = {x + y:.3f}"
+    return (1.0 - x) ** 2 + 100.0 * (y - x * x) ** 2, x * x + y * y, "ok", ""
+
+
+def evaluate(designs):
+    f, g, status, reason = zip(*map(worth, designs), strict=True)
+    return Evaluations(np.array(f)[:, None], np.array(g)[:, None], status, reason)
+
+
+def values(found, nominal):
+    """Rosenbrock's function over its nominal value, in a disc of radius sqrt(2)."""
+    failed = found.failed
+    f = np.where(failed[:, None], np.inf, found.objectives / nominal.objectives)
+    g = np.where(failed[:, None], np.inf, found.constraints - 2.0)
+    return nlp.Values(f, g, np.empty((len(found), 0)), failed)
+
+
+def evolve(problem, seed, progress, generations=GENERATIONS):
+    """Mutate the best design so far: deterministic for a seed, and its state is the generator's."""
+    rng = np.random.default_rng(seed)
+    best = problem.start
+    kept = problem.evaluate(best[None])
+    for k in range(1, generations + 1):
+        scatter = (problem.upper - problem.lower) * 0.3 / k
+        designs = np.clip(
+            best + scatter * rng.standard_normal((POPULATION, problem.size)), problem.lower, problem.upper
+        )
+        found = problem.evaluate(designs)
+        i = int(np.argmin(np.where(found.violation > 0.0, np.inf, found.objectives[:, 0])))
+        if found.violation[i] == 0.0 and found.objectives[i, 0] < kept.objectives[0, 0]:
+            best, kept = designs[i], problem.evaluate(designs[i][None])
+        progress(nlp.Progress(k, generations, best[None], kept, {"generator": rng.bit_generator.state}))
+    return nlp.Result(best[None], kept, "budget-used", generations, generations * POPULATION)
+
+
+def make_task(seed=1, pause=0.0, evaluate=evaluate, generations=GENERATIONS, **changed):
+    def slowly(designs):
+        if pause:
+            print("population", flush=True)
+            time.sleep(pause)
+        return evaluate(designs)
+
+    arguments = {
+        "description": {"algorithm": {"name": "evolve"}, "seed": seed, "problem": {"name": "Rosenbrock"}},
+        "versions": {"numpy": np.__version__},
+        "variables": ("x", "y"),
+        "objectives": ("valley",),
+        "constraints": ("radius",),
+        "lower": np.array([-2.0, -2.0]),
+        "upper": np.array([2.0, 2.0]),
+        "nominal": np.array([-1.2, 1.0]) / 2.0,
+        "evaluate": slowly,
+        "values": values,
+        "optimise": lambda problem, progress: evolve(problem, seed, progress, generations),
+        "inequalities": ("radius.at_most",),
+    }
+    return Task(**(arguments | changed))
+
+
+def main(store, result, pause="0"):
+    outcome = run(make_task(pause=float(pause)), Path(store), resume=True)
+    found = {
+        "x": outcome.result.x.tolist(),
+        "objectives": outcome.found.objectives.tolist(),
+        "evaluations": outcome.evaluations,
+        "failures": outcome.failures,
+        "iterations": outcome.result.iterations,
+    }
+    Path(result).write_text(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
