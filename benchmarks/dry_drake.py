@@ -33,9 +33,9 @@ def one_run(mechanism, experiment):
     watch = _Watch(linkage, experiment, None)
     simulator.set_monitor(watch)
     start = time.perf_counter()
-    _advance(simulator, integrator, watch, experiment.duration)
+    _advance(simulator, integrator, watch.steps, experiment.duration)
     wall = time.perf_counter() - start
-    return wall, watch.evaluations + integrator.get_num_derivative_evaluations(), len(watch.times) - 1
+    return wall, watch.steps.evaluations + integrator.get_num_derivative_evaluations(), len(watch.times) - 1
 
 
 def main() -> None:

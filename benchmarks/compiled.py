@@ -1,0 +1,122 @@
+"""Times of the compiled engine by itself: ``python benchmarks/compiled.py [--repeat N]``.
+
+Right-hand side and Jacobian of the seven-bar; right-hand side of open chains of 10 to 100 links, whose cost should grow
+with their number; wall time per simulated second and orbit error of the seven-bar at several accuracies. Times are
+medians; compilation and set-up are not counted. For other codes beside it see sevenbar_engines.py.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from seven_bar_reference import orbit_error
+from seven_bar_reference import reference as reference_orbit
+
+from linkages.assembly import assemble
+from linkages.compiled.equations import derivatives
+from linkages.compiled.jacobian import jacobian
+from linkages.compiled.machine import Machine
+from linkages.compiled.reference import reference
+from linkages.compiled.simulation import simulate
+from linkages.data import data_folder
+from linkages.experiment import load
+from linkages.kernel import kernel
+
+LINKS = (10, 20, 50, 100)
+TIME = 0.01  # s
+
+
+@kernel
+def evaluate(given, y, dy, count):
+    """Evaluate the right-hand side many times."""
+    problem = reference(given)
+    for _ in range(count):
+        derivatives(problem, TIME, y, dy)
+        y[0] += 1e-12 * dy[0]
+
+
+@kernel
+def differentiate(given, y, out, count):
+    """Evaluate the Jacobian many times."""
+    problem = reference(given)
+    for _ in range(count):
+        jacobian(problem, TIME, y, out)
+        y[0] += 1e-30 * out[0, 0]
+
+
+def each(function, mechanism, experiment, shape, count, repeat):
+    """Median time of one evaluation [us], at a state of a run."""
+    run = simulate(mechanism, experiment.replaced({"duration": TIME})).evaluate
+    problem, y = run.machine.aside(), run.steps.states[-1]
+    out = np.zeros((len(y),) * shape)
+    function(problem, y.copy(), out, 1)
+    walls = []
+    for _ in range(repeat):
+        begun = time.perf_counter()
+        function(problem, y.copy(), out, count)
+        walls.append((time.perf_counter() - begun) / count)
+    return 1e6 * statistics.median(walls)
+
+
+def chain(n, folder):
+    """Load a hanging chain of n bars, drawn in a zigzag."""
+    sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+    from reference_machines import chain_sdf
+
+    (folder / "chain.sdf").write_text(chain_sdf(np.full(n, 0.1), -np.pi / 2 + 0.3 * (-1.0) ** np.arange(n)))
+    file = folder / "chain.toml"
+    file.write_text('mechanism = "chain.sdf"\nduration = 1.0\ngravity = [0.0, -9.81, 0.0]\n')
+    return load(file)
+
+
+def integration(mechanism, experiment, repeat):
+    """Median time of the integration alone, from the initial state [s]."""
+    machine = Machine(assemble(mechanism, experiment), experiment)
+    walls = []
+    for _ in range(repeat):
+        begun = time.perf_counter()
+        machine.run(0.0, machine.start, machine.first_step, 10**6)
+        walls.append(time.perf_counter() - begun)
+    return statistics.median(walls)
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
+    parser.add_argument("--repeat", type=int, default=15)
+    options = parser.parse_args()
+    mechanism, experiment = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
+    print(
+        f"seven-bar: right-hand side {each(evaluate, mechanism, experiment, 1, 20_000, options.repeat):.2f} us"
+    )
+    print(
+        f"seven-bar: Jacobian        {each(differentiate, mechanism, experiment, 2, 2_000, options.repeat):.2f} us"
+    )
+    print("\nlinks of a chain   right-hand side [us]   in parts of the first")
+    first = None
+    with tempfile.TemporaryDirectory() as folder:
+        for n in LINKS:
+            cost = each(evaluate, *chain(n, Path(folder)), 1, 20_000 // n, options.repeat)
+            first = first or cost
+            print(f"{n:16d}{cost:23.2f}{cost / first:24.2f}")
+    exact = reference_orbit(mechanism, experiment)
+    print("\naccuracy    steps   wall [ms/s]   orbit error")
+    for accuracy in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
+        changed = experiment.replaced({"solver.accuracy": accuracy})
+        wall = 1e3 * integration(mechanism, changed, options.repeat)
+        result = simulate(mechanism, changed)
+        times = np.linspace(0.0, 1.0, 501)
+        columns = result.evaluate(times)
+        orbit = np.array([[columns[f"{name}.ex"], columns[f"{name}.ey"]] for name in "AB"]).transpose(2, 0, 1)
+        error = orbit_error(orbit, exact(times))
+        print(f"{accuracy:8.0e}{result.provenance['steps']:9d}{wall:14.3f}{error:14.1e}")
+
+
+if __name__ == "__main__":
+    main()

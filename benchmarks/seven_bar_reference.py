@@ -1,0 +1,108 @@
+"""What benchmarks of the seven-bar share: its right-hand side, compiled; a reference solution; the orbit error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from linkages.assembly import assemble
+from linkages.experiment import Experiment
+from linkages.joint_parameters import film_tables, law_parameters
+from linkages.mechanism import Mechanism
+from linkages.planar.clearance import WIDTH, clearance_wrenches
+from linkages.planar.dynamics import accelerate, workspace
+from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.motion import evaluate_motions
+
+Array = NDArray[np.float64]
+
+
+class FreeMotion(NamedTuple):
+    """Equations of motion of a mechanism's free coordinates, its drives eliminated.
+
+    Attributes
+    ----------
+    rates : callable
+        ``rates(t, y)`` gives y' (2n,) of y = free coordinates and their rates.
+    start : (2n,) array
+    eccentricities : callable
+        ``eccentricities(t, y)`` gives those of the clearance joints (nj, 2) [m].
+    """
+
+    rates: Callable[[float, Array], Array]
+    start: Array
+    eccentricities: Callable[[float, Array], Array]
+
+
+def free_motion(mechanism: Mechanism, experiment: Experiment) -> FreeMotion:
+    """Set up the equations of motion and compile them.
+
+    The mechanism is a constant of the compiled function: arrays given as arguments would cost more than the dynamics.
+    """
+    assembly = assemble(mechanism, experiment)
+    tree = assembly.tree
+    bodies, rows, ends, driven = tree.bodies, tree.loop_rows, tree.ends, tree.driven_dofs
+    laws, tables = law_parameters(tree, experiment), film_tables(tree, experiment)
+    memory, gravity = np.zeros((len(ends), 2)), mechanism.basis[:, :2].T @ np.array(experiment.gravity)
+    breaks, coefficients, segments = assembly.motions.arrays
+    free = np.setdiff1d(np.arange(tree.size), driven)
+    nf, nd, n = len(free), len(driven), tree.size
+
+    @njit
+    def evaluate(t, y):
+        work = workspace(len(bodies), n, len(rows))
+        joints, rate = np.empty((len(ends), WIDTH)), np.empty(2 * nf)
+        value, speed, acceleration = np.empty(nd), np.empty(nd), np.empty(nd)
+        evaluate_motions(breaks, coefficients, segments, t, value, speed, acceleration)
+        for k in range(nf):
+            work.q[free[k]], work.v[free[k]] = y[k], y[nf + k]
+        for k in range(nd):
+            work.q[driven[k]], work.v[driven[k]], work.a[driven[k]] = value[k], speed[k], acceleration[k]
+        body_positions(bodies, work.q, work.pose)
+        body_velocities(bodies, work.pose, work.v, work.vel)
+        clearance_wrenches(ends, laws, tables, memory, work.pose, work.vel, work.wrench, joints)
+        accelerate(bodies, rows, 0.0, gravity, work)
+        for k in range(nf):
+            rate[k], rate[nf + k] = work.v[free[k]], work.a[free[k]]
+        return rate, joints
+
+    @njit
+    def rates(t, y):
+        return evaluate(t, y)[0]
+
+    start = np.concatenate([assembly.q[free], assembly.v[free]])
+    rates(0.0, start)
+    return FreeMotion(rates, start, lambda t, y: evaluate(t, y)[1][:, :2])
+
+
+def reference(mechanism: Mechanism, experiment: Experiment) -> Callable[[Array], Array]:
+    """Eccentricities (nt, nj, 2) over time by SciPy's Radau at a tolerance of 1e-10."""
+    motion = free_motion(mechanism, experiment)
+    run = solve_ivp(
+        motion.rates,
+        (0.0, experiment.duration),
+        motion.start,
+        method="Radau",
+        rtol=1e-10,
+        atol=1e-13,
+        dense_output=True,
+    )
+    return lambda times: np.array([motion.eccentricities(t, run.sol(t)) for t in times])
+
+
+def orbit_error(orbit: Array, truth: Array) -> float:
+    """Largest distance of a journal from its true place, in parts of its largest eccentricity.
+
+    Parameters
+    ----------
+    orbit, truth : (nt, nj, 2) arrays
+        Eccentricities at the same times.
+    """
+    size = np.hypot(truth[..., 0], truth[..., 1]).max(axis=0)
+    apart = orbit - truth
+    return float((np.hypot(apart[..., 0], apart[..., 1]).max(axis=0) / size).max())

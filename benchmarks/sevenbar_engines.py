@@ -1,0 +1,255 @@
+"""Wall time and orbit error of the seven-bar, code beside code: ``python benchmarks/sevenbar_engines.py``.
+
+Simulates the first second of ``seven_bar.toml`` and prints, for several tolerances (steps) of each code, the wall time
+per simulated second and the orbit error: the largest distance of a journal from where a solution at 1e-10 has it, at
+the code's own output times (200 or more), in parts of the largest eccentricity. Then: what each code takes at equal
+error, between its own points on a log-log line, never beyond them.
+
+| code           | what it is                                                                                 |
+|----------------|--------------------------------------------------------------------------------------------|
+| compiled       | `linkages.compiled`                                                                        |
+| drake          | `linkages.drake`, radau3                                                                   |
+| paper          | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA   |
+| kernels-lsoda  | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated      |
+| exudyn         | see sevenbar_exudyn.py; optional                                                           |
+
+Times are medians of ``--repeat`` rounds, each of which runs every line once, so that a disturbance of the machine falls
+on all codes alike. Counted is the integration from its initial state; set-up (of `compiled` about a millisecond) and
+the evaluation of columns are not.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import odeint
+from seven_bar_reference import free_motion, orbit_error, reference
+from tqdm import tqdm
+
+from linkages.assembly import assemble
+from linkages.compiled.machine import STATUS, Machine, join
+from linkages.data import data_folder
+from linkages.errors import Status
+from linkages.experiment import load
+from linkages.planar.clearance import CLEARANCE_OUTPUTS
+
+TIMES = np.linspace(0.0, 1.0, 501)  # s, of codes with dense output
+FEWEST = 200
+
+
+class Line:
+    """One line of the table: a code at one setting; `run` returns wall seconds, times, eccentricities (nt, nj, 2)."""
+
+    def __init__(self, code: str, setting: str, run: Callable[[], tuple]) -> None:
+        self.code, self.setting, self.run = code, setting, run
+        self.walls: list[float] = []
+        self.error = np.nan
+
+    @property
+    def wall(self) -> float:
+        """Median of the rounds [s]."""
+        return statistics.median(self.walls)
+
+    def measure(self, exact) -> None:
+        """Run once more."""
+        wall, times, orbit = self.run()
+        if len(times) < FEWEST:
+            raise RuntimeError(f"{self.code} has {len(times)} output times: too few to see its largest error")
+        self.walls.append(wall)
+        self.error = orbit_error(orbit, exact(times))
+
+
+def compiled_lines(mechanism, experiment):
+    assembly = assemble(mechanism, experiment)
+    ex, ey = CLEARANCE_OUTPUTS.index("ex"), CLEARANCE_OUTPUTS.index("ey")
+
+    def run(accuracy):
+        machine = Machine(assembly, experiment.replaced({"solver.accuracy": accuracy}))
+        begun = time.perf_counter()
+        record = machine.run(0.0, machine.start, machine.first_step, 10**7)
+        wall = time.perf_counter() - begun
+        if STATUS[record.status] is not Status.OK:
+            raise RuntimeError(f"compiled: {STATUS[record.status].value} at accuracy {accuracy:g}")
+        contacts = machine.evaluate(join([record]), TIMES)[3]
+        return wall, TIMES, contacts[:, :, [ex, ey]]
+
+    return [
+        Line("compiled", f"{accuracy:.0e}", lambda accuracy=accuracy: run(accuracy))
+        for accuracy in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+    ]
+
+
+def drake_lines(mechanism, experiment):
+    from sevenbar_drake import one_run
+
+    def run(accuracy, step):
+        changed = experiment.replaced({"solver.accuracy": accuracy, "solver.max_step": step})
+        wall, _, times, orbit = one_run(mechanism, changed)
+        return wall, times, orbit
+
+    return [
+        Line("drake", f"{accuracy:.0e}, {step:.0e} s", lambda accuracy=accuracy, step=step: run(accuracy, step))
+        for accuracy, step in ((1e-5, 5e-3), (1e-5, 2e-3), (1e-6, 5e-3), (1e-6, 2e-3), (1e-7, 2e-3), (1e-8, 2e-3))
+    ]  # fmt: skip
+
+
+def paper_lines(mechanism, experiment):
+    sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+    import paper_formulation
+
+    def run(method, tolerance):
+        begun = time.perf_counter()
+        _, at = paper_formulation.solve(paper_formulation.Data(), TIMES[-1], tolerance, method)
+        return time.perf_counter() - begun, TIMES, at(TIMES)[0]
+
+    return [
+        Line(f"paper-{method.lower()}", f"{tolerance:.0e}", lambda m=method, tolerance=tolerance: run(m, tolerance))
+        for method in ("Radau", "LSODA")
+        for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    ]  # fmt: skip
+
+
+def kernel_lines(mechanism, experiment):
+    motion = free_motion(mechanism, experiment)
+
+    def run(tolerance):
+        begun = time.perf_counter()
+        states = odeint(
+            motion.rates, motion.start, TIMES, tfirst=True, rtol=tolerance, atol=1e-3 * tolerance, mxstep=100_000
+        )  # fmt: skip
+        wall = time.perf_counter() - begun
+        return (
+            wall,
+            TIMES,
+            np.array([motion.eccentricities(t, y) for t, y in zip(TIMES, states, strict=True)]),
+        )
+
+    return [
+        Line("kernels-lsoda", f"{tolerance:.0e}", lambda tolerance=tolerance: run(tolerance))
+        for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
+    ]
+
+
+def exudyn_lines(mechanism, experiment):
+    import exudyn  # noqa: F401  (the reason to skip it is said here)
+    from sevenbar_exudyn import Model
+
+    return [
+        Line("exudyn", f"{n} steps", lambda n=n: Model(mechanism, experiment).run(experiment.duration, n))
+        for n in (1000, 2000, 4000, 8000, 16000, 64000)
+    ]
+
+
+CODES = {
+    "compiled": compiled_lines,
+    "drake": drake_lines,
+    "paper": paper_lines,
+    "kernels-lsoda": kernel_lines,
+    "exudyn": exudyn_lines,
+}
+EQUAL = (1e-2, 1e-3, 1e-4, 1e-5)
+
+
+def wall_at(error, lines):
+    """Wall time for this orbit error, on the log-log line through a code's best points; NaN beyond its points."""
+    points = sorted((line.error, line.wall) for line in lines)
+    best = [(e, w) for e, w in points if not any(f <= e and x < w for f, x in points)]
+    if not points[0][0] <= error <= points[-1][0]:
+        return np.nan
+    errors, walls = np.log(np.array(best)).T  # a coarser run that took longer is no reason to take longer
+    return float(np.exp(np.interp(np.log(error), errors, walls)))
+
+
+def all_lines(lines) -> list[list[str]]:
+    """Rows of the table of all lines."""
+    rows = [["code", "tolerance or steps", "wall [ms/s]", "orbit error"]]
+    return rows + [[line.code, line.setting, f"{1e3 * line.wall:.2f}", f"{line.error:.1e}"] for line in lines]
+
+
+def equal_errors(lines) -> list[list[str]]:
+    """Rows of the table of wall times at equal error, and how often those of the first code."""
+    codes = list(dict.fromkeys(line.code for line in lines))
+    walls = {
+        code: [wall_at(e, [line for line in lines if line.code == code]) for e in EQUAL] for code in codes
+    }
+    rows = [["wall [ms/s] at an orbit error of", *(f"{error:.0e}" for error in EQUAL)]]
+    for code in codes:
+        cells = [
+            f"{1e3 * wall:.2f} ({wall / own:.3g} x)" if np.isfinite(wall / own) else "-"
+            for wall, own in zip(walls[code], walls[codes[0]], strict=True)
+        ]
+        rows.append([code, *cells])
+    return rows
+
+
+def in_columns(rows) -> str:
+    """Return the rows as text."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(cell.rjust(n) for cell, n in zip(row, widths, strict=True)) for row in rows)
+
+
+def markdown(rows) -> str:
+    """Return the rows as a table of a page."""
+    head, *rest = ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *rest]) + "\n"
+
+
+def page(lines, rounds) -> str:
+    """Return docs/benchmarks.md."""
+    done = [name for name in ("drake", "exudyn", "numba", "numpy", "scipy") if find_spec(name)]
+    versions = ", ".join(f"{name} {version(name)}" for name in done)
+    about = __doc__.partition("\n\n")[2]
+    return f"""# Benchmarks
+
+Code beside code in one run, written by `python benchmarks/sevenbar_engines.py --page docs/benchmarks.md` on
+{os.cpu_count()} processors ({platform.machine()}, Python {platform.python_version()}, {versions};
+{rounds} rounds). Ratios in one run say more than times: machines differ.
+
+{about}
+## At equal error
+
+{markdown(equal_errors(lines))}
+## All lines
+
+{markdown(all_lines(lines))}"""
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
+    parser.add_argument("--repeat", type=int, default=3, help="rounds (default 3)")
+    parser.add_argument("--codes", nargs="+", choices=CODES, default=list(CODES), help="default: all")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="write the page of the documentation too")
+    options = parser.parse_args()
+    mechanism, experiment = load(data_folder() / "seven_bar.toml", {"duration": float(TIMES[-1])})
+    exact = reference(mechanism, experiment)
+    lines = []
+    for code in options.codes:
+        try:
+            own = CODES[code](mechanism, experiment)
+        except ImportError as problem:
+            print(f"{code}: skipped, {problem}")
+            continue
+        own[0].run()  # compiles
+        lines += own
+    for _ in tqdm(range(options.repeat), desc="rounds", disable=None):
+        for line in lines:
+            line.measure(exact)
+    if lines:
+        print(in_columns(all_lines(lines)), in_columns(equal_errors(lines)), sep="\n\n")
+        if options.page is not None:
+            options.page.write_text(page(lines, options.repeat), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

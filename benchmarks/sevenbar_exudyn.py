@@ -1,0 +1,190 @@
+"""The seven-bar in Exudyn: ``python benchmarks/sevenbar_exudyn.py [--steps N]`` prints wall time and orbit error.
+
+Exudyn (J. Gerstmayr, Multibody System Dynamics 60, 2024, pp. 533-561; ``pip install exudyn``): rigid bodies in the
+plane with absolute coordinates, ideal revolute joints, cranks and guide held by constraints on speeds, the film as user
+function of a connector that calls this package's compiled law; implicit trapezoidal rule, constraints at index 2. A
+centred journal starts with time constants of microseconds: the first millisecond has steps that grow tenfold five
+times.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+from seven_bar_reference import orbit_error, reference
+
+from linkages.assembly import assemble
+from linkages.data import data_folder
+from linkages.experiment import load
+from linkages.joint_parameters import film_tables, law_parameters
+from linkages.laws.journal import clearance_force
+from linkages.planar.kinematics import body_positions, body_velocities
+
+GRADED = 1e-3  # s
+DECADES, PER_DECADE = 5, 20  # its parts, steps in each
+NEWTON = 1e-6  # relative tolerance; the error that it leaves is below 2e-6 of the orbit
+
+
+def film(law, table, omega_bearing):
+    """Force on the bearing as a compiled function of e, its rate, and the journal's relative angular velocity."""
+
+    @njit
+    def force(ex, ey, vx, vy, omega):
+        fx, fy, _, _ = clearance_force(
+            law, table, ex, ey, vx, vy, omega_bearing, omega_bearing + omega, 0.0, 0.0
+        )
+        return -fx, -fy
+
+    return force
+
+
+class Model:
+    """The mechanism in Exudyn, at its start.
+
+    Every bearing with play has to be on a driven body: the connector applies the force to the bearing at the bearing's
+    centre, which is e away from its line of action, and only a driven body does not feel that.
+    """
+
+    def __init__(self, mechanism, experiment) -> None:
+        import exudyn
+        from exudyn import itemInterface as items  # noqa: N813
+
+        self.exudyn, self.items = exudyn, items
+        self.container = exudyn.SystemContainer()
+        self.system = self.container.AddSystem()
+        self.assembly = assemble(mechanism, experiment)
+        self.tree = self.assembly.tree
+        self._add_bodies()
+        laws, tables = law_parameters(self.tree, experiment), film_tables(self.tree, experiment)
+        self.sensors = []
+        for joint in mechanism.joints:
+            ends = [self._point(joint.parent, joint.on_parent), self._point(joint.child, joint.on_child)]
+            if joint.name in self.tree.play:
+                k = self.tree.play.index(joint.name)
+                (drive,) = (name for name in self.tree.driven if mechanism.joint[name].child == joint.parent)
+                self._add_film(ends, film(laws[k], tables[k], experiment.drives[drive].speed))
+            elif joint.type == "revolute":
+                self.system.AddObject(items.ObjectJointRevolute2D(markerNumbers=ends))
+            else:  # along x
+                self._hold(joint.child, 1, 0.0)
+                self._hold(joint.child, 2, 0.0)
+        for name in self.tree.driven:
+            self._hold(mechanism.joint[name].child, 2, experiment.drives[name].speed)
+        self.bearings = [self.tree.index[mechanism.joint[name].parent] for name in self.tree.play]
+        self.speeds = np.array([self.velocity[body, 0] for body in self.bearings])
+        self.angles = np.array([self.pose[body, 2] for body in self.bearings])
+        self.system.Assemble()
+
+    def _add_bodies(self) -> None:
+        tree, items = self.tree, self.items
+        self.pose, self.velocity = np.empty((len(tree.bodies), 5)), np.empty((len(tree.bodies), 3))
+        body_positions(tree.bodies, self.assembly.q, self.pose)
+        body_velocities(tree.bodies, self.pose, self.assembly.v, self.velocity)
+        self.nodes, self.objects = {}, {"world": self.system.AddObject(items.ObjectGround())}
+        self.still = self.system.AddMarker(
+            items.MarkerNodeCoordinate(nodeNumber=self.system.AddNode(items.NodePointGround()), coordinate=0)
+        )
+        for link in tree.mechanism.links:
+            i = tree.index[link.name]
+            body, (x, y, angle, c, s), (omega, vx, vy) = tree.bodies[i], self.pose[i], self.velocity[i]
+            rx, ry = c * body.cx - s * body.cy, s * body.cx + c * body.cy
+            self.nodes[link.name] = self.system.AddNode(
+                items.NodeRigidBody2D(
+                    referenceCoordinates=[x + rx, y + ry, angle],
+                    initialVelocities=[vx - omega * ry, vy + omega * rx, omega],
+                )
+            )
+            self.objects[link.name] = self.system.AddObject(
+                items.ObjectRigidBody2D(
+                    mass=body.mass, inertia=body.inertia, nodeNumber=self.nodes[link.name]
+                )
+            )
+
+    def _point(self, link, drawn):
+        body = self.tree.bodies[self.tree.index[link]]
+        x, y = self.tree.local(link, drawn) - (body.cx, body.cy)
+        return self.system.AddMarker(
+            self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=[x, y, 0.0])
+        )
+
+    def _hold(self, link, coordinate, rate) -> None:
+        """Keep the rate of a coordinate of a link: 0, 1 position, 2 angle."""
+        marker = self.items.MarkerNodeCoordinate(nodeNumber=self.nodes[link], coordinate=coordinate)
+        ends = [self.still, self.system.AddMarker(marker)]
+        self.system.AddObject(
+            self.items.ObjectConnectorCoordinate(markerNumbers=ends, offset=rate, velocityLevel=True)
+        )
+
+    def _add_film(self, ends, force) -> None:
+        force(1e-6, 0.0, 0.0, 0.0, 0.0)  # compiles
+
+        def connector(system, t, item, displacement, rotation, velocity, omega, *_):
+            fx, fy = force(displacement[0], displacement[1], velocity[0], velocity[1], omega[2])
+            return [fx, fy, 0.0, 0.0, 0.0, 0.0]
+
+        zero = np.zeros((6, 6))
+        item = self.system.AddObject(
+            self.items.ObjectConnectorRigidBodySpringDamper(
+                markerNumbers=ends, stiffness=zero, damping=zero, springForceTorqueUserFunction=connector
+            )
+        )
+        displacement = self.exudyn.OutputVariableType.DisplacementLocal
+        self.sensors.append(
+            self.system.AddSensor(
+                self.items.SensorObject(
+                    objectNumber=item, outputVariableType=displacement, storeInternal=True
+                )
+            )
+        )
+
+    def run(self, duration, steps):
+        """Integrate with this many steps after the graded ones; wall seconds, times, eccentricities (nt, nj, 2)."""
+        settings = self.exudyn.SimulationSettings()
+        settings.solution.file.write = False
+        integration = settings.timeIntegration
+        integration.verboseMode = 0
+        integration.newton.useModifiedNewton = True
+        integration.newton.relativeTolerance, integration.newton.absoluteTolerance = NEWTON, 1e-2 * NEWTON
+        graded = np.concatenate([[0.0], GRADED * 10.0 ** np.arange(1 - DECADES, 1)])
+        parts = [(a, b, PER_DECADE) for a, b in pairwise(graded)]
+        wall, seen = 0.0, []
+        for a, b, count in [*parts, (GRADED, duration, steps)]:
+            integration.startTime, integration.endTime, integration.numberOfSteps = a, b, count
+            settings.solution.sensors.writePeriod = max((b - a) / count, 2e-3)
+            begun = time.perf_counter()
+            done = self.system.SolveDynamic(
+                settings,
+                solverType=self.exudyn.DynamicSolverType.TrapezoidalIndex2,
+                updateInitialValues=True,
+            )
+            wall += time.perf_counter() - begun
+            if not done:
+                raise RuntimeError(f"Exudyn's Newton iteration failed between {a:g} and {b:g} s")
+            stored = np.array([self.system.GetSensorStoredData(sensor) for sensor in self.sensors])
+            seen.append(stored[:, stored[0, :, 0] > a])
+        table = np.concatenate(seen, axis=1)
+        times = table[0, :, 0]
+        local = (table[..., 1] + 1j * table[..., 2]).T  # in the bearings' frames
+        orbit = local * np.exp(1j * (self.angles + self.speeds * times[:, None]))
+        return wall, times, np.stack([orbit.real, orbit.imag], axis=-1)
+
+
+def main() -> None:
+    """Print one line for each number of steps."""
+    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
+    parser.add_argument("--steps", type=int, nargs="+", default=[1000, 2000, 4000, 8000])
+    options = parser.parse_args()
+    mechanism, experiment = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
+    exact = reference(mechanism, experiment)
+    print("  steps   wall [s/s]   orbit error")
+    for steps in options.steps:
+        wall, times, orbit = Model(mechanism, experiment).run(experiment.duration, steps)
+        print(f"{steps:7d}{wall:13.3f}{orbit_error(orbit, exact(times)):14.1e}")
+
+
+if __name__ == "__main__":
+    main()
