@@ -1,11 +1,13 @@
 """Runs the seven-bar press mechanism with lubricated play in joints A and B: ``python run_sevenbar.py --help``."""
 
-import argparse
 import sys
 
-from linkages.cli import add_simulate_options, simulate_command
+from linkages.cli import exit_status
+from linkages.commands.simulate import add_run_options, run
+from linkages.parsing import Parser
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
-    add_simulate_options(parser)
-    sys.exit(simulate_command("seven_bar.toml", parser.parse_args()))
+    parser = Parser(description=__doc__.split(":")[0])
+    parser.set_defaults(file="seven_bar.toml")
+    add_run_options(parser)
+    sys.exit(exit_status(lambda: run(parser.parse_args())))

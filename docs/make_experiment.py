@@ -19,6 +19,43 @@ An experiment is a TOML file that names a mechanism and says what is done with i
 A drive has one of `speed` (with `ramp` for a smooth start), `times` with `angles`, `torque`, or `times` with `torques`.
 For prismatic joints read m for rad and N for N m.
 
+**Applied loads** have names of their own, which no link, frame or joint has; their columns are in [outputs.md](outputs.md),
+their signs in [theory.md](theory.md). They act in every run of the experiment, the ideal linkage's too.
+
+```toml
+# a force at the origin of a link or frame
+[forces.P]
+point = "slider"
+force = [-200.0, 0.0]          # N, plane axes; axes = "body": the point's frame's
+
+# or over time, with monotone cubics between the values
+[forces.cutting]
+point  = "slider"
+times  = [0.0, 0.4, 0.5, 1.0]  # s, from 0 or before to the duration or after
+forces = [[0.0, 0.0], [0.0, 0.0], [-900.0, 0.0], [0.0, 0.0]]  # N
+
+# counter-clockwise, on a link; constant or over time
+[torques.load]
+link   = "follower"
+torque = -0.5                  # N m
+
+# between two links' or frames' origins, or from one to a fixed point
+[springs.S]
+point       = "slider"
+anchor      = [0.3, 0.0]       # m, plane axes; or: to = "FRAME"
+stiffness   = 4530.0           # N/m
+free_length = 0.07785          # m
+damping     = 2.0              # N s/m, along the line
+
+# in a revolute joint, or: links = ["first", "second"]
+[torsion_springs.T]
+joint      = "O"
+stiffness  = 1.5               # N m/rad
+free_angle = 0.2               # rad, the joint's angle, zero in the drawn pose
+```
+
+A force that changes within less than `solver.max_step` may be stepped over: lower it for such a table.
+
 This list is written by `python docs/make_experiment.py`; `linkages keys` prints it too.
 
 | key | meaning [unit] |

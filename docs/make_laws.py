@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numba import njit
 
+from linkages.figure_style import COLORS
 from linkages.laws.contact import CLIP, CONTACTS, contact_force
 from linkages.laws.material import (
     contact_modulus,
@@ -22,8 +23,10 @@ from linkages.laws.material import (
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
 
 HERE = Path(__file__).parent
-#: Seed 000 Tables 4-5, clearance 0.3 mm; mass and speed of the impact do not matter, but for Kelvin-Voigt.
+#: Chen et al. (2025), Tables 4-5, clearance 0.3 mm; mass and speed of the impact do not matter, but for Kelvin-Voigt.
 RADIUS, CLEARANCE, LENGTH, MASS, SPEED, LINEAR = 0.015, 0.3e-3, 0.04, 0.2, 0.3, 1e8
+#: A line style for each round of the palette.
+STYLES = ("-", "--")
 
 
 @njit
@@ -71,7 +74,8 @@ def restitution_figure(path: Path) -> None:
                 measure(CONTACTS[name].code, stiffness.get(name, hertz), float(e), damping, shape, 1e-7)
             )
         label = f"{name} (and the cylinder laws)" if name == "lankarani-nikravesh" else name
-        axes.plot(nominal, values, ls=("-", "--")[i % 2], lw=1.4, color=plt.cm.tab10(i), label=label)
+        color, style = COLORS[i % len(COLORS)], STYLES[i // len(COLORS)]
+        axes.plot(nominal, values, ls=style, lw=1.4, color=color, label=label)
     axes.set(xlabel="nominal restitution e [-]", ylabel="effective restitution of a free impact [-]")
     axes.set(xlim=(0, 1), ylim=(0, 1.02))
     axes.legend(fontsize=8, loc="lower right")
@@ -86,10 +90,10 @@ def long_bearing_figure(path: Path) -> None:
     for axes, motion in zip(panels, MOTIONS, strict=True):
         for i, eps in enumerate(RATIOS):
             ratio = [long_bearing_ratio(float(s), eps, motion) for s in slendernesses]
-            axes.loglog(slendernesses, ratio, color=plt.cm.viridis(i / len(RATIOS)), label=f"eps = {eps}")
+            axes.loglog(slendernesses, ratio, color=plt.cm.viridis(i / len(RATIOS)), label=f"ε = {eps}")
         axes.axvline(4.0 / 3.0, color="0.6", lw=0.8, ls=":")
         axes.axvline(2.0, color="0.6", lw=0.8, ls="--")
-        axes.text(1.3, 60.0, "seed 000", rotation=90, fontsize=7, color="0.4", ha="right")
+        axes.text(1.3, 60.0, "Chen 2025", rotation=90, fontsize=7, color="0.4", ha="right")
         axes.text(2.05, 60.0, "L/D > 2", rotation=90, fontsize=7, color="0.4", ha="left")
         axes.set(title=motion, xlabel="L/D [-]")
         axes.set_xticks([0.25, 0.5, 1, 2, 4, 8], labels=["0.25", "0.5", "1", "2", "4", "8"])

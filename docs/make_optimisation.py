@@ -1,0 +1,25 @@
+"""Writes the list of keys in docs/optimisation.md: ``python docs/make_optimisation.py``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from linkages.toml_tables import keys
+from optim.schema import StudyFile
+
+PAGE = Path(__file__).with_name("optimisation.md")
+MARK = "| key | meaning [unit] |\n|---|---|\n"
+
+
+def page(text: str) -> str:
+    """Return the page with its list written anew."""
+    head = text.split(MARK)[0]
+    rows = []
+    for name, meaning in keys(StudyFile):
+        escaped = meaning.replace("|", "\\|")
+        rows.append(f"| `{name}` | {escaped} |\n")
+    return head + MARK + "".join(rows)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

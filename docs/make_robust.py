@@ -1,0 +1,55 @@
+"""Writes the table of the robust design in docs/optimisation.md: ``python docs/make_robust.py``, some minutes.
+
+Solves the press's force problem at its one operating point and in the worst case over wear and temperature, and
+evaluates each answer in both.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from optim.data import find_study
+from optim.evaluate import Evaluator
+from optim.problem import Study, load_study
+from optim.run import run
+from optim.task import task_of
+
+PAGE = Path(__file__).with_name("optimisation.md")
+MARK = "| design | force, one point [N] | force, worst case [N] | least film, worst case [um] |\n|---|---|---|---|\n"
+
+
+def solve(study: Study) -> np.ndarray:
+    """Best design of a study with its own seed and budget."""
+    with tempfile.TemporaryDirectory() as folder:
+        task = task_of(study, study.file.seed, Evaluator(study))
+        return run(task, Path(folder) / "study.sqlite").result.x[0]
+
+
+def table() -> str:
+    """Rows of the table."""
+    one, worst = (load_study(find_study(name)) for name in ("sevenbar_force", "sevenbar_robust"))
+    assert one.paths == worst.paths
+    paper = load_study(find_study("sevenbar_pareto")).designs["paper's design 2"]
+    designs = {
+        "nominal": one.nominal,
+        "the paper's design 2 (Table 6)": paper,
+        "best at one point (`sevenbar_force`)": solve(one),
+        "best in the worst case (`sevenbar_robust`)": solve(worst),
+    }
+    values = np.array([*designs.values()])
+    at_one, at_worst = (Evaluator(study)(values) for study in (one, worst))
+    return "".join(
+        f"| {name} | {at_one.objectives[k, 0]:.3f} | {at_worst.objectives[k, 0]:.3f}"
+        f" | {1e6 * at_worst.constraints[k, 0]:.1f} |\n"
+        for k, name in enumerate(designs)
+    )
+
+
+if __name__ == "__main__":
+    text = PAGE.read_text(encoding="utf-8")
+    head, rest = text.split(MARK)
+    after = "\n" + rest.partition("\n\n")[2] if rest.startswith("|") else rest
+    PAGE.write_text(head + MARK + table() + after, encoding="utf-8")

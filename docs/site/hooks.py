@@ -1,0 +1,52 @@
+"""What the site shows beyond docs/: the machines' README, and the notebooks, executed where NOTEBOOKS says so.
+
+Formulas become MathML, which browsers show without a script or a network.
+"""
+
+import html
+import logging
+import os
+import re
+from pathlib import Path
+
+from latex2mathml.converter import convert
+from make_references import markdown as references
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from nbconvert import MarkdownExporter
+
+_ROOT = Path(__file__).resolve().parents[2]
+_NOTEBOOKS = Path(os.environ.get("NOTEBOOKS", _ROOT / "notebooks"))
+_FORMULA = re.compile(r"\\\((.+?)\\\)|\\\[(.+?)\\\]", re.DOTALL)
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that live elsewhere in the repository, where the links of docs/ point to."""
+    if (_ROOT / "docs" / "references.md").read_text(encoding="utf-8") != references():
+        logging.getLogger("mkdocs").warning("references.md is not fresh: python docs/site/make_references.py")
+    files.append(File.generated(config, "machines.md", abs_src_path=str(_ROOT / "sdf" / "README.md")))
+    for path in sorted(_NOTEBOOKS.glob("*.ipynb")):
+        name = f"notebooks/{path.stem}"
+        page, resources = MarkdownExporter().from_filename(path, {"unique_key": path.stem})
+        files.append(File.generated(config, f"{name}.md", content=page))
+        for picture, content in resources["outputs"].items():
+            files.append(File.generated(config, f"notebooks/{picture}", content=content))
+    return files
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Point links that leave docs/ to the added pages."""
+    inside = markdown.replace("](../sdf/README.md)", "](machines.md)").replace(
+        "](../notebooks/", "](notebooks/"
+    )
+    return inside.replace(".ipynb)", ".md)")
+
+
+def on_page_content(content: str, **_: object) -> str:
+    """Convert what the Markdown extension marked as formulas."""
+    return _FORMULA.sub(_mathml, content)
+
+
+def _mathml(found: re.Match[str]) -> str:
+    inline, block = found.groups()
+    return convert(html.unescape(inline or block), display="inline" if inline else "block")

@@ -1,0 +1,29 @@
+"""Writes docs/references.md from references.bib: ``python docs/site/make_references.py`` (needs the extra ``docs``)."""
+
+from pathlib import Path
+
+from pybtex.database import parse_file
+from pybtex.plugin import find_plugin
+
+_DOCS = Path(__file__).resolve().parents[1]
+
+_HEAD = """# References
+
+Written by `python docs/site/make_references.py` from [references.bib](references.bib). In docstrings and on these pages "the
+paper" is the publication that the module or page names first; "Chen 2025", "Bai 2016" and "Lu 2010" are the three sources
+whose results this package repeats: the press, the patent, the robot.
+
+"""
+
+
+def markdown() -> str:
+    """Return the page."""
+    style = find_plugin("pybtex.style.formatting", "plain")()
+    backend = find_plugin("pybtex.backends", "markdown")()
+    entries = style.format_bibliography(parse_file(_DOCS / "references.bib", "bibtex"))
+    lines = [f"- {' '.join(entry.text.render(backend).split())}\n" for entry in entries]
+    return _HEAD + "".join(lines)
+
+
+if __name__ == "__main__":
+    (_DOCS / "references.md").write_text(markdown(), encoding="utf-8")
