@@ -1,20 +1,24 @@
-"""Opens a page in a headless browser that can reach no network, and says what it shows and what it asked for."""
+"""Opens a page in a headless browser that can reach no network, and says what it shows and what it asked for.
+
+Time in the page is the wall clock's: Chromium's virtual time (``--virtual-time-budget``) now and then never ends.
+"""
 
 from __future__ import annotations
 
 import base64
-import html
 import io
 import json
 import re
 import shutil
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import matplotlib.image
 import numpy as np
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.ui import WebDriverWait
 
 _NAMES = ("chromium", "chromium-browser", "google-chrome")
 _FLAGS = (
@@ -23,15 +27,14 @@ _FLAGS = (
     "--disable-component-update", "--disable-sync", "--hide-scrollbars",
     "--host-resolver-rules=MAP * ~NOTFOUND",  # no name is resolved: no network
 )  # fmt: skip
+_PATIENCE = 100.0  # seconds for a page to load and to answer
 
-# Runs in the page: counts what the content policy refused; after loading calls `look` and writes its result down.
+# Runs in the page before its own parts: counts what the content policy refused, and says when all has been drawn.
 _PROBE = """<script>
 const refused = [];
 document.addEventListener("securitypolicyviolation", (event) => refused.push(event.blockedURI));
-addEventListener("load", () => setTimeout(() => {
-  const seen = (() => {@LOOK@})();
-  document.documentElement.dataset.seen = JSON.stringify({refused, ...seen});
-}, 3000));
+let drawn = false;
+addEventListener("load", () => setTimeout(() => { drawn = true; }, 1000));
 </script>"""
 
 
@@ -55,30 +58,41 @@ class Page:
 
 
 def find_browser() -> str | None:
-    """Path of a Chromium, if there is one."""
-    return next((path for name in _NAMES if (path := shutil.which(name))), None)
+    """Path of a Chromium, if there is one and its driver."""
+    found = next((path for name in _NAMES if (path := shutil.which(name))), None)
+    return found if shutil.which("chromedriver") else None
 
 
 def open_page(
     path: Path, folder: Path, look: str = "return {};", size: tuple[int, int] = (1200, 1400)
 ) -> Page:
     """Open a file; `look` is the body of a function that runs in the page after it has loaded."""
-    browser = find_browser()
-    assert browser is not None
     text = path.read_text(encoding="utf-8")
     probed = folder / "probed.html"
     at = re.search(r"<body[^>]*>", text)
     place = at.end() if at else 0
-    probed.write_text(text[:place] + _PROBE.replace("@LOOK@", look) + text[place:], encoding="utf-8")
-    shot, log = folder / "shot.png", folder / "net.json"
-    command = [
-        browser, *_FLAGS, f"--user-data-dir={folder / 'profile'}", f"--window-size={size[0]},{size[1]}",
-        f"--log-net-log={log}", f"--screenshot={shot}", "--virtual-time-budget=12000", "--dump-dom", probed.as_uri(),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    found = re.search(r'data-seen="([^"]*)"', done.stdout)
-    assert found, "the probe did not run"
-    return Page(json.loads(html.unescape(found[1])), matplotlib.image.imread(shot)[:, :, :3], _requests(log))
+    probed.write_text(text[:place] + _PROBE + text[place:], encoding="utf-8")
+    log = folder / "net.json"
+    browser = _start(f"--window-size={size[0]},{size[1]}", f"--log-net-log={log}")
+    try:
+        browser.get(probed.as_uri())
+        WebDriverWait(browser, _PATIENCE).until(lambda page: page.execute_script("return drawn"))
+        seen = browser.execute_script(f"const seen = (() => {{{look}}})(); return {{refused, ...seen}};")
+        image = matplotlib.image.imread(io.BytesIO(browser.get_screenshot_as_png()))[:, :, :3]
+    finally:
+        browser.quit()  # completes the log
+    return Page(seen, image, _requests(log))
+
+
+def _start(*flags: str) -> webdriver.Chrome:
+    options = webdriver.ChromeOptions()
+    options.binary_location = find_browser()
+    for flag in (*_FLAGS, *flags):
+        options.add_argument(flag)
+    browser = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    browser.set_page_load_timeout(_PATIENCE)
+    browser.set_script_timeout(_PATIENCE)
+    return browser
 
 
 def picture(data_uri: str) -> np.ndarray:

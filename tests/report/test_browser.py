@@ -8,7 +8,9 @@ from linkages.drake.magnified import GAP, REACH
 from linkages.report import load_results, write_report
 from linkages.trajectory import load_trajectory
 
-pytestmark = pytest.mark.skipif(find_browser() is None, reason="no Chromium on the PATH")
+pytestmark = pytest.mark.skipif(
+    find_browser() is None, reason="no Chromium with its chromedriver on the PATH"
+)
 
 LOOK = """
 const viewer = document.querySelector("iframe").contentWindow.viewer;
