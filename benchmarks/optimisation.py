@@ -73,7 +73,9 @@ def store() -> None:
     """Print what the store adds to an evaluation."""
     n = 6
     names = tuple(f"x{k}" for k in range(n))
-    task = Task({}, {}, names, ("f",), (), -np.ones(n), np.ones(n), np.zeros(n), sphere, values, walk)
+    task = Task(
+        {}, {}, names, ("f",), (), -np.ones(n), np.ones(n), np.zeros(n), np.zeros(n), sphere, values, walk
+    )
     problem = nlp.Problem(
         task.lower, task.upper, lambda designs: values(sphere(designs), sphere(designs[:1]))
     )

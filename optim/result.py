@@ -42,10 +42,12 @@ def summarize(
     seed: int,
     versions: dict[str, str],
     references: Evaluations | None = None,
+    start: Array | None = None,
 ) -> dict[str, Any]:
     """Make the content of ``result.json``, SI units; relative quantities are multiples of the nominal design's.
 
-    `references` are the evaluations of the study's reference designs, if it has any.
+    `references` are the evaluations of the study's reference designs, if it has any; `start` (n,) is where the search
+    began, if not at the nominal design.
     """
     designs = np.atleast_2d(outcome.result.x)
     values = values_of(study, outcome.found, outcome.nominal)
@@ -58,6 +60,7 @@ def summarize(
         "title": study.title,
         "algorithm": algorithm,
         "seed": seed,
+        "start": None if start is None else dict(zip(study.paths, map(float, start), strict=True)),
         "status": outcome.result.status,
         "best": entries[best],
         "front": entries if several else [],

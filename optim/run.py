@@ -44,6 +44,8 @@ class Task:
         Names of what the store keeps.
     nominal : (n,) array
         Evaluated first: what relative quantities are divided by.
+    start : (n,) array
+        Where a search begins: a member of a first generation, the first start of a local method.
     inequalities, equalities : tuples of str
         Names of what the algorithm sees.
     evaluate : callable
@@ -62,6 +64,7 @@ class Task:
     lower: Array
     upper: Array
     nominal: Array
+    start: Array
     evaluate: Callable[[Array], Evaluations]
     values: Callable[[Evaluations, Evaluations], nlp.Values]
     optimise: Callable[[nlp.Problem, Callable[[nlp.Progress], None]], nlp.Result]
@@ -132,7 +135,7 @@ def run(
             task.objectives,
             task.inequalities,
             task.equalities,
-            task.nominal,
+            task.start,
         )
         try:
             result = task.optimise(problem, recorder.progress)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from linkages.errors import InputError, nearest
 from linkages.toml_tables import Table
 from optim import algorithms
@@ -41,8 +44,10 @@ def described(study: Study) -> dict[str, Any]:
     return {"name": name, **settings.model_dump(mode="json")}
 
 
-def task_of(study: Study, seed: int, evaluator: Evaluator) -> Task:
-    """Make the task of solving a study; designs that its formulas exclude are not run.
+def task_of(study: Study, seed: int, evaluator: Evaluator, start: NDArray[np.float64] | None = None) -> Task:
+    """Make the task of solving a study from a start (n,), by default its nominal design.
+
+    Designs that the study's formulas exclude are not run.
 
     Raises
     ------
@@ -51,7 +56,12 @@ def task_of(study: Study, seed: int, evaluator: Evaluator) -> Task:
     """
     name, settings = settings_of(study)
     return Task(
-        {"algorithm": described(study), "seed": seed, **study.description()},
+        {
+            "algorithm": described(study),
+            "seed": seed,
+            "start": None if start is None else start.tolist(),
+            **study.description(),
+        },
         versions(),
         study.paths,
         tuple(study.file.objectives),
@@ -59,6 +69,7 @@ def task_of(study: Study, seed: int, evaluator: Evaluator) -> Task:
         study.lower,
         study.upper,
         study.nominal,
+        study.nominal if start is None else start,
         Screened(study, evaluator, getattr(settings, "step", None)),
         lambda found, nominal: values_of(study, found, nominal),
         lambda problem, progress: algorithms.optimise(name, problem, settings, seed, progress),

@@ -73,6 +73,7 @@ def make_task(seed=1, pause=0.0, evaluate=evaluate, generations=GENERATIONS, **c
         "lower": np.array([-2.0, -2.0]),
         "upper": np.array([2.0, 2.0]),
         "nominal": np.array([-1.2, 1.0]) / 2.0,
+        "start": np.array([-1.2, 1.0]) / 2.0,
         "evaluate": slowly,
         "values": values,
         "optimise": lambda problem, progress: evolve(problem, seed, progress, generations),

@@ -15,6 +15,9 @@ from linkages.errors import InputError
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    import numpy as np
+    from numpy.typing import NDArray
+
     from optim.problem import Study
 
 HELP = "find the best design of a linkage; can be stopped, and gone on with"
@@ -23,6 +26,7 @@ _EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml
   linkages optimise sevenbar_force.toml --seed 3 --out results/force --resume
   linkages optimise sevenbar_force.toml sevenbar_acceleration.toml --seeds 1:10 --out results/both
+  linkages optimise fourbar_jitter_steady.toml --start results/fourbar_surrogate
   linkages optimise mine.toml --cluster tcp://host:8786
 """
 
@@ -32,10 +36,11 @@ FIGURE, FRONT = "convergence.png", "front.png"
 
 @dataclass(frozen=True)
 class Job:
-    """One study with one seed, and its folder."""
+    """One study with one seed, where it begins (n,) if not at the nominal design, and its folder."""
 
     study: Study
     seed: int
+    start: NDArray[np.float64] | None
     folder: Path
 
 
@@ -50,6 +55,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     seeds.add_argument("--seeds", metavar="A:B", help="run every seed from A to B")
     parser.add_argument(
         "--resume", action="store_true", help="go on with what was begun in the output folder"
+    )
+    parser.add_argument(
+        "--start",
+        type=Path,
+        metavar="RESULT",
+        help="begin from the best design in this folder of another study",
     )
     add_out(parser)
     parser.add_argument(
@@ -102,6 +113,7 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     """Output folder, and every study with every seed, checked before the first begins."""
     from optim.data import find_study
     from optim.problem import load_study
+    from optim.start import start_of
     from optim.task import settings_of
 
     studies = [load_study(find_study(file)) for file in options.files]
@@ -113,7 +125,11 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     pairs = [(study, seed) for study in studies for seed in _seeds(options, study)]
     root = output_folder(options, names[0] if len(studies) == 1 else "optimise")
     one = len(pairs) == 1
-    jobs = [Job(s, seed, root if one else root / f"{s.source.stem}_{seed}") for s, seed in pairs]
+    starts = {s.source.stem: start_of(s, options.start) if options.start else None for s in studies}
+    jobs = [
+        Job(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}")
+        for s, seed in pairs
+    ]
     for job in jobs:
         store = job.folder / STORE
         if store.exists() and not options.resume:
@@ -153,12 +169,12 @@ def _solve(
 
     study = job.study
     evaluate = Evaluator(study, executor, 2 * workers, options.threads)
-    task = task_of(study, job.seed, evaluate)
+    task = task_of(study, job.seed, evaluate, job.start)
     figure = None if options.no_plots else job.folder / FIGURE
     with Observer(study, job.seed, figure) as observe:
         outcome = run_task(task, job.folder / STORE, options.resume, observe, stop)
     references = evaluate(np.array([*study.designs.values()])) if study.designs else None
-    result = summarize(study, outcome, described(study), job.seed, task.versions, references)
+    result = summarize(study, outcome, described(study), job.seed, task.versions, references, job.start)
     write_json(job.folder / RESULT, result)
     if result["front"] and not options.no_plots:
         from optim.figures import write_front

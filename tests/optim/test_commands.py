@@ -108,6 +108,73 @@ def test_resume(file, tmp_path, capsys):
     )
 
 
+GRG = STUDY.replace('[algorithm]\nname = "ga"', '[algorithm]\nname = "grg"').replace(
+    "population = 8\ngenerations = 5", "iterations = 2"
+)
+
+
+@pytest.mark.parametrize("text", [STUDY, GRG], ids=["ga", "grg"])
+def test_the_answer_of_one_study_starts_another(file, tmp_path, text):
+    """The nominal design stays the first, and what relative quantities are divided by; the start comes next."""
+    assert command(optimise, file, "--out", tmp_path / "first", "--no-plots") == 0
+    answer = json.loads((tmp_path / "first" / "result.json").read_text())
+    assert answer["start"] is None
+    (tmp_path / "second.toml").write_text(text)
+    second = command(
+        optimise,
+        tmp_path / "second.toml",
+        "--start",
+        tmp_path / "first",
+        "--out",
+        tmp_path / "out",
+        "--no-plots",
+    )
+    assert second == 0
+    result = json.loads((tmp_path / "out" / "result.json").read_text())
+    assert result["start"] == answer["best"]["variables"]
+    assert result["best"]["objectives"]["force"] <= answer["best"]["objectives"]["force"]
+    with read_store(tmp_path / "out" / "study.sqlite") as store:
+        designs = store.evaluations()[0]
+    np.testing.assert_array_equal(designs[0], [0.219, 0.4])
+    np.testing.assert_allclose(designs[1], [*answer["best"]["variables"].values()], rtol=1e-15)
+
+
+def test_a_study_is_not_gone_on_with_from_another_start(file, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert command(optimise, file, "--out", out, "--no-plots") == 0
+    assert command(optimise, file, "--out", out, "--no-plots", "--resume", "--start", out) == 2
+    assert "study.sqlite: start: belongs to another problem: there nothing, here [" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (None, "result.json: cannot be read; give the output folder of a finished linkages optimise"),
+        ("{", "result.json: is not a result.json of linkages optimise"),
+        ('{"best": null}', "result.json: is not a result.json of linkages optimise"),
+        (
+            '{"best": {"variables": {"joints.A.viscosit": 0.1}}}',
+            'varies joints.A.viscosit, short.toml does not; did you mean "joints.A.viscosity"?',
+        ),
+        (
+            '{"best": {"variables": {"joints.A.viscosity": 0.7}}}',
+            "joints.A.viscosity is 0.7, in short.toml between 0.05 and 0.6",
+        ),
+        ('{"best": {"variables": {"joints.A.viscosity": NaN}}}', "has a value that is not finite"),
+    ],
+)
+def test_wrong_start(file, tmp_path, capsys, content, message):
+    (tmp_path / "other").mkdir()
+    if content is not None:
+        (tmp_path / "other" / "result.json").write_text(content)
+    assert command(optimise, file, "--start", tmp_path / "other", "--out", tmp_path / "out") == 2
+    err = capsys.readouterr().err
+    assert err.startswith("error: --start: ")
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
 def test_ctrl_c_stops_after_the_generation(file, tmp_path, capsys, monkeypatch, invented_engine):
     out, populations = tmp_path / "out", []
     before = signal.getsignal(signal.SIGINT)
