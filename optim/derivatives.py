@@ -22,13 +22,15 @@ def jacobian(
 
     The problem's own where it has them; else differences of second order from two further designs for each
     variable: central ones inside, one-sided ones where a bound is nearer than the step. Of first order where there is
-    a value on one side only: an evaluation failed, or was not made beyond a constraint.
+    a value on one side only: an evaluation failed, or was not made beyond a constraint. Where there is a value on
+    neither side, as in a corner between constraints, the difference is taken beside the design: at one of those that
+    were evaluated for the other variables.
 
     Parameters
     ----------
     problem : Problem
     evaluate : callable
-        Values of designs, called once with 2 n of them.
+        Values of designs, called once with 2 n of them; in a corner once more.
     x : (n,) array
     scale : (n,) array
         Size of the variables; the difference step is `step` times this.
@@ -37,8 +39,8 @@ def jacobian(
     Returns
     -------
     (no + ni + ne, n) array or None
-        None where a derivative cannot be had: there is no value on either side. At a design without objectives, because
-        it violates constraints, their derivatives are zero.
+        None where a derivative cannot be had: there is no value on either side, nor beside. At a design without
+        objectives, because it violates constraints, their derivatives are zero.
     """
     if problem.jacobian is not None:
         return np.asarray(problem.jacobian(x), dtype=float)
@@ -62,11 +64,29 @@ def jacobian(
         slopes = np.where(np.isnan(at_near), (at_far - centre) / b, slopes)
         slopes = np.where(np.isnan(at_far), (at_near - centre) / a, slopes)
     slopes[:, np.isnan(centre)] = 0.0
-    if not np.all(np.isfinite(slopes)):
-        return None
+    for k in np.flatnonzero(~np.isfinite(slopes).all(axis=1)):
+        beside = _beside(evaluate, designs[1:], table[1:], int(moving[k]), np.array([near[k], far[k]]))
+        if beside is None:
+            return None
+        slopes[k] = np.where(np.isfinite(slopes[k]), slopes[k], beside)
     result = np.zeros((table.shape[1], len(x)))
     result[:, moving] = slopes.T
     return result
+
+
+def _beside(
+    evaluate: Callable[[Array], Values], designs: Array, table: Array, variable: int, offsets: Array
+) -> Array | None:
+    """Slopes (no + ni + ne,) of a variable by either offset (2,) from the first of the designs that has them."""
+    known = np.flatnonzero(np.isfinite(table).all(axis=1))
+    if len(known) == 0:
+        return None
+    moved = np.repeat(designs[known], 2, axis=0)
+    moved[:, variable] += np.tile(offsets, len(known))
+    steps = moved[:, variable] - np.repeat(designs[known, variable], 2)
+    slopes = (stack(evaluate(moved)) - np.repeat(table[known], 2, axis=0)) / steps[:, None]
+    good = np.flatnonzero(np.isfinite(slopes).all(axis=1))
+    return np.asarray(slopes[good[0]]) if len(good) else None
 
 
 def _offsets(x: Array, lower: Array, upper: Array, step: Array) -> tuple[NDArray[np.float64], Array]:

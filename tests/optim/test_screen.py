@@ -180,12 +180,38 @@ def cliff(start):
 OPTIMUM = np.array([2.0, 1.0]) / np.sqrt(5.0)
 
 
-def test_no_objective_on_either_side_is_no_slope():
-    """Where the disc ends above and y = 1/4 below, a coordinate's differences see nothing."""
+@pytest.mark.parametrize("step", [1e-4, 1e-2])
+def test_in_a_corner_slopes_are_taken_beside(step):
+    """Where the disc ends above and y = 1/4 below, the longer differences along y see nothing on either side."""
     corner = np.array([np.sqrt(1.0 - 0.25**2), 0.25])
     problem = cliff(corner)
-    assert jacobian(problem, problem.evaluate, corner, np.ones(2), 1e-4) is not None
-    assert jacobian(problem, problem.evaluate, corner, np.ones(2), 1e-2) is None
+    alone = problem.evaluate(corner + step * np.array([[0.0, 1.0], [0.0, -1.0]])).objectives
+    assert np.isfinite(alone).all() == (step < 1e-3)
+    slopes = jacobian(problem, problem.evaluate, corner, np.ones(2), step)
+    exact = [2.0 * (corner - [2.0, 1.0]), [2.0 * corner[0], 0.5], [0.0, -1.0]]
+    assert slopes == pytest.approx(np.array(exact), abs=1.01 * step)
+
+
+def test_no_objective_around_is_no_slope():
+    """A step longer than what is feasible around the corner."""
+    corner = np.array([np.sqrt(1.0 - 0.25**2), 0.25])
+    problem = cliff(corner)
+    assert jacobian(problem, problem.evaluate, corner, np.ones(2), 3.0) is None
+
+
+def test_a_search_that_reaches_a_corner_goes_on():
+    """The best design is in the corner: the method must see it as such, and not as a failure."""
+    base = cliff((0.0, 0.5))
+
+    def evaluate(designs):  # the optimum of the disc is below y = 1/4 now
+        values = base.evaluate(designs)
+        x, y = designs.T
+        f = np.where(np.isfinite(values.objectives[:, 0]), (x - 2.0) ** 2 + (y + 1.0) ** 2, np.inf)
+        return replace(values, objectives=f[:, None])
+
+    result = optimise("grg", replace(base, evaluate=evaluate), settings_of("grg", {"step": 1e-2}), seed=1)
+    assert result.status is Ending.CONVERGED
+    assert result.x[0] == pytest.approx([np.sqrt(1.0 - 0.25**2), 0.25], abs=2e-3)
 
 
 @pytest.mark.parametrize("start", [(0.0, 0.5), (-1.5, -1.0), (1.5, 1.9)], ids=["inside", "below", "above"])
