@@ -21,7 +21,8 @@ from scipy.stats import qmc, spearmanr
 
 from optim.algorithms import optimise
 from optim.data import find_study
-from optim.evaluate import Evaluator, equality_names, inequality_names, values_of
+from optim.evaluate import Evaluator
+from optim.limits import equality_names, inequality_names, values_of
 from optim.nlp import Problem
 from optim.problem import load_study
 from optim.recorded import load_record
@@ -31,8 +32,8 @@ from optim.task import settings_of
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, FIGURE = DOCS / "fourbar_landscape.md", DOCS / "figures" / "fourbar_way.png"
 STUDIES = ("fourbar_jitter", "fourbar_jitter_phases", "fourbar_jitter_steady")
-BOUNDS = ((0.8, 1.25), (0.5, 2.0), (0.33, 3.0), (0.25, 4.0))
-BUDGET = 150
+BOUNDS = ((0.8, 1.25), (0.5, 2.0), (1.0 / 3.0, 3.0), (0.25, 4.0))
+BUDGET = 400
 HEADINGS = (
     "bounds, of the nominal lengths", "reduction", "at ten unseen starts", "at a tenth of the tolerance",
     "ground, crank, coupler, follower",
@@ -147,7 +148,7 @@ The patent's ranges of the lengths are lost with its table 1. Differential evolu
     for row in found["bounds"]:
         lengths = ", ".join(f"{x:.2f}" for x in row["lengths"])
         cells = [f"{100 * part:.1f} %" for part in (1 - row["value"], row["unseen"], row["tighter"])]
-        text += f"| {row['low']:g} to {row['high']:g} | {' | '.join(cells)} | {lengths} |\n"
+        text += f"| {row['low']:.3g} to {row["high"]:.3g} | {' | '.join(cells)} | {lengths} |\n"
     part, order = found["surrogate"], found["rank"]
     lengths = ", ".join(f"{x:.2f}" for x in part["lengths"])
     scores = [f"{100 * part[name]:.1f} %" for name in STUDIES]

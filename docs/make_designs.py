@@ -10,7 +10,8 @@ import tempfile
 from pathlib import Path
 
 from optim.data import find_study
-from optim.evaluate import Evaluator, in_units
+from optim.evaluate import Evaluator
+from optim.limits import in_units
 from optim.problem import load_study
 from optim.recorded import write_record
 from optim.run import run

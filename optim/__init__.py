@@ -22,6 +22,8 @@
 | nominal       | the value that a dotted path has in an experiment                                          |
 | outputs       | which outputs of a run a functional can look at                                            |
 | evaluate      | designs -> runs -> objectives and constraints; failures are explicit                       |
+| batches       | runs of some designs at one operating point: what engines are asked for and answer         |
+| limits        | what algorithms see of them: all to be minimised, violations relative to their limits      |
 | screen        | designs that are not run: formulas say that they are infeasible                            |
 | ideal_runs    | outputs of the linkage without clearance, which need no run                                |
 | evaluations   | what designs are worth, or why there are no values                                         |

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from linkages.analysis import extremes
 from linkages.assembly import AssemblyError
-from linkages.errors import InputError, Status
+from linkages.errors import Status
 from linkages.experiment import Experiment
-from linkages.mechanism import load_mechanism
+from linkages.mechanism import Mechanism
 from linkages.run import ideal, simulate
 from linkages.trajectory import Trajectory
-from optim.evaluate import Batch, Statistics
-from optim.evaluations import OK
+from optim.batches import Batch, Statistics, run_each
 from optim.outputs import JITTER
 
 Array = NDArray[np.float64]
@@ -40,29 +39,22 @@ def run_on_drake(batch: Batch, progress: Callable[[float], None] | None = None) 
     KeyboardInterrupt
         If a run was interrupted.
     """
-    found = np.full((4, len(batch.values), len(batch.windows), len(batch.outputs)), np.nan)
-    status, reason = [], []
-    for i, line in enumerate(batch.values):
-        try:
-            before = i * batch.point.experiment.duration
-            report = None if progress is None else partial(_add, progress, before)
-            found[:, i] = _statistics(batch, line, report)
-            verdict = OK, ""
-        except InputError as problem:
-            verdict = Status.BAD_INPUT.value, str(problem)
-        except AssemblyError as problem:
-            verdict = problem.status.value, str(problem)
-        status.append(verdict[0])
-        reason.append(verdict[1])
-    minimum, maximum, mean, rms = found
-    return Statistics(minimum, maximum, mean, rms, status, reason)
+
+    def statistics(i: int, mechanism: Mechanism, experiment: Experiment) -> Array:
+        before = i * batch.point.experiment.duration
+        report = None if progress is None else partial(_add, progress, before)
+        return _statistics(batch, mechanism, experiment, report)
+
+    return run_each(batch, statistics)
 
 
 def _add(progress: Callable[[float], None], before: float, time: float) -> None:
     progress(before + time)
 
 
-def _statistics(batch: Batch, line: Array, progress: Callable[[float], None] | None) -> Array:
+def _statistics(
+    batch: Batch, mechanism: Mechanism, experiment: Experiment, progress: Callable[[float], None] | None
+) -> Array:
     """Minimum, maximum, mean and rms of each output in each window, (4, nw, no).
 
     Raises
@@ -70,8 +62,6 @@ def _statistics(batch: Batch, line: Array, progress: Callable[[float], None] | N
     AssemblyError
         Also if the run does not reach its end.
     """
-    experiment = batch.point.experiment.replaced(dict(zip(batch.point.paths, map(float, line), strict=True)))
-    mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
     run = simulate(mechanism, experiment, "drake", progress)
     if run.status is Status.INTERRUPTED:
         raise KeyboardInterrupt

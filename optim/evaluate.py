@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import RunError
+from optim.batches import Batch, Statistics, joined, run_batch
 from optim.evaluations import NO_VALUE, OK, Evaluations
-from optim.nlp import Values
 from optim.outputs import IDEAL
 from optim.problem import OperatingPoint, Study, quantities
 from optim.schema import Quantity, Term
@@ -31,50 +28,6 @@ _FUNCTIONALS: dict[str, Callable[[Array, Array, Array, Array, Array], Array]] = 
     "rms": lambda low, high, mean, rms, span: rms,
     "integral": lambda low, high, mean, rms, span: mean * span,
 }
-
-# compiled loops use all threads already, and must not be entered by two threads of a worker at once
-_ONE_BATCH = threading.Lock()
-
-
-@dataclass(frozen=True)
-class Batch:
-    """Runs of some designs at one operating point: what a process, or a machine, is asked for."""
-
-    point: OperatingPoint
-    values: Array
-    outputs: tuple[str, ...]
-    windows: Array
-    threads: int | None
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """Of each output in each window, (m, nw, no): what functionals are made of."""
-
-    minimum: Array
-    maximum: Array
-    mean: Array
-    rms: Array
-    status: list[str]
-    reason: list[str]
-
-
-def run_batch(batch: Batch) -> Statistics:
-    """Run designs through the compiled engine."""
-    from linkages.compiled import simulate_batch
-
-    with _ONE_BATCH:
-        found = simulate_batch(
-            batch.point.mechanism,
-            batch.point.experiment,
-            batch.point.paths,
-            batch.values,
-            outputs=batch.outputs,
-            windows=batch.windows,
-            threads=batch.threads,
-        )
-    status = [state.value for state in found.status]
-    return Statistics(found.minimum, found.maximum, found.mean, found.rms, status, list(found.reason))
 
 
 class Evaluator:
@@ -152,7 +105,7 @@ class Evaluator:
             engine = partial(run_parts, engine)
         found = list(run(engine, batches))
         each = len(found) // len(self.study.points)
-        return [_joined(found[i : i + each]) for i in range(0, len(found), each)]
+        return [joined(found[i : i + each]) for i in range(0, len(found), each)]
 
     def _batch(self, point: OperatingPoint, designs: Array) -> Batch:
         linked = [[link(self.study.named(design)) for link in point.links] for design in designs]
@@ -211,79 +164,6 @@ class Evaluator:
         return OK, ""
 
 
-def inequality_names(study: Study) -> tuple[str, ...]:
-    """Names of the inequalities g <= 0, one for each limit."""
-    return tuple(name for name, _, _, _ in limits(study) if not name.endswith(".equals"))
-
-
-def equality_names(study: Study) -> tuple[str, ...]:
-    """Names of the equalities h = 0."""
-    return tuple(name for name, _, _, _ in limits(study) if name.endswith(".equals"))
-
-
-def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
-    """Make of quantities what an algorithm sees: all to be minimised, limits as g <= 0 and h = 0.
-
-    Relative quantities are divided by the nominal design's. A limit L of a value f becomes (f - L)/|L|, or f if
-    L = 0, so that violations of different constraints can be summed.
-
-    Parameters
-    ----------
-    found : Evaluations
-        Of m designs.
-    nominal : Evaluations
-        Of the nominal design alone.
-    """
-    objectives, constraints = in_units(study, found, nominal)
-    signs = [-1.0 if objective.maximise else 1.0 for objective in study.file.objectives.values()]
-    columns: dict[bool, list[Array]] = {False: [], True: []}
-    order = list(study.file.constraints)
-    for key, name, limit, sign in limits(study):
-        excess = sign * (constraints[:, order.index(name)] - limit) / (abs(limit) or 1.0)
-        # of a design that was not run, what is not known counts for nothing
-        columns[key.endswith(".equals")].append(np.where(found.unrun & np.isnan(excess), 0.0, excess))
-    failed = found.failed[:, None]
-    empty = np.empty((len(found), 0))
-    return Values(
-        np.where(failed | found.unrun[:, None], np.inf, objectives * signs),
-        np.where(failed, np.inf, np.column_stack([empty, *columns[False]])),
-        np.where(failed, np.inf, np.column_stack([empty, *columns[True]])),
-        found.failed,
-    )
-
-
-def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Array, Array]:
-    """Objectives and constraints as the file means them: relative ones divided by the nominal design's.
-
-    Raises
-    ------
-    RunError
-        If they are to be divided by what is zero, or is not there.
-    """
-    scales = np.ones(found.objectives.shape[1] + found.constraints.shape[1])
-    reference = np.concatenate([nominal.objectives[0], nominal.constraints[0]])
-    for k, (kind, name, quantity) in enumerate(quantities(study.file)):
-        if not quantity.relative:
-            continue
-        if nominal.failed[0] or reference[k] == 0.0:
-            why = nominal.reason[0] or "it is zero there"
-            raise RunError(
-                f"{study.source.name}: {kind}.{name} is relative to the nominal design, which has no value: {why}"
-            )
-        scales[k] = reference[k]
-    split = found.objectives.shape[1]
-    return found.objectives / scales[:split], found.constraints / scales[split:]
-
-
-def limits(study: Study) -> Iterable[tuple[str, str, float, float]]:
-    """Every limit: its name, its constraint's, value, sign of what must not be positive."""
-    for name, constraint in study.file.constraints.items():
-        for key, sign in (("at_most", 1.0), ("at_least", -1.0), ("equals", 1.0)):
-            limit = getattr(constraint, key)
-            if limit is not None:
-                yield f"{name}.{key}", name, limit, sign
-
-
 def _aggregate(how: str, values: Iterable[float]) -> float:
     """Largest, smallest, mean or sum of some numbers; NaN if any is not finite. Sums are exact, in any layout."""
     numbers = [float(x) for x in values]
@@ -291,20 +171,3 @@ def _aggregate(how: str, values: Iterable[float]) -> float:
         return math.nan
     total = math.fsum(numbers)
     return {"max": max(numbers), "min": min(numbers), "mean": total / len(numbers), "sum": total}[how]
-
-
-def _joined(parts: Iterable[Statistics]) -> Statistics:
-    """Put batches of one operating point together again."""
-    found = list(parts)
-
-    def joined(key: str) -> Array:
-        return np.concatenate([getattr(part, key) for part in found])
-
-    return Statistics(
-        joined("minimum"),
-        joined("maximum"),
-        joined("mean"),
-        joined("rms"),
-        [state for part in found for state in part.status],
-        [reason for part in found for reason in part.reason],
-    )

@@ -16,10 +16,11 @@ from scipy.interpolate import CubicSpline
 
 from linkages.assembly import AssemblyError
 from linkages.columns import Columns
-from linkages.errors import InputError, Status
-from linkages.mechanism import load_mechanism
+from linkages.errors import Status
+from linkages.experiment import Experiment
+from linkages.mechanism import Mechanism
 from linkages.run import ideal
-from optim.evaluate import Batch, Statistics
+from optim.batches import Batch, Statistics, run_each
 from optim.evaluations import OK
 from optim.outputs import IDEAL, TURNING
 
@@ -54,26 +55,11 @@ def run_parts(engine: Callable[[Batch], Statistics], batch: Batch) -> Statistics
 
 def run_ideal(batch: Batch) -> Statistics:
     """Sample the ideal motion of designs in the windows of a batch."""
-    found = np.full((4, len(batch.values), len(batch.windows), len(batch.outputs)), np.nan)
-    status, reason = [], []
-    for i, line in enumerate(batch.values):
-        verdict = OK, ""
-        try:
-            found[:, i] = _statistics(batch, line)
-        except InputError as problem:
-            verdict = Status.BAD_INPUT.value, str(problem)
-        except AssemblyError as problem:
-            verdict = problem.status.value, str(problem)
-        status.append(verdict[0])
-        reason.append(verdict[1])
-    minimum, maximum, mean, rms = found
-    return Statistics(minimum, maximum, mean, rms, status, reason)
+    return run_each(batch, lambda _, mechanism, experiment: _statistics(batch, mechanism, experiment))
 
 
-def _statistics(batch: Batch, line: Array) -> Array:
+def _statistics(batch: Batch, mechanism: Mechanism, experiment: Experiment) -> Array:
     """Minimum, maximum, mean and rms of each output in each window, (4, nw, no)."""
-    experiment = batch.point.experiment.replaced(dict(zip(batch.point.paths, map(float, line), strict=True)))
-    mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
     motion = ideal(mechanism, experiment, "compiled")
     if motion.status is not Status.OK:
         raise AssemblyError(motion.status, f"ended at t = {motion.time[-1]:.6g} s; {motion.status.remedy}")

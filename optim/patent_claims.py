@@ -96,7 +96,7 @@ def claims() -> list[Claim]:
             "largest departure of the acceleration, [0087]", f"{PRINTED} %", f"{found:+.0f} %",
             verdict_of_change(PRINTED, found),
             "tables 1 and 2 (lengths, bounds), material and friction are missing; what is reached depends on bounds,"
-            " half to double here ([wider ones](fourbar_landscape.md)), and less on [the method](fourbar_methods.md)",
+            " a third to thrice here ([others](fourbar_landscape.md)), and less on [the method](fourbar_methods.md)",
         ),
         Claim(
             "the same from ten other start angles", "not asked", f"{unseen:+.0f} %",

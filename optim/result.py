@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optim import pareto
-from optim.evaluate import in_units, values_of
 from optim.evaluations import INFEASIBLE, Evaluations
 from optim.files import whole
+from optim.limits import in_units, values_of
 from optim.problem import Study, label
 from optim.run import FEASIBLE, Outcome
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from optim.evaluate import limits
 from optim.evaluations import INFEASIBLE, NO_VALUE, OK, Evaluations
+from optim.limits import limits
 from optim.problem import Study, quantities
 from optim.run import FEASIBLE
 

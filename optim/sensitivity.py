@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import RunError
-from optim.evaluate import Evaluator, in_units
+from optim.evaluate import Evaluator
+from optim.limits import in_units
 from optim.problem import Study, label
 from optim.versions import versions
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from linkages.errors import InputError, nearest
 from linkages.toml_tables import Table
 from optim import algorithms
-from optim.evaluate import Evaluator, equality_names, inequality_names, values_of
+from optim.evaluate import Evaluator
+from optim.limits import equality_names, inequality_names, values_of
 from optim.problem import Study
 from optim.run import Task
 from optim.screen import Screened

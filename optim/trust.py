@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.experiment import Experiment
+from optim.batches import Batch, Statistics
 from optim.drake_runs import run_on_drake
-from optim.evaluate import Batch, Evaluator, Statistics, in_units
+from optim.evaluate import Evaluator
 from optim.evaluations import INFEASIBLE, OK
+from optim.limits import in_units
 from optim.problem import Study, quantities
 
 Array = NDArray[np.float64]

@@ -110,7 +110,10 @@ def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None
         )
 
     locked, free = first("locked"), first("free")
-    np.testing.assert_allclose(first("servo", 1e13)[:, :6], locked[:, :6], rtol=1e-5)
+    # what a stiff servo still gives way falls in proportion; beyond 1e12 N m/rad its rounding drowns the links
+    soft, stiff = (np.max(np.abs(first("servo", k)[:, :6] / locked[:, :6] - 1.0)) for k in (1e9, 1e11))
+    assert soft == pytest.approx(100.0 * stiff, rel=0.05)
+    assert stiff < 2e-6
     np.testing.assert_allclose(first("servo", 1e-3)[:, 3:6], free[:, 3:6], rtol=1e-6)
     between = first("servo", 1e4)
     assert np.all(between[:, 3:] >= free[:, 3:] - 1e-6)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from optim.evaluate import Statistics
+from optim.batches import Statistics
 
 
 def oscillation(batch, progress=None):

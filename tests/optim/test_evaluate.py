@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from linkages.errors import RunError
-from optim.evaluate import Evaluator, Statistics, equality_names, in_units, inequality_names, values_of
+from optim.batches import Statistics
+from optim.evaluate import Evaluator
 from optim.evaluations import Evaluations
+from optim.limits import equality_names, in_units, inequality_names, values_of
 from optim.problem import load_study
 
 STUDY = """

@@ -7,7 +7,8 @@ from linkages.errors import InputError
 from optim import recorded
 from optim.algorithms import ALGORITHMS, optimise, settings_of
 from optim.data import find_study
-from optim.evaluate import Evaluator, equality_names, inequality_names, values_of
+from optim.evaluate import Evaluator
+from optim.limits import equality_names, inequality_names, values_of
 from optim.nlp import Problem
 from optim.problem import load_study
 from optim.recorded import load_record, path_of, write_record

@@ -11,7 +11,8 @@ from optim.algorithms import optimise, settings_of
 from optim.archive import Archive
 from optim.commands import optimise as command
 from optim.derivatives import jacobian
-from optim.evaluate import Evaluator, values_of
+from optim.evaluate import Evaluator
+from optim.limits import values_of
 from optim.nlp import Ending, Problem, Values
 from optim.problem import load_study
 from optim.screen import Screened
