@@ -148,7 +148,7 @@ The patent's ranges of the lengths are lost with its table 1. Differential evolu
     for row in found["bounds"]:
         lengths = ", ".join(f"{x:.2f}" for x in row["lengths"])
         cells = [f"{100 * part:.1f} %" for part in (1 - row["value"], row["unseen"], row["tighter"])]
-        text += f"| {row['low']:.3g} to {row["high"]:.3g} | {' | '.join(cells)} | {lengths} |\n"
+        text += f"| {row['low']:.3g} to {row['high']:.3g} | {' | '.join(cells)} | {lengths} |\n"
     part, order = found["surrogate"], found["rank"]
     lengths = ", ".join(f"{x:.2f}" for x in part["lengths"])
     scores = [f"{100 * part[name]:.1f} %" for name in STUDIES]
