@@ -40,6 +40,7 @@ HEADINGS = (
 )  # fmt: skip
 POINTS = {"fourbar_jitter": 81, "fourbar_jitter_steady": 21}
 DESIGNS, REVOLUTIONS = 24, 3
+BESIDE, STARTS = 1e-7, 5
 
 
 def bounds() -> list[dict[str, Any]]:
@@ -55,6 +56,25 @@ def bounds() -> list[dict[str, Any]]:
         row | {"unseen": float(unseen), "tighter": float(tighter)}
         for row, unseen, tighter in zip(found, *scores, strict=True)
     ]
+
+
+def nearby() -> list[float]:
+    """Reductions by the shipped study from its nominal design, and from starts beside it."""
+    study = load_study(find_study("fourbar_jitter"))
+    algorithm, settings = settings_of(study)
+    evaluate = Screened(study, Evaluator(study), settings.step)
+    nominal = evaluate(study.nominal[None])
+    offsets = BESIDE * np.random.default_rng(1).standard_normal((STARTS, study.nominal.size))
+    found = []
+    for offset in (np.zeros_like(study.nominal), *offsets):
+        problem = Problem(
+            study.lower, study.upper, lambda designs: values_of(study, evaluate(designs), nominal),
+            tuple(study.file.objectives), inequality_names(study), equality_names(study),
+            study.nominal * (1.0 + offset),
+        )  # fmt: skip
+        result = optimise(algorithm, problem, settings, study.file.seed)
+        found.append(1.0 - float(result.values.objectives[0, 0]))
+    return found
 
 
 def line() -> dict[str, Any]:
@@ -106,7 +126,9 @@ def rank() -> dict[str, Any]:
     return {"designs": len(good), "rank": float(spearmanr(turning[good], jitter).statistic)}
 
 
-PARTS: dict[str, Callable[[], Any]] = {"rank": rank, "surrogate": surrogate, "bounds": bounds, "line": line}
+PARTS: dict[str, Callable[[], Any]] = {
+    "rank": rank, "surrogate": surrogate, "bounds": bounds, "line": line, "nearby": nearby,
+}  # fmt: skip
 
 
 def minima(values: list[float]) -> int:

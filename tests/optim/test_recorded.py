@@ -75,8 +75,7 @@ def test_no_record():
     [
         # nearly the recorded 17 %, in half the generations
         ("sevenbar_force", "ga", {"generations": 25}, 0.16),
-        # 17.7 % on one machine, and 0.1 more or less from starts 1e-7 apart
-        ("fourbar_jitter", "grg", {"step": 0.02, "iterations": 3}, 0.15),
+        ("fourbar_jitter", "grg", {"step": 1e-5, "iterations": 8}, 0.5),  # 69 to 88 % from starts 1e-7 apart
     ],
 )
 def test_searching_again_reaches_as_much(name, algorithm, settings, reached):
