@@ -18,7 +18,7 @@ What two sources print, beside what this package computes from the same data. `p
 its numbers are computed when it is written, and its verdicts follow from them. Designs of ours were searched for once, and are
 kept with their provenance in `optim/designs/`:
 
-- *reproduced*: within {100 * WITHIN:.0f} % of the printed value;
+- *reproduced*: within {100 * WITHIN:.0f} % of the printed value; what an optimisation lowers, also by more than is printed;
 - *trend only*: a value within a factor of two; a change with the printed sign and at least a tenth of it;
 - *not reproducible*: neither; the reason says whether data are missing, or what the number is instead;
 - *wrong as printed*: contradicts itself, or mechanics.

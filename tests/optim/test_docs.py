@@ -31,15 +31,19 @@ def test_page_is_fresh(maker):
 
 
 def test_the_numbers_are_measured_ones(maker):
-    """Objectives to the digits printed; counts may differ a little, as rounding differs between machines."""
+    """Objectives to the digits printed. Counts hang on the processor's rounding where a problem is hard: not all agree."""
     rows = [line for line in PAGE.splitlines() if re.match(r"\| \d+ \| (bounds|equal|inequal)", line)]
     assert len(rows) == len(maker.EXAMPLES)
+    near = []
     for row, example in zip(rows, maker.EXAMPLES, strict=True):
         assert row.startswith(maker.fixed(example))
         found, *counts = (float(cell) for cell in row.split("|")[6:10])
         now = maker.measure(example)
         assert now.found == pytest.approx(found, rel=1e-6, abs=2e-7)
-        assert [now.iterations, now.evaluations, now.populations] == pytest.approx(counts, rel=0.3, abs=10)
+        near.append(
+            [now.iterations, now.evaluations, now.populations] == pytest.approx(counts, rel=0.2, abs=3)
+        )
+    assert sum(near) >= 0.9 * len(rows)
 
 
 def test_adding_an_algorithm_as_the_page_says(tmp_path, monkeypatch):

@@ -6,7 +6,16 @@ from pathlib import Path
 import pytest
 
 from optim import press_paper
-from optim.replication import NOT, REPRODUCED, TREND, change, differences, verdict, verdict_of_change
+from optim.replication import (
+    NOT,
+    REPRODUCED,
+    TREND,
+    change,
+    differences,
+    verdict,
+    verdict_of_change,
+    verdict_of_gain,
+)
 
 ROOT = Path(__file__).parents[2]
 
@@ -33,6 +42,9 @@ def test_verdicts():
     assert verdict_of_change(-14.8, -18.9) == TREND
     assert verdict_of_change(-14.8, -14.5) == REPRODUCED
     assert verdict_of_change(-25.0, -0.01) == verdict_of_change(-25.0, 10.0) == NOT
+    assert verdict_of_gain(-77.5, -88.0) == verdict_of_gain(-77.5, -75.0) == REPRODUCED
+    assert verdict_of_gain(-77.5, -60.0) == TREND
+    assert verdict_of_gain(-77.5, 88.0) == NOT
     assert change(5.434, 4.290) == pytest.approx(-21.05, abs=0.005)
 
 
