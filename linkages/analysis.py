@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import simpson
 
 from linkages.trajectory import Trajectory
 
@@ -110,6 +109,8 @@ def refine(trajectory: Trajectory, brackets: Sequence[Bracket]) -> list[tuple[fl
 
 def integral(trajectory: Trajectory, values: Array) -> float:
     """Integral over time of values given at the trajectory's samples."""
+    from scipy.integrate import simpson  # takes half a second to import
+
     return float(simpson(values, x=trajectory.time)) if len(values) > 2 else 0.0
 
 

@@ -36,6 +36,7 @@ from linkages.experiment import Experiment
 from linkages.loads import load_names, pack_loads
 from linkages.planar.kinematics import spread
 from linkages.planar.loads import LOAD_OUTPUTS, load_history
+from linkages.planar.motion import Motions
 from linkages.planar.reactions import joint_reactions
 from linkages.planar.topology import Tree
 
@@ -83,7 +84,8 @@ def columns_from_states(
     gravity = tree.mechanism.basis[:, :2].T @ np.array(experiment.gravity)
     _energies(columns, tree, pose, vel, gravity)
     applied = _loads(columns, tree, experiment, times, pose, vel)
-    torques = {name: experiment.drives[name].torque_history()(times) for name in tree.powered}
+    applied_torques = Motions([experiment.drives[name].torque_history() for name in tree.powered])(times)[0]
+    torques = {name: applied_torques[:, i] for i, name in enumerate(tree.powered)}
     known = {}
     if clearance is not None:
         for k, (name, label) in enumerate(tree.contacts):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
-from scipy.interpolate import PPoly
 
 from linkages.planar import motion
+from linkages.planar.motion import Pieces
 from linkages.toml_tables import Finite, NonNegative, Table, check_history
 
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
@@ -33,7 +33,7 @@ class Force(Table):
         _check_values("force", "forces", self.force, self.times, self.forces)
         return self
 
-    def components(self) -> tuple[PPoly, PPoly]:
+    def components(self) -> tuple[Pieces, Pieces]:
         """Both components over time."""
         if self.times is not None and self.forces is not None:
             xs, ys = zip(*self.forces, strict=True)
@@ -57,7 +57,7 @@ class Torque(Table):
         _check_values("torque", "torques", self.torque, self.times, self.torques)
         return self
 
-    def history(self) -> PPoly:
+    def history(self) -> Pieces:
         """Torque over time."""
         if self.times is not None and self.torques is not None:
             return motion.monotone_table(self.times, self.torques)

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PPoly
 
 from linkages.errors import InputError, nearest
 from linkages.load_tables import Force, Spring, Torque, TorsionSpring
 from linkages.mechanism import Frame, Mechanism
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
-from linkages.planar.motion import Motions
+from linkages.planar.motion import Motions, Pieces
 from linkages.planar.records import FORCE, LOAD, SPRING, TORQUE, TORSION
 from linkages.planar.topology import Tree
 
@@ -45,7 +44,7 @@ def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
     mechanism = tree.mechanism
     records: NDArray[np.record] = np.zeros(len(load_names(experiment)), LOAD)
     following = iter(records)
-    motions: list[PPoly] = []
+    motions: list[Pieces] = []
 
     def end(name: str) -> tuple[int, float, float]:
         point = mechanism.point[name]
@@ -81,11 +80,11 @@ def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
     return records, *Motions(motions).arrays
 
 
-def _turned(force: Force, angle: float) -> tuple[PPoly, PPoly]:
+def _turned(force: Force, angle: float) -> tuple[Pieces, Pieces]:
     """Components over time, turned by an angle."""
     x, y = force.components()
     c, s = np.cos(angle), np.sin(angle)
-    return PPoly(c * x.c - s * y.c, x.x), PPoly(s * x.c + c * y.c, y.x)
+    return Pieces(c * x.c - s * y.c, x.x), Pieces(s * x.c + c * y.c, y.x)
 
 
 def check_loads(mechanism: Mechanism, experiment: Experiment) -> None:

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
-from scipy.interpolate import PPoly
 
 from linkages.errors import nearest
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.planar import motion
+from linkages.planar.motion import Pieces
 from linkages.toml_tables import Finite, NonNegative, Positive, Table, check_history
 
 
@@ -68,7 +68,7 @@ class Drive(Table):
         """Whether the motion is prescribed; otherwise the torque is."""
         return self.torque is None and self.torques is None
 
-    def motion(self) -> PPoly:
+    def motion(self) -> Pieces:
         """Coordinate over time of a prescribed drive."""
         if self.angles is not None and self.times is not None:
             return motion.table(self.times, self.angles)
@@ -77,7 +77,7 @@ class Drive(Table):
             return motion.ramped_rate(self.angle, speed, self.ramp)
         return motion.constant_rate(self.angle, speed)
 
-    def torque_history(self) -> PPoly:
+    def torque_history(self) -> Pieces:
         """Torque over time of a torque drive."""
         if self.torques is not None and self.times is not None:
             return motion.table(self.times, self.torques)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from machines import bar, circle_intersection, four_bar, joint, model
+from scipy.interpolate import PPoly
 
 from linkages.assembly import IdealMotion, assemble, tree_of
 from linkages.cli import main
@@ -100,7 +101,7 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(experiment_file, plane
     assert tree.mechanism.joint["Q"].sign == sign
     t = 0.55
     gust = experiment.forces["gust"]
-    force = [monotone_table(gust.times, part)(t) for part in zip(*gust.forces, strict=True)]
+    force = [PPoly(*monotone_table(gust.times, part))(t) for part in zip(*gust.forces, strict=True)]
     brake = 0.4 - 1.0 * t / 2.0
     for _ in range(5):
         q, v, w = RNG.normal(size=(3, tree.size))
@@ -211,8 +212,8 @@ def test_tables_of_loads_stay_within_their_values_and_are_found_by_bisection():
     at = np.concatenate([times, RNG.uniform(times[0], times[-1], 500), [-1.0, 3.0]])
     for i, piece in enumerate(pieces):
         found = [motion_value(*motions.arrays, i, t) for t in at]
-        np.testing.assert_allclose(found, piece(at), atol=1e-12)
-    inside = pieces[1](at[:-2])
+        np.testing.assert_allclose(found, PPoly(*piece)(at), atol=1e-12)
+    inside = PPoly(*pieces[1])(at[:-2])
     assert inside.min() >= 0.0
     assert inside.max() <= 5.0 + 1e-12
     np.testing.assert_allclose(inside[:40], values, atol=1e-12)

@@ -3,22 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from linkages.kernel import kernel
 
 Array = NDArray[np.float64]
 
 
-def constant_rate(start: float, speed: float) -> PPoly:
+class Pieces(NamedTuple):
+    """A piecewise polynomial: the first and last pieces extend to all times.
+
+    Attributes
+    ----------
+    c : (order, n) array
+        Coefficients of powers of the time since each piece's start, highest power first.
+    x : (n + 1,) array
+        Breaks between the pieces [s].
+    """
+
+    c: Array
+    x: Array
+
+
+def constant_rate(start: float, speed: float) -> Pieces:
     """Start + speed * t, for all t."""
-    return PPoly(np.array([[speed], [start]]), np.array([0.0, 1.0]))
+    return Pieces(np.array([[speed], [start]]), np.array([0.0, 1.0]))
 
 
-def ramped_rate(start: float, speed: float, ramp: float) -> PPoly:
+def ramped_rate(start: float, speed: float, ramp: float) -> Pieces:
     """From rest to a constant speed in the time `ramp` [s], twice differentiable in the speed.
 
     The speed is speed * (10 s^3 - 15 s^4 + 6 s^5) with s = t/ramp; then it is constant.
@@ -27,28 +42,32 @@ def ramped_rate(start: float, speed: float, ramp: float) -> PPoly:
     smooth[-1] = start
     end = start + 0.5 * speed * ramp
     after = np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed, end])
-    return PPoly(np.stack([smooth, after], axis=1), np.array([0.0, ramp, 2.0 * ramp]))
+    return Pieces(np.stack([smooth, after], axis=1), np.array([0.0, ramp, 2.0 * ramp]))
 
 
-def table(times: Sequence[float], values: Sequence[float]) -> PPoly:
+def table(times: Sequence[float], values: Sequence[float]) -> Pieces:
     """Cubic spline through a table (a straight line through two points)."""
     if len(times) < 4:
         slopes = np.diff(values) / np.diff(times)
-        return PPoly(np.stack([slopes, np.asarray(values[:-1], float)]), np.asarray(times, float))
+        return Pieces(np.stack([slopes, np.asarray(values[:-1], float)]), np.asarray(times, float))
+    from scipy.interpolate import CubicSpline  # half a second; most experiments have no tables
+
     spline = CubicSpline(times, values)
-    return PPoly(spline.c, spline.x)
+    return Pieces(spline.c, spline.x)
 
 
-def monotone_table(times: Sequence[float], values: Sequence[float]) -> PPoly:
+def monotone_table(times: Sequence[float], values: Sequence[float]) -> Pieces:
     """Monotone cubic through a table (Fritsch and Butland, 1984): between two values it never leaves their range."""
+    from scipy.interpolate import PchipInterpolator
+
     curve = PchipInterpolator(times, values)
-    return PPoly(curve.c, curve.x)
+    return Pieces(curve.c, curve.x)
 
 
 class Motions:
     """Several piecewise polynomials packed into arrays for `evaluate_motions`."""
 
-    def __init__(self, pieces: Sequence[PPoly]) -> None:
+    def __init__(self, pieces: Sequence[Pieces]) -> None:
         self.pieces = tuple(pieces)
         n = len(self.pieces)
         longest = max((len(p.x) for p in self.pieces), default=2)
