@@ -153,6 +153,8 @@ def _loads(
     """Columns of the applied loads, what springs store, and their wrenches on the bodies (nt, nb, 3)."""
     names = load_names(experiment)
     wrench = np.zeros_like(vel)
+    if not names:
+        return wrench
     outputs = np.empty((len(times), len(names), len(LOAD_OUTPUTS)))
     load_history(pack_loads(tree, experiment), times, pose, vel, wrench, outputs)
     for (table, name), (value, second, power, energy) in zip(names, outputs.transpose(1, 2, 0), strict=True):

@@ -2,7 +2,7 @@
 
 Compiled code contains all that it calls: at every level of calls, what is below is optimised and written once more. The
 integrator is many levels above the laws. Here these are compiled once, to C functions, of which the problem holds the
-addresses (`linkages.compiled.model.Calls`); a call costs some nanoseconds.
+addresses (`linkages.compiled.model.Calls`); a call costs some nanoseconds. What a model does not need is not compiled.
 """
 
 from __future__ import annotations
@@ -56,6 +56,8 @@ def signatures(problem: Any, stepper: Any) -> dict[str, Any]:
         "jacobian": types.none(problem, time, VECTOR, MATRIX),
         "project": types.boolean(problem, VECTOR),
         "attempt": PAIR(problem, stepper, time, size, VECTOR, types.boolean),
+        "loads": types.none(problem, time),
+        "loads_tangent": types.none(problem, time, MATRIX, MATRIX, MATRIX),
     }
 
 
@@ -82,3 +84,15 @@ def attempt(problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: b
     """Call the ``attempt`` of the method, see `linkages.compiled.radau`."""
     error, factor = _call_for_pair(problem.calls.attempt, (problem, s, t, h, y, exact))
     return error, factor
+
+
+@kernel
+def loads(problem: Problem, t: float) -> None:
+    """Call `linkages.compiled.equations.add_loads`."""
+    _call_for_nothing(problem.calls.loads, (problem, t))
+
+
+@kernel
+def loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out: Array) -> None:
+    """Call `linkages.compiled.jacobian.add_loads_tangent`."""
+    _call_for_nothing(problem.calls.loads_tangent, (problem, t, dpose, dvel, out))

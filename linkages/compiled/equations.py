@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.compiled.calls import solve
+from linkages.compiled.calls import loads, solve
 from linkages.compiled.model import Model, Problem, Work
 from linkages.kernel import inlined_kernel, kernel
 from linkages.planar.clearance import CLEARANCE_OUTPUTS, clearance_wrenches
@@ -63,9 +63,16 @@ def solve_state(problem: Problem, t: float, y: Array) -> None:
         model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts
     )
     if len(model.loads):
-        loads = (model.loads, model.load_t, model.load_c, model.load_n)
-        load_wrenches(loads, t, w.pose, w.vel, w.wrench)
+        loads(problem, t)
     accelerate(model.bodies, model.rows, 0.0, model.gravity, w)
+
+
+@kernel
+def add_loads(problem: Problem, t: float) -> None:
+    """Add the wrenches of the applied loads."""
+    model, w = problem.model, problem.work.dynamics
+    tables = (model.loads, model.load_t, model.load_c, model.load_n)
+    load_wrenches(tables, t, w.pose, w.vel, w.wrench)
 
 
 @kernel

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.compiled.calls import solve
+from linkages.compiled.calls import loads_tangent, solve
 from linkages.compiled.model import Model, Problem, Work
 from linkages.compiled.partials import INPUTS, OUTPUTS, clear, contact_partials
 from linkages.compiled.reference import reference
@@ -105,13 +105,14 @@ def jacobian(problem: Problem, t: float, y: Array, out: Array) -> None:
             out[j - n, j] = 1.0
         else:
             bristle = model.bristles[j - 2 * n]
-        _direction(model, work, s, t, bristle, out[:, j])
+        _direction(problem, s, t, bristle, out[:, j])
     s.dq[0] = kept.dq[0]  # `kept` lives until here
 
 
 @kernel
-def _direction(model: Model, work: Work, s: Scratch, t: float, bristle: int, column: Array) -> None:
+def _direction(problem: Problem, s: Scratch, t: float, bristle: int, column: Array) -> None:
     """Fill the accelerations and the bristles' rates of one column of the Jacobian."""
+    model, work = problem.model, problem.work
     w, n = work.dynamics, len(model.free)
     bodies = model.bodies
     body_tangents(bodies, w.pose, w.vel, w.acc, w.v, w.a, s.dq, s.dv, s.dpose, s.dvel, s.dacc)
@@ -129,8 +130,7 @@ def _direction(model: Model, work: Work, s: Scratch, t: float, bristle: int, col
             s.moved[i, 2] = turn
             s.moved[i, 3] = -turn * w.pose[i, 4]
             s.moved[i, 4] = turn * w.pose[i, 3]
-        loads = (model.loads, model.load_t, model.load_c, model.load_n)
-        load_wrenches_tangent(loads, t, w.pose, w.vel, s.moved, s.dvel, s.dwrench)
+        loads_tangent(problem, t, s.moved, s.dvel, s.dwrench)
     for k in range(len(model.rows)):
         add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
     inertial_tangents(bodies, w.pose, w.vel, w.acc, model.gravity, s.dpose, s.dvel, s.dacc, s.dload)
@@ -157,6 +157,14 @@ def _direction(model: Model, work: Work, s: Scratch, t: float, bristle: int, col
                 s.da[i] += s.sizes[k] * w.row_a[k, i]
     for i in range(n):
         column[n + i] = s.da[model.free[i]]
+
+
+@kernel
+def add_loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out: Array) -> None:
+    """Add the change of the applied loads' wrenches; see `linkages.planar.loads.load_wrenches_tangent`."""
+    model, w = problem.model, problem.work.dynamics
+    tables = (model.loads, model.load_t, model.load_c, model.load_n)
+    load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, out)
 
 
 @kernel

@@ -12,8 +12,9 @@ from linkages.compiled.driver import COLLAPSED, DONE, Options, Record
 from linkages.compiled.ideal import Ideal
 from linkages.compiled.model import Problem, make_work, pack
 from linkages.compiled.replay import Steps
-from linkages.compiled.runs import LEFT, bind, evaluate, run, summarise_run
+from linkages.compiled.runs import LEFT, bind, evaluate, run
 from linkages.compiled.stepper import make_stepper
+from linkages.compiled.summary import summarise
 from linkages.errors import Status
 from linkages.experiment import Experiment
 from linkages.planar.clearance import WIDTH
@@ -129,7 +130,7 @@ class Machine:
         Returns False if the ideal linkage does not close where it is asked for.
         """
         aside, stepper = self.aside(), make_stepper(len(self.start))
-        return summarise_run(aside, stepper, ideal, signals, self.tolerance, steps, windows, out)
+        return summarise(aside, stepper, ideal, signals, self.tolerance, steps, windows, out)
 
     def aside(self) -> Problem:
         """Return the problem with contacts that remember nothing, so that a run can go on beside."""

@@ -107,12 +107,14 @@ class Work(NamedTuple):
 
 
 class Calls(NamedTuple):
-    """Addresses of the functions of `linkages.compiled.calls`."""
+    """Addresses of the functions of `linkages.compiled.calls`; 0 where nothing is called."""
 
-    solve: int
-    jacobian: int
-    project: int
-    attempt: int
+    solve: int = 0
+    jacobian: int = 0
+    project: int = 0
+    attempt: int = 0
+    loads: int = 0
+    loads_tangent: int = 0
 
 
 class Problem(NamedTuple):

@@ -1,4 +1,4 @@
-"""The integrators bound to the equations of motion: runs, states between their steps, summaries."""
+"""The integrators bound to the equations of motion: runs, and states between their steps."""
 
 from __future__ import annotations
 
@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 from linkages.compiled import calls
 from linkages.compiled.dormand_prince import dormand_prince
 from linkages.compiled.driver import DONE, Options, Record, driver
-from linkages.compiled.equations import derivatives, outside, solve_state
-from linkages.compiled.ideal import Ideal
-from linkages.compiled.jacobian import jacobian
+from linkages.compiled.equations import add_loads, derivatives, outside, solve_state
+from linkages.compiled.jacobian import add_loads_tangent, jacobian
 from linkages.compiled.model import Calls, Model, Problem, make_work
 from linkages.compiled.projection import project_state
 from linkages.compiled.radau import radau
 from linkages.compiled.reference import Reference, reference
 from linkages.compiled.replay import Steps, replay
 from linkages.compiled.stepper import Stepper, copy
-from linkages.compiled.summary import summarise
 from linkages.kernel import address, kernel
 from linkages.planar.clearance import CLEARANCE_OUTPUTS
 
@@ -123,22 +121,6 @@ def evaluate(
             copy(p.work.contacts[c], contacts[i, c])
 
 
-@kernel
-def summarise_run(
-    problem: Problem,
-    stepper: Stepper,
-    ideal: Ideal,
-    signals: NDArray[np.record],
-    tolerance: Array,
-    steps: Steps,
-    windows: Array,
-    out: Array,
-) -> bool:
-    """Fill a run's statistics; see `linkages.compiled.summary.summarise`."""
-    p, s, past = reference(problem), reference(stepper), reference(steps)
-    return bool(summarise(p, s, reference(ideal), signals, tolerance, past, windows, out))
-
-
 _signatures: dict[str, Any] = {}
 
 
@@ -151,11 +133,14 @@ def bind(model: Model, stepper: Stepper, implicit: bool) -> Calls:
     """Compile the functions of `linkages.compiled.calls`, or load them; all models have the same types."""
     if not _signatures:
         work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
-        problem = typeof(Problem(model, work, Calls(0, 0, 0, 0)))
+        problem = typeof(Problem(model, work, Calls()))
         _signatures.update(calls.signatures(Reference(problem), Reference(typeof(stepper))))
+    loaded = len(model.loads) > 0
     return Calls(
         _address(solve_state, "solve"),
         _address(jacobian, "jacobian") if implicit else 0,
         _address(project_state, "project"),
         _address(attempt_radau if implicit else attempt_explicit, "attempt"),
+        _address(add_loads, "loads") if loaded else 0,
+        _address(add_loads_tangent, "loads_tangent") if loaded else 0,
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from linkages.compiled.calls import solve
 from linkages.compiled.ideal import Ideal, ideal_state
 from linkages.compiled.model import Problem
+from linkages.compiled.reference import reference
 from linkages.compiled.replay import Steps, remember, replay
 from linkages.compiled.signals import fill_signals
 from linkages.compiled.stepper import Stepper, copy
@@ -23,6 +24,15 @@ STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean"
 _CANDIDATES = 3  # local extremes that are refined
 _ROUNDS = 8  # of parabolas
 _FLAT = 1e-10  # relative change of an extreme at which it is known
+
+
+@kernel
+def _needs_ideal(signals: NDArray[np.record]) -> bool:
+    """Whether a signal is measured against the ideal linkage."""
+    count = 0
+    for k in range(len(signals)):
+        count += signals[k].jitter
+    return count > 0
 
 
 @kernel
@@ -79,7 +89,7 @@ def _refine(
 @kernel
 def summarise(
     problem: Problem,
-    s: Stepper,
+    stepper: Stepper,
     ideal: Ideal,
     signals: NDArray[np.record],
     tolerance: Array,
@@ -96,17 +106,16 @@ def summarise(
     windows : (nw, 2) array
         Times [s].
     """
-    grid, states = steps.times, steps.states
+    p, s, aside, past = reference(problem), reference(stepper), reference(ideal), reference(steps)
+    grid, states = past.times, past.states
     nt, n, ns = len(grid), states.shape[1], len(signals)
     y, row, bracket = np.empty(n), np.empty(ns), np.empty(6)
-    jitter = False
-    for k in range(ns):
-        jitter = jitter or signals[k].jitter == 1
+    jitter = _needs_ideal(signals)
     table = np.empty((nt, ns))
     for i in range(nt):
-        remember(problem, steps, i)
-        solve(problem, grid[i], states[i])
-        if not _look(problem, ideal, jitter, signals, table[i]):
+        remember(p, past, i)
+        solve(p, grid[i], states[i])
+        if not _look(p, aside, jitter, signals, table[i]):
             return False
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
@@ -114,8 +123,8 @@ def summarise(
         times, values = np.empty(last - first + 2), np.empty((last - first + 2, ns))
         count = 0
         if first == last or grid[first] > t0:
-            replay(problem, s, tolerance, steps, t0, y)
-            if not _look(problem, ideal, jitter, signals, values[0]):
+            replay(p, s, tolerance, past, t0, y)
+            if not _look(p, aside, jitter, signals, values[0]):
                 return False
             times[0] = t0
             count = 1
@@ -126,8 +135,8 @@ def summarise(
             copy(table[i], values[count])
             count += 1
         if times[count - 1] < t1:
-            replay(problem, s, tolerance, steps, t1, y)
-            if not _look(problem, ideal, jitter, signals, values[count]):
+            replay(p, s, tolerance, past, t1, y)
+            if not _look(p, aside, jitter, signals, values[count]):
                 return False
             times[count] = t1
             count += 1
@@ -149,7 +158,7 @@ def summarise(
                         bracket[j] = times[i - 1 + j]
                         bracket[3 + j] = sign * values[i - 1 + j, k]
                     t, f = _refine(
-                        problem, ideal, jitter, signals, k, sign, s, tolerance, steps, bracket, y,
+                        p, aside, jitter, signals, k, sign, s, tolerance, past, bracket, y,
                         row,
                     )  # fmt: skip
                     if f > best:
