@@ -103,7 +103,8 @@ def output_folder(options: argparse.Namespace, name: str) -> Path:
 
 def written(out: Path) -> str:
     """Say what is in the folder of results."""
-    return f"written to {out}{os.sep}: {', '.join(sorted(p.name for p in out.iterdir() if p.name[0] != '.'))}"
+    names = sorted(p.name for p in out.iterdir() if p.name[0] != "." and p.suffix != ".lock")
+    return f"written to {out}{os.sep}: {', '.join(names)}"
 
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Callable[[float], None]:
