@@ -106,16 +106,16 @@ def summarise(
     windows : (nw, 2) array
         Times [s].
     """
-    p, s, aside, past = reference(problem), reference(stepper), reference(ideal), reference(steps)
+    p, s, beside, past = reference(problem), reference(stepper), reference(ideal), reference(steps)
     grid, states = past.times, past.states
     nt, n, ns = len(grid), states.shape[1], len(signals)
     y, row, bracket = np.empty(n), np.empty(ns), np.empty(6)
-    jitter = _needs_ideal(signals)
+    jitter = _needs_ideal(signals)  # from a function: a literal False would compile all that takes it twice
     table = np.empty((nt, ns))
     for i in range(nt):
         remember(p, past, i)
         solve(p, grid[i], states[i])
-        if not _look(p, aside, jitter, signals, table[i]):
+        if not _look(p, beside, jitter, signals, table[i]):
             return False
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
@@ -124,7 +124,7 @@ def summarise(
         count = 0
         if first == last or grid[first] > t0:
             replay(p, s, tolerance, past, t0, y)
-            if not _look(p, aside, jitter, signals, values[0]):
+            if not _look(p, beside, jitter, signals, values[0]):
                 return False
             times[0] = t0
             count = 1
@@ -136,7 +136,7 @@ def summarise(
             count += 1
         if times[count - 1] < t1:
             replay(p, s, tolerance, past, t1, y)
-            if not _look(p, aside, jitter, signals, values[count]):
+            if not _look(p, beside, jitter, signals, values[count]):
                 return False
             times[count] = t1
             count += 1
@@ -158,7 +158,7 @@ def summarise(
                         bracket[j] = times[i - 1 + j]
                         bracket[3 + j] = sign * values[i - 1 + j, k]
                     t, f = _refine(
-                        p, aside, jitter, signals, k, sign, s, tolerance, past, bracket, y,
+                        p, beside, jitter, signals, k, sign, s, tolerance, past, bracket, y,
                         row,
                     )  # fmt: skip
                     if f > best:
