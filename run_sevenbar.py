@@ -2,9 +2,9 @@
 
 import sys
 
-from linkages.cli import exit_status
-from linkages.commands.simulate import add_run_options, run
-from linkages.parsing import Parser
+from linkages.cli.main import exit_status
+from linkages.cli.parsing import Parser
+from linkages.cli.simulate import add_run_options, run
 
 if __name__ == "__main__":
     parser = Parser(description=__doc__.split(":")[0])

@@ -15,16 +15,16 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from linkages.data import data_folder
+from linkages.engines.study import simulate
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.nonlinear.flow import lasting
-from linkages.nonlinear.lyapunov import largest_exponent
-from linkages.nonlinear.sections import horizon, stroboscopic
-from linkages.nonlinear.spectra import spectrum
-from linkages.nonlinear.sweep import sweep
-from linkages.quantities import unit
-from linkages.run import simulate
+from linkages.explore.flow import lasting
+from linkages.explore.lyapunov import largest_exponent
+from linkages.explore.sections import horizon, stroboscopic
+from linkages.explore.spectra import spectrum
+from linkages.explore.sweep import sweep
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.outputs.units import unit
 
 FILE = data_folder() / "slider_crank_dry.toml"
 RPM = np.pi / 30.0  # rad/s
@@ -82,7 +82,7 @@ def tables():
 
 def draw(result, exponents, folder: Path) -> None:
     """Draw the figures of docs/nonlinear.md."""
-    from linkages.plots_nonlinear import (
+    from linkages.plots.nonlinear import (
         bifurcation_figure,
         exponent_figure,
         section_figure,

@@ -18,15 +18,15 @@ import numpy as np
 from seven_bar_reference import orbit_error
 from seven_bar_reference import reference as reference_orbit
 
-from linkages.assembly import assemble
-from linkages.compiled.equations import derivatives
-from linkages.compiled.jacobian import jacobian
-from linkages.compiled.machine import Machine
-from linkages.compiled.reference import reference
-from linkages.compiled.simulation import simulate
-from linkages.data import data_folder
-from linkages.experiment import load
+from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.jacobian import jacobian
+from linkages.engines.compiled.runner import Machine
+from linkages.engines.compiled.simulation import simulate
+from linkages.files.shipped import data_folder
 from linkages.kernel import kernel
+from linkages.kernel.reference import reference
+from linkages.model.experiment import load
+from linkages.system.assembly import assemble
 
 LINKS = (10, 20, 50, 100)
 TIME = 0.01  # s

@@ -13,12 +13,12 @@ import time
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from linkages.data import data_folder
-from linkages.drake import build_diagram
-from linkages.drake.simulation import _advance, _set_up, _Watch
-from linkages.experiment import load
-from linkages.impacts import impacts
-from linkages.run import simulate, touching
+from linkages.engines.drake import build_diagram
+from linkages.engines.drake.simulation import _advance, _set_up, _Watch
+from linkages.engines.study import simulate, touching
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.results.impacts import impacts
 
 #: File, drive that counts the revolutions, revolutions to simulate.
 RUNS = (("slider_crank_dry.toml", "O", 1.0), ("seven_bar_dry.toml", "O1", 0.25))

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
-from linkages.data import data_folder
-from linkages.flexible import modes as modes_module
-from linkages.flexible.branch import follow, start_assembly
-from linkages.flexible.direct import assemblies, count
-from linkages.flexible.model import Model
-from linkages.flexible.modes import frequencies, modes
-from linkages.flexible.robot import changed, load_robot
+from linkages.files.shipped import data_folder
+from linkages.three_rrr import modes as modes_module
+from linkages.three_rrr.branch import follow, start_assembly
+from linkages.three_rrr.direct import assemblies, count
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.modes import frequencies, modes
+from linkages.three_rrr.robot import changed, load_robot
 
 POSES = 360
 MODES = 10
@@ -103,7 +103,7 @@ def draw(rows: np.ndarray, path: Path) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from linkages.flexible.figures import COLORS, STYLE
+    from linkages.plots.three_rrr.figures import COLORS, STYLE
 
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.3, 3.4), layout="constrained")

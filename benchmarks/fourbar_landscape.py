@@ -17,17 +17,17 @@ import matplotlib as mpl
 import numpy as np
 from fourbar_methods import score, solve
 from matplotlib.figure import Figure
+from replication.recorded import load_record
 from scipy.stats import qmc, spearmanr
 
-from optim.algorithms import optimise
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.limits import equality_names, inequality_names, values_of
-from optim.nlp import Problem
-from optim.problem import load_study
-from optim.recorded import load_record
-from optim.screen import Screened
-from optim.task import settings_of
+from optim.algorithms.nlp import Problem
+from optim.algorithms.registry import optimise
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import equality_names, inequality_names, values_of
+from optim.evaluate.screen import Screened
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
+from optim.search.task import settings_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, FIGURE = DOCS / "fourbar_landscape.md", DOCS / "figures" / "fourbar_way.png"

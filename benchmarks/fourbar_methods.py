@@ -16,16 +16,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from replication.recorded import write_record
 
-from optim import nlp
-from optim.algorithms import optimise, settings_of
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.evaluations import Evaluations
-from optim.limits import equality_names, inequality_names, values_of
-from optim.problem import Study, load_study
-from optim.recorded import write_record
-from optim.screen import Screened
+from optim.algorithms import nlp
+from optim.algorithms.registry import optimise, settings_of
+from optim.evaluate.evaluations import Evaluations
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import equality_names, inequality_names, values_of
+from optim.evaluate.screen import Screened
+from optim.problem.shipped import find_study
+from optim.problem.study import Study, load_study
 
 PAGE = Path(__file__).parents[1] / "docs" / "fourbar_methods.md"
 #: Start angles that no objective has seen [rad].

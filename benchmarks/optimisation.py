@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from optim import nlp
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.evaluations import Evaluations
-from optim.problem import load_study
-from optim.run import Task, run
+from optim.algorithms import nlp
+from optim.evaluate.evaluations import Evaluations
+from optim.evaluate.evaluator import Evaluator
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
+from optim.search.run import Task, run
 
 POPULATION = 30
 

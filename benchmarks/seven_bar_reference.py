@@ -10,14 +10,14 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from linkages.assembly import assemble
-from linkages.experiment import Experiment
-from linkages.joint_parameters import film_tables, law_parameters
-from linkages.mechanism import Mechanism
-from linkages.planar.clearance import WIDTH, clearance_wrenches
+from linkages.model.experiment import Experiment
+from linkages.model.mechanism import Mechanism
+from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.dynamics import accelerate, workspace
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.motion import evaluate_motions
+from linkages.system.assembly import assemble
+from linkages.system.law_records import film_tables, law_parameters
 
 Array = NDArray[np.float64]
 

@@ -16,10 +16,10 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from seven_bar_reference import orbit_error, reference
 
-from linkages.data import data_folder
-from linkages.drake import build_diagram
-from linkages.drake.simulation import _advance, _set_up, _Watch
-from linkages.experiment import load
+from linkages.engines.drake import build_diagram
+from linkages.engines.drake.simulation import _advance, _set_up, _Watch
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
 
 
 def one_run(mechanism, experiment):

@@ -7,8 +7,8 @@ error, between its own points on a log-log line, never beyond them.
 
 | code           | what it is                                                                                 |
 |----------------|--------------------------------------------------------------------------------------------|
-| compiled       | `linkages.compiled`                                                                        |
-| drake          | `linkages.drake`, radau3                                                                   |
+| compiled       | `linkages.engines.compiled`                                                                        |
+| drake          | `linkages.engines.drake`, radau3                                                                   |
 | paper          | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA   |
 | kernels-lsoda  | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated      |
 | exudyn         | see sevenbar_exudyn.py; optional                                                           |
@@ -36,12 +36,12 @@ from scipy.integrate import odeint
 from seven_bar_reference import free_motion, orbit_error, reference
 from tqdm import tqdm
 
-from linkages.assembly import assemble
-from linkages.compiled.machine import STATUS, Machine, join
-from linkages.data import data_folder
+from linkages.engines.compiled.runner import STATUS, Machine, join
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.planar.clearance import CLEARANCE_OUTPUTS
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.system.assembly import assemble
 
 TIMES = np.linspace(0.0, 1.0, 501)  # s, of codes with dense output
 FEWEST = 200

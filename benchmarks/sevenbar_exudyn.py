@@ -17,12 +17,12 @@ import numpy as np
 from numba import njit
 from seven_bar_reference import orbit_error, reference
 
-from linkages.assembly import assemble
-from linkages.data import data_folder
-from linkages.experiment import load
-from linkages.joint_parameters import film_tables, law_parameters
+from linkages.files.shipped import data_folder
 from linkages.laws.journal import clearance_force
+from linkages.model.experiment import load
 from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.system.assembly import assemble
+from linkages.system.law_records import film_tables, law_parameters
 
 GRADED = 1e-3  # s
 DECADES, PER_DECADE = 5, 20  # its parts, steps in each

@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from linkages.toml_tables import keys
-from optim.algorithms import ALGORITHMS, optimise
-from optim.nlp import Ending
+from linkages.files.toml import keys
+from optim.algorithms.nlp import Ending
+from optim.algorithms.registry import ALGORITHMS, optimise
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "optim"))
@@ -25,7 +25,7 @@ and a function of whole populations, never a mechanism. It depends on nothing bu
 the same designs in the same order, so a run that was stopped is continued by running it again on the stored values.
 
 ```python
-from optim.algorithms import optimise, settings_of
+from optim.algorithms.registry import optimise, settings_of
 
 result = optimise("grg", problem, settings_of("grg", {"starts": 8}), seed=1)
 print(result.x[0], result.values.objectives[0, 0], result.status, result.status.remedy)
@@ -126,7 +126,7 @@ fitness, knows no constraints, and in its NSGA-II parents and children do not co
 `elites` says how many of the parents compete with the children. With as many as the population (the default) the best
 designs are only lost to better ones.
 
-The front is that of all designs that were evaluated. `optim.pareto` has its hypervolume, and its knee: the design that lies
+The front is that of all designs that were evaluated. `optim.algorithms.pareto` has its hypervolume, and its knee: the design that lies
 farthest from the plane through the extremes, each objective measured by its range.
 
 ## Settings
@@ -143,9 +143,9 @@ _ADD = r"""
    from scipy.stats import qmc
    import numpy as np
 
-   from linkages.toml_tables import Table
-   from optim.archive import Archive
-   from optim.nlp import Ending, Progress, Result
+   from linkages.files.toml import Table
+   from optim.algorithms.archive import Archive
+   from optim.algorithms.nlp import Ending, Progress, Result
 
 
    class RandomSearch(Table):

@@ -9,13 +9,14 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.limits import in_units
-from optim.problem import load_study
-from optim.recorded import write_record
-from optim.run import run
-from optim.task import described, task_of
+from replication.recorded import write_record
+
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import in_units
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
+from optim.search.run import run
+from optim.search.task import described, task_of
 
 STUDIES = ("sevenbar_force", "sevenbar_acceleration")
 

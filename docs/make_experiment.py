@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from linkages.experiment import keys
+from linkages.model.experiment import keys
 
 _HEAD = """# Experiment files
 

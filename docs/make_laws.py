@@ -12,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numba import njit
 
-from linkages.figure_style import COLORS
 from linkages.laws.contact import CLIP, CONTACTS, contact_force
 from linkages.laws.material import (
     contact_modulus,
@@ -21,6 +20,7 @@ from linkages.laws.material import (
     line_shape,
 )
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
+from linkages.plots.style import COLORS
 
 HERE = Path(__file__).parent
 #: Chen et al. (2025), Tables 4-5, clearance 0.3 mm; mass and speed of the impact do not matter, but for Kelvin-Voigt.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from linkages.toml_tables import keys
-from optim.schema import StudyFile
+from linkages.files.toml import keys
+from optim.problem.schema import StudyFile
 
 PAGE = Path(__file__).with_name("optimisation.md")
 MARK = "| key | meaning [unit] |\n|---|---|\n"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-
-from optim import figures_replication, patent_claims, press_claims, press_designs, press_paper
-from optim.replication import WITHIN, table
+from replication import figures as figures_replication
+from replication import patent_claims, press_claims, press_designs, press_paper
+from replication.claims import WITHIN, table
 
 PAGE = Path(__file__).with_name("replication.md")
 FIGURES = Path(__file__).with_name("figures")

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.problem import Study, load_study
-from optim.run import run
-from optim.task import task_of
+from optim.evaluate.evaluator import Evaluator
+from optim.problem.shipped import find_study
+from optim.problem.study import Study, load_study
+from optim.search.run import run
+from optim.search.task import task_of
 
 PAGE = Path(__file__).with_name("optimisation.md")
 MARK = "| design | force, one point [N] | force, worst case [N] | least film, worst case [um] |\n|---|---|---|---|\n"

@@ -43,33 +43,33 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from linkages.assembly import assemble as assemble
+    from linkages.engines.study import simulate as simulate
+    from linkages.engines.study import study as study
     from linkages.errors import InputError as InputError
     from linkages.errors import Status as Status
-    from linkages.experiment import Experiment as Experiment
-    from linkages.experiment import load as load
-    from linkages.experiment import load_experiment as load_experiment
-    from linkages.mechanism import Mechanism as Mechanism
-    from linkages.mechanism import load_mechanism as load_mechanism
-    from linkages.run import simulate as simulate
-    from linkages.run import study as study
-    from linkages.trajectory import Trajectory as Trajectory
-    from linkages.trajectory import load_trajectory as load_trajectory
+    from linkages.model.experiment import Experiment as Experiment
+    from linkages.model.experiment import load as load
+    from linkages.model.experiment import load_experiment as load_experiment
+    from linkages.model.mechanism import Mechanism as Mechanism
+    from linkages.model.mechanism import load_mechanism as load_mechanism
+    from linkages.results.trajectory import Trajectory as Trajectory
+    from linkages.results.trajectory import load_trajectory as load_trajectory
+    from linkages.system.assembly import assemble as assemble
 
 #: Public names and where they live; loaded on first use, so that ``import linkages`` is fast.
 _HOME = {
-    "assemble": "assembly",
+    "assemble": "system.assembly",
     "InputError": "errors",
     "Status": "errors",
-    "Experiment": "experiment",
-    "load": "experiment",
-    "load_experiment": "experiment",
-    "Mechanism": "mechanism",
-    "load_mechanism": "mechanism",
-    "simulate": "run",
-    "study": "run",
-    "Trajectory": "trajectory",
-    "load_trajectory": "trajectory",
+    "Experiment": "model.experiment",
+    "load": "model.experiment",
+    "load_experiment": "model.experiment",
+    "Mechanism": "model.mechanism",
+    "load_mechanism": "model.mechanism",
+    "simulate": "engines.study",
+    "study": "engines.study",
+    "Trajectory": "results.trajectory",
+    "load_trajectory": "results.trajectory",
 }
 
 __all__ = sorted(_HOME)

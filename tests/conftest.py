@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from linkages.data import data_folder
-from linkages.experiment import load
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
 
 # Compiled functions are compiled at their first call: no deadline. The same examples in every run: a failure is one
 # that can be repeated; searching for new ones is `pytest --hypothesis-profile=default`.

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from machines import PLANES, circle_intersection, four_bar, slider_crank
 
-from linkages.assembly import AssemblyError, IdealMotion, assemble
 from linkages.errors import InputError, Status
-from linkages.experiment import load
+from linkages.model.experiment import load
+from linkages.system.assembly import AssemblyError, IdealMotion, assemble
 
 SPEED = 7.0
 DRIVE = f"duration = 1.8\n[drives.O]\nspeed = {SPEED}\n"
@@ -200,7 +200,7 @@ def test_offset_places_the_journal(seven_bar):
     moved = experiment.replaced({"joints.A.offset": [1e-4, -5e-5]})
     assembly = assemble(mechanism, moved)
     columns = IdealMotion(assemble(mechanism, experiment), experiment).evaluate(np.zeros(1))
-    from linkages.columns import columns_from_states
+    from linkages.outputs.columns import columns_from_states
 
     there = columns_from_states(
         assembly.tree, moved, np.zeros(1), assembly.q[None], assembly.v[None], 0 * assembly.v[None]

@@ -13,10 +13,10 @@ import numba
 import pytest
 from machines import four_bar
 
-from linkages import doctor
-from linkages.cli import main
-from linkages.commands import commands, common
-from linkages.experiment import load
+from linkages.cli import commands, common
+from linkages.cli import installation as doctor
+from linkages.cli.main import main
+from linkages.model.experiment import load
 
 TOML = """duration = 0.02
 outputs = ["follower.omega"]
@@ -63,7 +63,7 @@ def test_a_broken_plug_in_takes_no_other_command_away(monkeypatch, capsys):
         importlib.metadata.EntryPoint(name, value, "linkages.commands")
         for name, value in {"gone": "no_such_package.gone", "empty": "json", "simulate": "json"}.items()
     ]
-    monkeypatch.setattr("linkages.commands.entry_points", lambda group: points)
+    monkeypatch.setattr("linkages.cli.entry_points", lambda group: points)
     with pytest.raises(SystemExit) as done:
         main(["--help"])
     assert done.value.code == 0
@@ -124,7 +124,7 @@ def test_compiling_is_told_once(capsys):
 
 
 def test_a_reader_that_leaves_is_no_error():
-    command = [sys.executable, "-m", "linkages.cli", "keys"]
+    command = [sys.executable, "-m", "linkages.cli.main", "keys"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         process.stdout.close()
         errors = process.stderr.read()

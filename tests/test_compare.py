@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from linkages.cli import main
-from linkages.compare import PARTED, compare, differences, horizon
-from linkages.data import data_folder
+from linkages.cli.main import main
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.trajectory import sample
+from linkages.explore.compare import PARTED, compare, differences, horizon
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.results.trajectory import sample
 
 TIMES = np.linspace(0.0, 1.0, 5001)
 

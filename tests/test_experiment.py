@@ -3,9 +3,9 @@
 import pytest
 from machines import four_bar
 
-from linkages.cli import main
+from linkages.cli.main import main
 from linkages.errors import InputError
-from linkages.experiment import keys, load, load_experiment
+from linkages.model.experiment import keys, load, load_experiment
 
 GOOD = """
 duration = 1.0              # s, assumed

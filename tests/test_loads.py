@@ -5,15 +5,15 @@ import pytest
 from machines import bar, circle_intersection, four_bar, joint, model
 from scipy.interpolate import PPoly
 
-from linkages.assembly import IdealMotion, assemble, tree_of
-from linkages.cli import main
+from linkages.cli.main import main
 from linkages.errors import InputError
-from linkages.experiment import load
-from linkages.loads import pack_loads
+from linkages.model.experiment import load
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches, load_wrenches_tangent
 from linkages.planar.motion import Motions, constant_rate, monotone_table, motion_value
+from linkages.system.assembly import IdealMotion, assemble, tree_of
+from linkages.system.loads import pack_loads
 
 RNG = np.random.default_rng(7)
 

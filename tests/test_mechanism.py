@@ -6,11 +6,11 @@ from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotatio
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from linkages.cli import main
-from linkages.data import data_folder
+from linkages.cli.main import main
 from linkages.errors import InputError
-from linkages.mechanism import load_mechanism
-from linkages.planar.topology import spanning_tree
+from linkages.files.shipped import data_folder
+from linkages.model.mechanism import load_mechanism
+from linkages.system.tree import spanning_tree
 
 NESTED = """
 <frame name="f1"><pose>0.1 0.2 0 0 0 0.3</pose></frame>

@@ -8,19 +8,19 @@ import pytest
 from machines import bar, joint, model
 from scipy.integrate import solve_ivp
 
-from linkages.cli import main
-from linkages.data import data_folder
+from linkages.cli.main import main
+from linkages.engines.study import simulate
 from linkages.errors import InputError, Status
-from linkages.experiment import load
-from linkages.impacts import impacts
-from linkages.nonlinear.flow import Flow, lasting, period_of
-from linkages.nonlinear.lyapunov import largest_exponent
-from linkages.nonlinear.sections import crossings, horizon, stroboscopic
-from linkages.nonlinear.spectra import spectrum
-from linkages.nonlinear.sweep import sweep
-from linkages.plots_nonlinear import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
-from linkages.run import simulate
-from linkages.trajectory import sample
+from linkages.explore.flow import Flow, lasting, period_of
+from linkages.explore.lyapunov import largest_exponent
+from linkages.explore.sections import crossings, horizon, stroboscopic
+from linkages.explore.spectra import spectrum
+from linkages.explore.sweep import sweep
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.plots.nonlinear import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
+from linkages.results.impacts import impacts
+from linkages.results.trajectory import sample
 
 # A bar that hangs on the tip of a turning crank, with a damper to the world. SI units.
 CRANK, LENGTH, MASS, SPEED, GRAVITY = 0.2, 0.4, 0.5, 5.0, 9.81

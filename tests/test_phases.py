@@ -7,13 +7,13 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import beta
 
-from linkages.data import data_folder
+from linkages.engines.study import study
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT, phases
-from linkages.plots import _path
-from linkages.run import study
-from linkages.trajectory import Trajectory
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.plots.figures import _path
+from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT, phases
+from linkages.results.trajectory import Trajectory
 
 
 def journal(stiffness, load, damping, gap, speed, duration):

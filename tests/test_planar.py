@@ -5,14 +5,12 @@ import pytest
 from machines import four_bar, slider_crank
 from pydrake.multibody.plant import MultibodyPlant
 
-from linkages.assembly import assemble
-from linkages.columns import columns_from_states
-from linkages.drake.plant import add_tree, state_indices
-from linkages.experiment import load
-from linkages.joint_parameters import film_tables, law_parameters
-from linkages.mechanism import load_mechanism
-from linkages.planar.clearance import WIDTH, clearance_wrenches
+from linkages.engines.drake.plant import add_tree, state_indices
+from linkages.model.experiment import load
+from linkages.model.mechanism import load_mechanism
+from linkages.outputs.columns import columns_from_states
 from linkages.planar.closure import closure_error, closure_jacobian
+from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.dynamics import solve_semidefinite
 from linkages.planar.kinematics import (
@@ -25,7 +23,9 @@ from linkages.planar.kinematics import (
     row_value,
 )
 from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
-from linkages.planar.topology import spanning_tree
+from linkages.system.assembly import assemble
+from linkages.system.law_records import film_tables, law_parameters
+from linkages.system.tree import spanning_tree
 
 RNG = np.random.default_rng(1)
 

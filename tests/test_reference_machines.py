@@ -18,10 +18,10 @@ from reference_machines import (
     slider_crank_motion,
 )
 
-from linkages.assembly import assemble
-from linkages.drake.simulation import simulate
+from linkages.engines.drake.simulation import simulate
 from linkages.errors import Status
-from linkages.experiment import load
+from linkages.model.experiment import load
+from linkages.system.assembly import assemble
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from machines import four_bar
 
-from linkages.analysis import extremes, integral
-from linkages.cli import main
+from linkages.cli.main import main
 from linkages.errors import InputError, Status
-from linkages.trajectory import Trajectory, load_trajectory, sample
+from linkages.results.extremes import extremes, integral
+from linkages.results.trajectory import Trajectory, load_trajectory, sample
 
 
 def wave(times):
@@ -167,7 +167,7 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
 
 
 def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_path, monkeypatch):
-    import linkages.commands.common as common
+    import linkages.cli.common as common
 
     def bar(name, total, unit):
         def stop(time):

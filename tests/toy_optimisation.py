@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from optim import nlp
-from optim.evaluations import Evaluations
-from optim.run import Task, run
+from optim.algorithms import nlp
+from optim.evaluate.evaluations import Evaluations
+from optim.search.run import Task, run
 
 GENERATIONS, POPULATION = 30, 6
 

@@ -105,7 +105,7 @@ def driven_forces(
     loads : tuple
         Applied loads; see `linkages.planar.loads`.
     state, positions, rates, into
-        As for `linkages.planar.clearance.clearance_forces`.
+        As for `linkages.planar.contacts.clearance_forces`.
     applied : (nv,) or longer array
         All other generalised forces, and whatever comes after them.
     size : int

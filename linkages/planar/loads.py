@@ -1,7 +1,7 @@
 """Applied loads: forces, torques, springs and torsion springs with dampers, from body states to wrenches.
 
 Loads are packed as ``(records, breaks, coefficients, segments)``: an array of `LOAD`, and `Motions.arrays` with the
-values over time of forces and torques; see `linkages.loads.pack_loads`.
+values over time of forces and torques; see `linkages.system.loads.pack_loads`.
 
 A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
 T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A torsion spring between bodies a and b at the angle phi (zero in the
@@ -39,7 +39,7 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     Parameters
     ----------
     loads : tuple
-        From `linkages.loads.pack_loads`.
+        From `linkages.system.loads.pack_loads`.
     t : float
         Time [s].
     pose, vel : (nb, 5), (nb, 3) arrays

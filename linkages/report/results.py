@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.errors import InputError
-from linkages.impacts import Impact
+from linkages.results.impacts import Impact
 
 # what a summary must have, see docs/outputs.md
 _KEYS = (

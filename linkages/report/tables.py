@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from linkages.experiment import keys
-from linkages.impacts import Impact
+from linkages.files.toml import leaves
+from linkages.model.experiment import keys
 from linkages.report.results import Results
 from linkages.report.words import change, toml_value, unit
-from linkages.toml_tables import leaves
+from linkages.results.impacts import Impact
 
 _SHOWN = 40  # contacts in the table; all are in impacts.csv
 _NONE = "–"

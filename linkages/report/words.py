@@ -9,7 +9,7 @@ from typing import Any
 import tomlkit
 
 from linkages.errors import Status
-from linkages.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
+from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
 _NOTHING = 1e-9  # of a value: what is left of a zero by rounding

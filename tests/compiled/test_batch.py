@@ -7,12 +7,12 @@ import pytest
 from machines import four_bar
 
 from linkages import load, simulate
-from linkages.analysis import extremes
-from linkages.assembly import IdealMotion, assemble
-from linkages.compiled import simulate_batch
-from linkages.compiled.signals import default_outputs
-from linkages.data import data_folder
+from linkages.engines.compiled import simulate_batch
 from linkages.errors import InputError, Status
+from linkages.files.shipped import data_folder
+from linkages.outputs.signals import default_outputs
+from linkages.results.extremes import extremes
+from linkages.system.assembly import IdealMotion, assemble
 
 SEVEN_BAR_OUTPUTS = (
     "slider7.x",

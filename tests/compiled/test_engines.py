@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from slider_crank_impacts import slider_crank_impacts, table
 
-from linkages.compiled.simulation import simulate as compiled
-from linkages.data import data_folder
-from linkages.drake import simulate as drake
+from linkages.engines.compiled.simulation import simulate as compiled
+from linkages.engines.drake import simulate as drake
+from linkages.engines.study import ideal, touching
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.impacts import impacts
-from linkages.run import ideal, touching
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.results.impacts import impacts
 
 FILES = {path.stem for path in data_folder().glob("*.toml") if not path.name.startswith("three_rrr")}
 

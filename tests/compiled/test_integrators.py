@@ -17,12 +17,12 @@ from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
-from linkages.compiled.dormand_prince import dormand_prince
-from linkages.compiled.driver import COLLAPSED, DONE, PAUSED, Options, driver
-from linkages.compiled.factor import back_substitute, factorise
-from linkages.compiled.radau import radau
-from linkages.compiled.reference import reference
-from linkages.compiled.stepper import accept, make_stepper
+from linkages.integrate.dormand_prince import dormand_prince
+from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options, driver
+from linkages.integrate.factor import back_substitute, factorise
+from linkages.integrate.radau import radau
+from linkages.integrate.stepper import accept, make_stepper
+from linkages.kernel.reference import reference
 
 # One right-hand side for all problems, so that each method is compiled once. A problem is (parameters, kind, event):
 # `event` (2,) holds the event function and its rate as of the last evaluation.

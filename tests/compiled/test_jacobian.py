@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model, slider_crank
 
-from linkages.compiled.equations import derivatives
-from linkages.compiled.jacobian import jacobian
-from linkages.compiled.model import _FILM, _TOUCH
-from linkages.compiled.reference import reference
-from linkages.compiled.simulation import simulate
-from linkages.data import data_folder
+from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.jacobian import jacobian
+from linkages.engines.compiled.model import _FILM, _TOUCH
+from linkages.engines.compiled.simulation import simulate
 from linkages.errors import Status
-from linkages.experiment import load
+from linkages.files.shipped import data_folder
 from linkages.kernel import kernel
+from linkages.kernel.reference import reference
+from linkages.model.experiment import load
 
 
 @kernel

@@ -14,9 +14,9 @@ from reference_machines import (
     slider_crank_motion,
 )
 
-from linkages.compiled.simulation import simulate
+from linkages.engines.compiled.simulation import simulate
 from linkages.errors import Status
-from linkages.experiment import load
+from linkages.model.experiment import load
 
 
 @pytest.fixture

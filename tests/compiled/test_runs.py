@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 import linkages
-from linkages.analysis import extremes
-from linkages.assembly import AssemblyError, assemble
-from linkages.cli import main
-from linkages.compiled import simulation
-from linkages.compiled.machine import Machine
-from linkages.compiled.simulation import simulate
-from linkages.data import data_folder
+from linkages.cli.main import main
+from linkages.engines.compiled import simulation
+from linkages.engines.compiled.runner import Machine
+from linkages.engines.compiled.simulation import simulate
 from linkages.errors import Status
-from linkages.experiment import load
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.results.extremes import extremes
+from linkages.system.assembly import AssemblyError, assemble
 
 
 def shipped(name, **overrides):

@@ -5,21 +5,21 @@ import re
 
 import numpy as np
 import pytest
+from linkages.plots.figures.animation import animate
 from machines import PLANES, bar, four_bar, joint, model
 
-from linkages.assembly import AssemblyError, IdealMotion
-from linkages.data import data_folder
-from linkages.drake import animate
-from linkages.drake.animate import write_animation
-from linkages.drake.captions import Label, add_captions
-from linkages.drake.guide_view import guide_frames
-from linkages.drake.joint_view import frames
-from linkages.drake.magnified import strongest
-from linkages.drake.visuals import skeleton
+from linkages.engines.drake.visuals import skeleton
+from linkages.engines.study import study
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.run import study
-from linkages.trajectory import Trajectory
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.plots.animation.animate import write_animation
+from linkages.plots.animation.captions import Label, add_captions
+from linkages.plots.animation.guide_view import guide_frames
+from linkages.plots.animation.joint_view import frames
+from linkages.plots.animation.magnified import strongest
+from linkages.results.trajectory import Trajectory
+from linkages.system.assembly import AssemblyError, IdealMotion
 
 DRY = """duration = 0.01
 [drives.O]

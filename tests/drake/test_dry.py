@@ -6,13 +6,13 @@ from machines import BEARING, four_bar, joint, model
 from scipy.special import ellipk
 from slider_crank_impacts import CRANK, ROD, slider_crank_impacts, table
 
-from linkages.analysis import integral
-from linkages.data import data_folder
-from linkages.drake import simulate
+from linkages.engines.drake import simulate
+from linkages.engines.study import ideal
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.impacts import impacts
-from linkages.run import ideal
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.results.extremes import integral
+from linkages.results.impacts import impacts
 
 
 @pytest.mark.parametrize("friction", [None, 0.03])

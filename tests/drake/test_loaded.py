@@ -5,10 +5,10 @@ import pytest
 from machines import bar, four_bar, joint, model
 from scipy.integrate import simpson
 
+from linkages.engines.study import ideal, simulate, study, summarize
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.run import ideal, simulate, study, summarize
-from linkages.table import format_summary
+from linkages.model.experiment import load
+from linkages.report.terminal import format_summary
 
 #: A block of 2 kg on a slide along x, drawn at the origin.
 BLOCK = model(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from machines import four_bar
 
-from linkages.cli import main
+from linkages.cli.main import main
+from linkages.engines.study import ideal
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.run import ideal
+from linkages.model.experiment import load
 
 SPEED = 15.0  # rad/s
 DRIVE = f"duration=0.2\n[drives.O]\nspeed={SPEED}\n"

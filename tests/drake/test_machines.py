@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from machines import circle_intersection
 
-from linkages.assembly import IdealMotion, assemble
-from linkages.cli import main
-from linkages.data import data_folder
+from linkages.cli.main import main
 from linkages.errors import Status
-from linkages.experiment import load
+from linkages.files.shipped import data_folder
+from linkages.model.experiment import load
+from linkages.system.assembly import IdealMotion, assemble
 
 # the flexible robot has a command of its own
 FILES = sorted(path.name for path in data_folder().glob("*.toml") if not path.name.startswith("three_rrr"))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from linkages.drake import build_diagram, picture
+from linkages.engines.drake import build_diagram, picture
 
 
 @pytest.fixture

@@ -4,12 +4,12 @@ import numpy as np
 import paper_formulation
 import pytest
 
-from linkages.analysis import extremes, integral
-from linkages.assembly import assemble
-from linkages.drake import simulate, simulation
-from linkages.experiment import load
-from linkages.mechanism import load_mechanism
-from linkages.run import ideal
+from linkages.engines.drake import simulate, simulation
+from linkages.engines.study import ideal
+from linkages.model.experiment import load
+from linkages.model.mechanism import load_mechanism
+from linkages.results.extremes import extremes, integral
+from linkages.system.assembly import assemble
 
 ONE_PERCENT_OF_TEN = 1e-3  # 0.1 %: what is promised of forces, accelerations and orbits
 

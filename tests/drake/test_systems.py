@@ -7,15 +7,15 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-import linkages.drake.clearance as clearance_module
-from linkages.analysis import integral
-from linkages.assembly import assemble
-from linkages.columns import columns_from_states
-from linkages.drake import add_linkage, build_diagram, simulate
-from linkages.drake.clearance import JOINT_OUTPUTS
+import linkages.engines.drake.clearance as clearance_module
+from linkages.engines.drake import add_linkage, build_diagram, simulate
+from linkages.engines.drake.clearance import JOINT_OUTPUTS
+from linkages.engines.study import ideal
 from linkages.errors import Status
-from linkages.experiment import load
-from linkages.run import ideal
+from linkages.model.experiment import load
+from linkages.outputs.columns import columns_from_states
+from linkages.results.extremes import integral
+from linkages.system.assembly import assemble
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
 DRIVE = "duration=0.3\n[drives.O]\nspeed=15.0\n"

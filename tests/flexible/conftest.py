@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from linkages.data import data_folder
-from linkages.flexible.branch import Branch, follow, start_assembly
-from linkages.flexible.kinematics import Motion
-from linkages.flexible.robot import Robot, load_robot
+from linkages.files.shipped import data_folder
+from linkages.three_rrr.branch import Branch, follow, start_assembly
+from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.robot import Robot, load_robot
 
 
 @pytest.fixture(scope="session")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from linkages.errors import InputError, Status
-from linkages.flexible.branch import BranchError, start_assembly
-from linkages.flexible.direct import assemblies, count, count_roots, polynomial
-from linkages.flexible.geometry import Geometry, symmetric
-from linkages.flexible.kinematics import unit
+from linkages.three_rrr.branch import BranchError, start_assembly
+from linkages.three_rrr.direct import assemblies, count, count_roots, polynomial
+from linkages.three_rrr.geometry import Geometry, symmetric
+from linkages.three_rrr.kinematics import unit
 
 PAPER = symmetric(0.6, 0.36, 0.112, 0.422)
 

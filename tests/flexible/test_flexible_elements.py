@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from linkages.errors import InputError
 from linkages.flexible.elements import Beam, Triangle, chain, geometric_stiffness
-from linkages.flexible.rotating import element_terms
+from linkages.three_rrr.rotating import element_terms
 
 D, L, E, RHO, NU = 0.04, 0.422, 2.06e11, 7850.0, 0.3
 AREA, INERTIA = np.pi * D**2 / 4, np.pi * D**4 / 64

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from linkages.errors import Status
-from linkages.flexible.branch import Branch, BranchError, follow, shortest, travel
-from linkages.flexible.direct import assemblies, count
-from linkages.flexible.kinematics import Motion, determinants, influence, inverse, loop_errors, pivots, unit
-from linkages.flexible.robot import Robot
+from linkages.three_rrr.branch import Branch, BranchError, follow, shortest, travel
+from linkages.three_rrr.direct import assemblies, count
+from linkages.three_rrr.kinematics import Motion, determinants, influence, inverse, loop_errors, pivots, unit
+from linkages.three_rrr.robot import Robot
 
 
 def test_loops_are_closed_over_the_revolution(robot: Robot, branch: Branch) -> None:

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linkages.flexible.branch import Branch
-from linkages.flexible.geometry import Geometry
-from linkages.flexible.kinematics import Motion
-from linkages.flexible.model import Model
-from linkages.flexible.modes import dense, frequencies, mac, modes, track
-from linkages.flexible.robot import Robot, changed, load_robot, make_robot
-from linkages.flexible.rotating import velocity_terms
-from linkages.flexible.turning import element_rotations
+from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.geometry import Geometry
+from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.modes import dense, frequencies, mac, modes, track
+from linkages.three_rrr.robot import Robot, changed, load_robot, make_robot
+from linkages.three_rrr.rotating import velocity_terms
+from linkages.three_rrr.turning import element_rotations
 
 
 def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray]:

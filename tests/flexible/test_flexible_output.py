@@ -11,19 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from replication.three_rrr import PRINTED_CRANK, PRINTED_ERROR, rows, stress_bound
 
-import linkages.flexible
-from linkages.cli import main
-from linkages.data import data_folder
-from linkages.flexible.animation import animation_data, write_animation
-from linkages.flexible.branch import Branch
-from linkages.flexible.direct import assemblies
-from linkages.flexible.drawing import rest_lines, shape_lines
-from linkages.flexible.kinematics import determinants
-from linkages.flexible.maps import drive_map
-from linkages.flexible.replication import PRINTED_CRANK, PRINTED_ERROR, rows, stress_bound
-from linkages.flexible.robot import Robot, changed
-from linkages.flexible.study import FlexibleStudy, run_study
+import linkages.three_rrr
+from linkages.cli.main import main
+from linkages.files.shipped import data_folder
+from linkages.plots.three_rrr.animation import animation_data, write_animation
+from linkages.plots.three_rrr.drawing import rest_lines, shape_lines
+from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.direct import assemblies
+from linkages.three_rrr.kinematics import determinants
+from linkages.three_rrr.maps import drive_map
+from linkages.three_rrr.robot import Robot, changed
+from linkages.three_rrr.study import FlexibleStudy, run_study
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_replication_rows_are_complete(robot: Robot) -> None:
 
 
 def test_only_the_verification_knows_drake() -> None:
-    folder = Path(linkages.flexible.__file__).parent
+    folder = Path(linkages.three_rrr.__file__).parent
     for path in folder.glob("*.py"):
         imported = set()
         for node in ast.walk(ast.parse(path.read_text())):
@@ -130,14 +130,16 @@ def test_only_the_verification_knows_drake() -> None:
             elif isinstance(node, ast.ImportFrom):
                 imported.add(node.module or "")
         forbidden = {
-            name for name in imported if name.split(".")[0] == "pydrake" or name.startswith("linkages.drake")
+            name
+            for name in imported
+            if name.split(".")[0] == "pydrake" or name.startswith("linkages.engines.drake")
         }
         assert not forbidden or path.name == "verify.py"
 
 
 def test_the_library_loads_without_drake_and_matplotlib() -> None:
     code = (
-        "import sys, linkages.flexible.study, linkages.flexible.animation, linkages.flexible.sweep;"
+        "import sys, linkages.three_rrr.study, linkages.plots.three_rrr.animation, linkages.three_rrr.sweep;"
         "sys.exit(any(name in sys.modules for name in ('pydrake', 'matplotlib')))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from linkages.errors import InputError
-from linkages.flexible.branch import Branch
-from linkages.flexible.model import Model
-from linkages.flexible.response import (
+from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.response import (
     energy,
     generalised_alpha,
     integrate,
@@ -16,9 +16,9 @@ from linkages.flexible.response import (
     quasi_static_response,
     recursion,
 )
-from linkages.flexible.robot import Robot, changed
-from linkages.flexible.stress import link_stress, platform_stress
-from linkages.flexible.sweep import faster, speed_sweep, velocity_effect
+from linkages.three_rrr.robot import Robot, changed
+from linkages.three_rrr.stress import link_stress, platform_stress
+from linkages.three_rrr.sweep import faster, speed_sweep, velocity_effect
 
 
 def still(branch: Branch) -> Branch:
@@ -81,7 +81,7 @@ def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
     times = np.linspace(0.0, 0.2, 4001)
     rest = quasi_static(model, still(branch).motion(times[:1]))[0]
     k, m = (x[0] for x in model.matrices(still(branch).motion(times[:1])))
-    from linkages.flexible.modes import dense
+    from linkages.three_rrr.modes import dense
 
     values, forms = dense(k[None], m[None], 1)
     p = float(np.sqrt(values[0, 0]))

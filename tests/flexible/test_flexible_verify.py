@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from linkages.cli import main
-from linkages.data import data_folder
-from linkages.flexible.branch import Branch, follow
-from linkages.flexible.direct import assemblies
-from linkages.flexible.kinematics import Motion
-from linkages.flexible.model import Model
-from linkages.flexible.robot import Robot, changed, load_robot
-from linkages.flexible.verify import RigidPlant, verify
+from linkages.cli.main import main
+from linkages.files.shipped import data_folder
+from linkages.three_rrr.branch import Branch, follow
+from linkages.three_rrr.direct import assemblies
+from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.robot import Robot, changed, load_robot
+from linkages.three_rrr.verify import RigidPlant, verify
 
 OPTIONS = {
     "as shipped": {},
@@ -40,7 +40,7 @@ def test_everything_agrees_with_drake(robot: Robot, options: dict) -> None:
 
 def test_drives_with_acceleration_agree_with_drake(robot: Robot, branch: Branch) -> None:
     """Accelerating drives, which no experiment has, exercise every term of the accelerations."""
-    from linkages.flexible.kinematics import motion
+    from linkages.three_rrr.kinematics import motion
 
     state = branch.motion(np.linspace(0.0, robot.duration, 9))
     pushed = np.random.default_rng(2).normal(size=state.phi.shape) * 5.0
@@ -202,7 +202,7 @@ def test_no_assembly_and_wrong_branch_are_failures(
 def test_a_crossed_fold_ends_the_study_with_a_status(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from linkages.flexible.direct import count
+    from linkages.three_rrr.direct import count
 
     robot = load_robot(data_folder() / "three_rrr.toml")
     times = np.linspace(0.0, robot.duration, 2001)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from optim.batches import Statistics
+from optim.evaluate.requests import Statistics
 
 
 def oscillation(batch, progress=None):
@@ -23,6 +23,6 @@ def oscillation(batch, progress=None):
 
 @pytest.fixture
 def invented_engine(monkeypatch):
-    monkeypatch.setattr("optim.evaluate.run_batch", oscillation)
-    monkeypatch.setattr("optim.trust.run_on_drake", oscillation)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", oscillation)
+    monkeypatch.setattr("optim.search.trust.run_on_drake", oscillation)
     return oscillation

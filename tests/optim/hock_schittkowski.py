@@ -13,7 +13,7 @@ from math import cos, exp, log, pi, sin, sqrt
 
 import numpy as np
 
-from optim.nlp import Problem, Values
+from optim.algorithms.nlp import Problem, Values
 
 INF = np.inf
 

@@ -7,7 +7,7 @@ E. Zitzler, K. Deb, L. Thiele, Comparison of multiobjective evolutionary algorit
 
 import numpy as np
 
-from optim.nlp import Problem, Values
+from optim.algorithms.nlp import Problem, Values
 
 
 def problem(lower, upper, objectives, inequalities=None):

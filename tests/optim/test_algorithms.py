@@ -10,11 +10,11 @@ from hock_schittkowski import EXAMPLES, SEVERAL_OPTIMA
 from multiobjective import problem, zdt
 
 from linkages.errors import InputError, RunError
-from optim.algorithms import ALGORITHMS, optimise, settings_of, start_designs
-from optim.evolution import DifferentialEvolution
-from optim.gradient import ReducedGradient
-from optim.nlp import Ending, Values
-from optim.snopt import Snopt
+from optim.algorithms.evolution import DifferentialEvolution
+from optim.algorithms.gradient import ReducedGradient
+from optim.algorithms.nlp import Ending, Values
+from optim.algorithms.registry import ALGORITHMS, optimise, settings_of, start_designs
+from optim.algorithms.snopt import Snopt
 
 BY_NUMBER = {example.number: example for example in (*EXAMPLES, *SEVERAL_OPTIMA)}
 LOCAL = [name for name, algorithm in ALGORITHMS.items() if algorithm.local]
@@ -245,7 +245,7 @@ def test_errors_of_the_evaluation_pass_through_snopt():
 
 def test_listing_the_algorithms_imports_none_of_them():
     code = (
-        "import sys, optim.algorithms as a; assert len(a.ALGORITHMS) == 5;"
+        "import sys, optim.algorithms.registry as a; assert len(a.ALGORITHMS) == 5;"
         "sys.exit(bool({'pygad', 'pydrake'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import toy_optimisation as toy
 
-from optim.evaluations import Evaluations
-from optim.run import run
+from optim.evaluate.evaluations import Evaluations
+from optim.search.run import run
 
 distributed = pytest.importorskip("distributed")
 
@@ -71,7 +71,7 @@ def slow_worth(design):
 
 @pytest.mark.slow
 def test_a_killed_worker_loses_nothing(tmp_path, loopback):
-    from optim.cluster import cluster
+    from optim.evaluate.cluster import cluster
 
     address, workers = loopback
     expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
@@ -98,7 +98,7 @@ def test_a_killed_worker_loses_nothing(tmp_path, loopback):
 @pytest.mark.slow
 def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
     from linkages.errors import RunError
-    from optim import cluster
+    from optim.evaluate.evaluator import cluster
 
     address, _ = loopback
     here = cluster.versions()
@@ -115,7 +115,7 @@ def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
 @pytest.mark.slow
 def test_no_workers(monkeypatch):
     from linkages.errors import RunError
-    from optim import cluster
+    from optim.evaluate.evaluator import cluster
 
     monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
     scheduler = start(

@@ -9,9 +9,9 @@ import signal
 import numpy as np
 import pytest
 
-from linkages.cli import exit_status
-from optim.commands import optimise, study
-from optim.study import read_store
+from linkages.cli.main import exit_status
+from optim.cli import optimise, study
+from optim.store.store import read_store
 
 
 def command(module, *arguments):
@@ -185,7 +185,7 @@ def test_ctrl_c_stops_after_the_generation(file, tmp_path, capsys, monkeypatch, 
             os.kill(os.getpid(), signal.SIGINT)
         return invented_engine(batch)
 
-    monkeypatch.setattr("optim.evaluate.run_batch", interrupted)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", interrupted)
     assert command(optimise, file, "--out", out) == 130
     err = capsys.readouterr().err
     assert "stopping after this iteration" in err
@@ -243,7 +243,7 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
 )
 def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("optim.cluster._PATIENCE", 1.0)
+    monkeypatch.setattr("optim.evaluate.cluster._PATIENCE", 1.0)
     monkeypatch.chdir(tmp_path)
     assert command(optimise, file.name, *arguments) == 2
     err = capsys.readouterr().err
@@ -308,7 +308,7 @@ def test_parquet_without_its_package(file, tmp_path, capsys, monkeypatch):
 
 def test_the_commands_are_registered():
     """The package is installed with its entry points: reinstall it if this fails in a working copy."""
-    from linkages.commands import commands
+    from linkages.cli import commands
 
     found = commands()
     assert (found["optimise"], found["study"]) == (optimise, study)

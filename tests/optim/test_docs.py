@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from optim import algorithms
-from optim.algorithms import Algorithm, optimise
-from optim.nlp import Ending
+from optim.algorithms import registry as algorithms
+from optim.algorithms.nlp import Ending
+from optim.algorithms.registry import Algorithm, optimise
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "optimisation_algorithms.md").read_text(encoding="utf-8")

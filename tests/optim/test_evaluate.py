@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from linkages.errors import RunError
-from optim.batches import Statistics
-from optim.evaluate import Evaluator
-from optim.evaluations import Evaluations
-from optim.limits import equality_names, in_units, inequality_names, values_of
-from optim.problem import load_study
+from optim.evaluate.evaluations import Evaluations
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import equality_names, in_units, inequality_names, values_of
+from optim.evaluate.requests import Statistics
+from optim.problem.study import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -72,7 +72,7 @@ def engine(monkeypatch, minimum, maximum, mean=0.0, rms=0.0, status=(), reason=(
             list(reason) or [""] * m,
         )
 
-    monkeypatch.setattr("optim.evaluate.run_batch", run_batch)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", run_batch)
     return asked
 
 

@@ -9,9 +9,9 @@ import pytest
 from hock_schittkowski import EXAMPLES
 from multiobjective import bnh, bnh_front, constr_ex, constr_ex_front, problem, zdt
 
-from optim.ga import Genetic, NondominatedSorting, genetic, nondominated_sorting, statistics
-from optim.nlp import Ending, Values
-from optim.pareto import hypervolume
+from optim.algorithms.ga import Genetic, NondominatedSorting, genetic, nondominated_sorting, statistics
+from optim.algorithms.nlp import Ending, Values
+from optim.algorithms.pareto import hypervolume
 
 SEVERAL = NondominatedSorting(population=60, generations=100)
 SMALL = Genetic(population=10, generations=8)

@@ -7,11 +7,11 @@ import pytest
 from hock_schittkowski import EXAMPLES, NO_MULTIPLIERS, SEVERAL_OPTIMA
 from scipy.optimize import minimize, nnls
 
-from optim.archive import Archive
-from optim.derivatives import jacobian
-from optim.gradient import ReducedGradient, reduced_gradient
-from optim.nlp import Ending, Problem, Values
-from optim.quadratic import bounded_minimum, damped_bfgs
+from optim.algorithms.archive import Archive
+from optim.algorithms.derivatives import jacobian
+from optim.algorithms.gradient import ReducedGradient, reduced_gradient
+from optim.algorithms.nlp import Ending, Problem, Values
+from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
 
 SETTINGS = ReducedGradient()
 #: Of the objective, relative to max(1, |optimum|), and of every constraint: what the book's digits allow.

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import qmc, spearmanr
 
+from linkages.engines.study import ideal
 from linkages.errors import InputError
-from linkages.mechanism import load_mechanism
-from linkages.run import ideal
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.ideal_runs import turning_rate
-from optim.problem import load_study
-from optim.screen import Screened
+from linkages.model.mechanism import load_mechanism
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.ideal_runs import turning_rate
+from optim.evaluate.screen import Screened
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from optim.nlp import Values
-from optim.pareto import by_domination, crowding, dominates, front, hypervolume, knee, ranks
+from optim.algorithms.nlp import Values
+from optim.algorithms.pareto import by_domination, crowding, dominates, front, hypervolume, knee, ranks
 
 
 def values(objectives, inequalities=None, failed=None):

@@ -7,12 +7,12 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from linkages.analysis import extremes
-from linkages.cli import main
-from linkages.experiment import load
-from linkages.run import ideal, simulate
-from optim.evaluate import Evaluator
-from optim.problem import load_study
+from linkages.cli.main import main
+from linkages.engines.study import ideal, simulate
+from linkages.model.experiment import load
+from linkages.results.extremes import extremes
+from optim.evaluate.evaluator import Evaluator
+from optim.problem.study import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"

@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from linkages.data import data_folder
+from linkages.engines.study import simulate
 from linkages.errors import InputError
-from linkages.experiment import load
+from linkages.files.shipped import data_folder
 from linkages.laws.viscosity import iso_vg_viscosity
-from linkages.mechanism import load_mechanism
-from linkages.run import simulate
-from optim.data import find_study, studies_folder
-from optim.outputs import known_outputs
-from optim.problem import load_study
-from optim.schema import StudyFile
+from linkages.model.experiment import load
+from linkages.model.mechanism import load_mechanism
+from optim.problem.outputs import known_outputs
+from optim.problem.schema import StudyFile
+from optim.problem.shipped import find_study, studies_folder
+from optim.problem.study import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -279,7 +279,7 @@ def test_the_example_of_the_documentation(tmp_path):
 
 
 def test_every_key_says_what_it_means():
-    from linkages.toml_tables import keys
+    from linkages.files.toml import keys
 
     assert all(meaning for name, meaning in keys(StudyFile))
 

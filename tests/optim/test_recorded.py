@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
+from replication import recorded
+from replication.recorded import load_record, path_of, write_record
 
 from linkages.errors import InputError
-from optim import recorded
-from optim.algorithms import ALGORITHMS, optimise, settings_of
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.limits import equality_names, inequality_names, values_of
-from optim.nlp import Problem
-from optim.problem import load_study
-from optim.recorded import load_record, path_of, write_record
-from optim.screen import Screened
+from optim.algorithms.nlp import Problem
+from optim.algorithms.registry import ALGORITHMS, optimise, settings_of
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import equality_names, inequality_names, values_of
+from optim.evaluate.screen import Screened
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
 
 RECORDS = sorted(path.stem for path in path_of("any").parent.glob("*.toml"))
 

@@ -4,9 +4,8 @@ import importlib.util
 from pathlib import Path
 
 import pytest
-
-from optim import press_paper
-from optim.replication import (
+from replication import press_paper
+from replication.claims import (
     NOT,
     REPRODUCED,
     TREND,
@@ -59,8 +58,8 @@ def test_differences_of_pages():
 
 
 def test_the_papers_designs_are_within_table_1():
-    from optim.data import find_study
-    from optim.problem import load_study
+    from optim.problem.shipped import find_study
+    from optim.problem.study import load_study
 
     study = load_study(find_study("sevenbar_force"))
     for name in ("paper 1", "paper 2"):

@@ -12,9 +12,9 @@ import pytest
 import toy_optimisation as toy
 
 from linkages.errors import RunError
-from optim.algorithms import ALGORITHMS, optimise, settings_of
-from optim.nlp import Progress
-from optim.run import Stopped, run
+from optim.algorithms.nlp import Progress
+from optim.algorithms.registry import ALGORITHMS, optimise, settings_of
+from optim.search.run import Stopped, run
 
 KILLS = 12
 PAUSE = 0.02  # s: a population's time, so that kills fall everywhere

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from linkages.cli import main
-from optim.algorithms import optimise, settings_of
-from optim.archive import Archive
-from optim.commands import optimise as command
-from optim.derivatives import jacobian
-from optim.evaluate import Evaluator
-from optim.limits import values_of
-from optim.nlp import Ending, Problem, Values
-from optim.problem import load_study
-from optim.screen import Screened
+from linkages.cli.main import main
+from optim.algorithms.archive import Archive
+from optim.algorithms.derivatives import jacobian
+from optim.algorithms.nlp import Ending, Problem, Values
+from optim.algorithms.registry import optimise, settings_of
+from optim.cli import optimise as command
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import values_of
+from optim.evaluate.screen import Screened
+from optim.problem.study import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -67,7 +67,7 @@ def asked(study, invented_engine, monkeypatch):
         designs.extend(batch.values[:, :2].tolist())
         return invented_engine(batch)
 
-    monkeypatch.setattr("optim.evaluate.run_batch", keep)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", keep)
     return designs
 
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.stats import sobol_indices, uniform
 
-from linkages.cli import exit_status
+from linkages.cli.main import exit_status
 from linkages.errors import RunError
-from optim.commands import study as command
-from optim.data import find_study
-from optim.evaluate import Evaluator
-from optim.problem import load_study
-from optim.sensitivity import inert, one_at_a_time, sobol
+from optim.cli import study as command
+from optim.evaluate.evaluator import Evaluator
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
+from optim.search.sensitivity import inert, one_at_a_time, sobol
 
 A, B = 7.0, 0.1
 LOWER, UPPER = np.full(3, -math.pi), np.full(3, math.pi)

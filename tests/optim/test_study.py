@@ -11,11 +11,11 @@ import pytest
 import toy_optimisation as toy
 
 from linkages.errors import InputError, RunError
-from optim import study
-from optim.evaluations import Evaluations
-from optim.lock import Lock
-from optim.run import Stopped, run
-from optim.sqlite import SCHEMA
+from linkages.files.lock import Lock
+from optim.evaluate.evaluations import Evaluations
+from optim.search.run import Stopped, run
+from optim.store import store as study
+from optim.store.sqlite import SCHEMA
 
 
 @pytest.fixture
@@ -199,7 +199,7 @@ def toy_count(path):
         return store.count()[0]
 
 
-HOLDER = "import sys, time; from pathlib import Path; from optim.lock import Lock; p = Path(sys.argv[1]);\nwith Lock(p.with_name(p.name + '.lock'), p): print('held', flush=True); time.sleep(60)"
+HOLDER = "import sys, time; from pathlib import Path; from linkages.files.lock import Lock; p = Path(sys.argv[1]);\nwith Lock(p.with_name(p.name + '.lock'), p): print('held', flush=True); time.sleep(60)"
 
 
 def test_one_process_at_a_time(begun):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from optim.drake_runs import run_on_drake
-from optim.evaluate import Evaluator, run_batch
-from optim.problem import load_study
-from optim.trust import format_verification, unseen_phases, verify
+from optim.evaluate.drake_runs import run_on_drake
+from optim.evaluate.evaluator import Evaluator, run_batch
+from optim.problem.study import load_study
+from optim.search.trust import format_verification, unseen_phases, verify
 
 PRESS = """
 experiment = "seven_bar.toml"

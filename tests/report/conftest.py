@@ -1,7 +1,7 @@
 import pytest
 from machines import four_bar
 
-from linkages.cli import main
+from linkages.cli.main import main
 
 #: A film in one joint, dry contact in another, and a title that HTML must not swallow.
 TOML = """mechanism = "machine.sdf"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from browser import find_browser, open_page, picture
 
-from linkages.drake.magnified import GAP, REACH
+from linkages.plots.animation.magnified import GAP, REACH
 from linkages.report import load_results, write_report
-from linkages.trajectory import load_trajectory
+from linkages.results.trajectory import load_trajectory
 
 pytestmark = pytest.mark.skipif(
     find_browser() is None, reason="no Chromium with its chromedriver on the PATH"

@@ -9,12 +9,12 @@ from html.parser import HTMLParser
 
 import pytest
 
-from linkages.cli import main
-from linkages.experiment import load_experiment
+from linkages.cli.main import main
+from linkages.model.experiment import load_experiment
 from linkages.report import load_results
 from linkages.report.page import render
 from linkages.report.words import answer, change, commands, experiment_file, question
-from linkages.trajectory import load_trajectory
+from linkages.results.trajectory import load_trajectory
 
 
 class Reader(HTMLParser):

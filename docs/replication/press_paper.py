@@ -1,0 +1,195 @@
+"""What the press paper prints, and the same runs of ours.
+
+Chen, Wang and Wang, China Mechanical Engineering 36(1), 2025, 87-95.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages import load
+from linkages.engines.study import ideal, simulate
+from linkages.errors import RunError, Status
+from linkages.files.shipped import find_file
+from linkages.outputs.columns import Columns
+from linkages.results.extremes import Extremes, extremes
+from linkages.results.trajectory import Trajectory
+from optim.evaluate.evaluator import Evaluator
+from optim.problem.shipped import find_study
+from optim.problem.study import load_study
+from replication.recorded import load_record
+
+ENGINE = "compiled"
+CLEARANCE = 0.3e-3  # m, section 3.3
+DURATION = 1.0  # s: figures 6-10
+OUTPUTS = (
+    "slider7.x", "slider7.vx", "slider7.ax", "A.force", "B.force", "A.eccentricity_ratio", "B.eccentricity_ratio",
+)  # fmt: skip
+_OIL = ("joints.A.viscosity", "joints.B.viscosity")
+
+
+def _design(m_2: float, j_2: float, m_4: float, j_4: float, m_7: float, oil: float) -> dict[str, float]:
+    """Values by path of the design variables (25)."""
+    return {
+        "sdf.links.link2.mass": m_2,
+        "sdf.links.link2.inertia": j_2,
+        "sdf.links.crank4.mass": m_4,
+        "sdf.links.crank4.inertia": j_4,
+        "sdf.links.slider7.mass": m_7,
+        **dict.fromkeys(_OIL, oil),
+    }
+
+
+#: Table 6 [kg, kg m2, Pa s]; the nominal design is that of Tables 3 and 5.
+DESIGNS: dict[str, dict[str, float]] = {
+    "nominal": {},
+    "paper 1": _design(0.39752, 17.975e-4, 0.10391, 18.874e-5, 0.069825, 0.24241),
+    "paper 2": _design(0.12678, 96.731e-5, 0.16064, 21.717e-5, 0.073186, 0.41749),
+}
+#: Section 3.4: largest forces [N] and the slider's acceleration at the start [m/s2].
+PRINTED = {
+    "A.force": {"nominal": 7.446, "paper 1": 8.383, "paper 2": 6.345},
+    "B.force": {"nominal": 13.26, "paper 1": 14.66, "paper 2": 10.84},
+    "slider7.ax": {"nominal": 5.434, "paper 1": 4.290, "paper 2": 5.485},
+}
+RIG = {
+    "measured": 13.72,
+    "computed": 4.366,
+}  # m/s2, section 3.2: largest magnitude of the slider's acceleration
+POSITION = 0.560  # m, Table 2: S_0
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """Our answer to a shipped study: values by path, the objective there and of the nominal design."""
+
+    design: dict[str, float]
+    objective: float
+    nominal: float
+
+
+def run(overrides: Mapping[str, Any], duration: float = DURATION, name: str = "seven_bar.toml") -> Trajectory:
+    """Run the press with some values replaced.
+
+    Raises
+    ------
+    RunError
+        If it does not reach its end.
+    """
+    found = simulate(*load(find_file(name), {"duration": duration, **overrides}), engine=ENGINE)
+    if found.status is not Status.OK:
+        raise RunError(f"{name} with {dict(overrides)}: {found.status.value}; {found.status.remedy}")
+    return found
+
+
+@cache
+def design_run(name: str) -> Trajectory:
+    """Run a design of `DESIGNS`, or "ours" for our optimum of the forces."""
+    return run(optimum("sevenbar_force").design if name == "ours" else DESIGNS[name])
+
+
+@cache
+def design_extremes(name: str) -> dict[str, Extremes]:
+    """Extremes of `OUTPUTS`."""
+    return extremes(design_run(name), OUTPUTS)
+
+
+def columns(name: str, times: NDArray[np.float64]) -> Columns:
+    """All columns of a design's run, or of the "ideal" motion, at some times."""
+    found = ideal_run() if name == "ideal" else design_run(name)
+    assert found.evaluate is not None  # what an engine returns has it
+    return found.evaluate(times)
+
+
+@cache
+def ideal_run() -> Trajectory:
+    """Motion of the press without clearance."""
+    return ideal(*load(find_file("seven_bar.toml"), {"duration": DURATION}), engine=ENGINE)
+
+
+@cache
+def optimum(study_name: str) -> Optimum:
+    """Evaluate the recorded answer of a shipped study of the press."""
+    study = load_study(find_study(study_name))
+    x = load_record(study_name).design(study)
+    found = Evaluator(study)(np.array([study.nominal, x]))
+    design = dict(zip(study.paths, map(float, x), strict=True))
+    point = study.points[0]
+    linked = point.paths[len(study.paths) :]
+    design |= {path: link(study.named(x)) for path, link in zip(linked, point.links, strict=True)}
+    nominal, best = map(float, found.objectives[:, 0])
+    return Optimum(design, best, nominal)
+
+
+def objective(name: str) -> float:
+    """Evaluate eq. (24): half the sum of the largest forces [N]."""
+    found = design_extremes(name)
+    return 0.5 * (found["A.force"].peak + found["B.force"].peak)
+
+
+def least_film(name: str, joint: str) -> float:
+    """Least thickness of a joint's film, c - |e| [m]."""
+    return CLEARANCE * (1.0 - design_extremes(name)[f"{joint}.eccentricity_ratio"].peak)
+
+
+# -- the start-up spike --------------------------------------------------------------------------------
+
+PATCH_RATIO = 0.2  # eps_0; the paper gives neither eps_0 nor m
+_START = 0.1  # s, of which the spike is looked for
+
+
+def patched(power: float) -> dict[str, Any]:
+    """Values that switch eqs. (12)-(13) on."""
+    return {f"joints.{j}.small_eccentricity": {"ratio": PATCH_RATIO, "power": power} for j in "AB"}
+
+
+@cache
+def spike(name: str, power: float) -> float:
+    """Largest acceleration of the slider in the first moments, with eqs. (12)-(13) [m/s2]."""
+    found = run({**DESIGNS[name], **patched(power)}, _START)
+    return extremes(found, ["slider7.ax"])["slider7.ax"].peak
+
+
+@cache
+def power_of_the_printed_spike() -> float:
+    """Find the m of eqs. (12)-(13) at which the nominal design's spike is the printed one."""
+    from scipy.optimize import brentq
+
+    goal = PRINTED["slider7.ax"]["nominal"]
+    return float(brentq(lambda m: spike("nominal", m) - goal, 0.0, 1.0, xtol=1e-4))
+
+
+# -- inert variables -----------------------------------------------------------------------------------
+
+
+@cache
+def doubled(path: str) -> tuple[float, float, float]:
+    """Double a value of Table 3: changes of acceleration, sum of the forces and crank 4's torque [%]."""
+    mechanism, _ = load(find_file("seven_bar.toml"))
+    _, _, link, quantity = path.split(".")
+    value = getattr(mechanism.link[link], quantity)
+    outputs = ["slider7.ax", "A.force", "B.force", "O4.torque"]
+    before = extremes(design_run("nominal"), outputs)
+    after = extremes(run({path: 2.0 * value}), outputs)
+    sums = [x["A.force"].peak + x["B.force"].peak for x in (before, after)]
+
+    def relative(a: float, b: float) -> float:
+        return 100.0 * (b / a - 1.0)
+
+    return (
+        relative(before["slider7.ax"].peak, after["slider7.ax"].peak),
+        relative(*sums),
+        relative(before["O4.torque"].peak, after["O4.torque"].peak),
+    )
+
+
+def share_below(output: str, name: str, other: str, start: float, end: float) -> float:
+    """Part of an interval in which one design's output is below another's [%]."""
+    times = np.linspace(start, end, 2001)
+    return float(100.0 * np.mean(columns(name, times)[output] < columns(other, times)[output]))

@@ -1,0 +1,90 @@
+"""Designs that a search found, kept with where they come from.
+
+A search among random numbers, or over a rough objective, ends elsewhere when a last digit differs. What is said about
+a design must not depend on that: the design is searched for once, written to a file of ``optim/designs/``, and all
+numbers about it are computed from there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomlkit
+from numpy.typing import NDArray
+from pydantic import Field
+
+from linkages.errors import InputError
+from linkages.files.toml import Finite, Table, read_toml, validate
+from linkages.files.versions import versions
+from linkages.files.whole import whole
+from optim.problem.study import Study
+
+Array = NDArray[np.float64]
+
+
+class Record(Table):
+    """A design and its provenance."""
+
+    study: str = Field(description="shipped study that it answers")
+    command: str = Field(description="what searched for it, and does so again")
+    algorithm: dict[str, Any] = Field(description="name and settings")
+    seed: int = Field(ge=0, description="of the random numbers")
+    evaluations: int = Field(ge=1, description="designs that the search evaluated")
+    versions: dict[str, str] = Field(description="of the packages that determine the numbers")
+    objectives: dict[str, Finite] = Field(description="when it was found, as the study means them")
+    variables: dict[str, Finite] = Field(description="by dotted path, SI units")
+
+    def design(self, study: Study) -> Array:
+        """Values of a study's variables, (n,).
+
+        Raises
+        ------
+        InputError
+            If the study varies other values than these.
+        """
+        if set(study.paths) != set(self.variables):
+            raise InputError(study.source, "variables", f"are not those of the recorded {self.study}")
+        return np.array([self.variables[path] for path in study.paths])
+
+
+def path_of(name: str) -> Path:
+    """File of a study's recorded design."""
+    return Path(__file__).resolve().parent / "designs" / f"{name}.toml"
+
+
+def load_record(name: str) -> Record:
+    """Read the recorded design of a shipped study.
+
+    Raises
+    ------
+    InputError
+        If there is none, or its file is not right.
+    """
+    path = path_of(name)
+    return validate(Record, read_toml(path)[0], path)
+
+
+def write_record(
+    study: Study, design: Array, objectives: Array, command: str, algorithm: dict[str, Any], seed: int,
+    evaluations: int,
+) -> Path:  # fmt: skip
+    """Keep a design (n,) of a shipped study, and its objectives (no,) as the study means them."""
+    record = Record(
+        study=study.source.stem,
+        command=command,
+        algorithm=algorithm,
+        seed=seed,
+        evaluations=evaluations,
+        versions=versions(),
+        objectives=dict(zip(study.file.objectives, map(float, objectives), strict=True)),
+        variables=dict(zip(study.paths, map(float, design), strict=True)),
+    )
+    document = tomlkit.document()
+    document.add(tomlkit.comment(f"Written by `{command}`."))
+    document.update(record.model_dump())
+    path = path_of(record.study)
+    with whole(path) as partial:
+        partial.write_text(tomlkit.dumps(document), encoding="utf-8")
+    return path

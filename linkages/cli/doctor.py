@@ -1,0 +1,31 @@
+"""``linkages doctor``: is the installation sound."""
+
+from __future__ import annotations
+
+import argparse
+
+HELP = "look whether the installation is sound: versions, caches, data, a self-check"
+
+_EXAMPLES = """examples:
+  linkages doctor
+  linkages doctor > installation.txt        to go with a question or a report of an error
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add examples; the command takes no arguments."""
+    parser.epilog = _EXAMPLES
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the findings; returns 1 if something is wrong."""
+    from linkages.cli.installation import examine
+
+    wrong = 0
+    for finding in examine():
+        print(f"{'ok   ' if finding.sound else 'WRONG'} {finding.name:22s} {finding.text}", flush=True)
+        if not finding.sound:
+            wrong += 1
+            print(f"      {'':22s} {finding.remedy}")
+    print(f"\n{wrong} of these want a remedy" if wrong else "\nall is well")
+    return 1 if wrong else 0

@@ -1,0 +1,223 @@
+"""Is the installation sound? Every finding with its remedy."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import io
+import os
+import platform
+import re
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from math import sqrt
+from pathlib import Path
+
+from linkages.engines import ENGINES
+from linkages.errors import Status
+from linkages.files.shipped import data_folder
+
+_GRAVITY, _CLEARANCE, _MASS, _STIFFNESS = 9.81, 1e-3, 1.0, 1e9  # m/s2, m, kg, N/m^1.5
+_TOLERANCE = (
+    1e-6  # relative, of the self-check; the runs are more accurate than that by a decade, on either engine
+)
+
+_DROP_SDF = f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="drop">
+<link name="journal"><inertial><mass>{_MASS}</mass>
+<inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+<joint name="J" type="revolute"><parent>world</parent><child>journal</child><axis><xyz>0 0 1</xyz></axis>
+<linkages:bearing><linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>
+</joint></model></sdf>"""
+
+_DROP_TOML = f"""mechanism = "drop.sdf"
+duration = 0.0155
+gravity = [0.0, {-_GRAVITY}, 0.0]
+[joints.J]
+model = "dry"
+clearance = {_CLEARANCE}
+contact = {{law = "lankarani-nikravesh", restitution = 1.0, stiffness = {_STIFFNESS}}}
+[solver]
+accuracy = 1e-12
+"""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was looked at, what was found, and if that is wrong, what to do."""
+
+    name: str
+    text: str
+    remedy: str = ""
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.remedy
+
+
+def examine() -> Iterator[Finding]:
+    """Look at everything, quick things first; a check that breaks is a finding too."""
+    yield python()
+    yield from packages()
+    checks: dict[str, Callable[[], Finding]] = {
+        "data": data,
+        "compile cache": compile_cache,
+        "film maps": film_maps,
+        "threads": threads,
+        "figures": figures,
+    }
+    for engine, module in ENGINES.items():
+        if importlib.util.find_spec(module.rpartition(".")[0]) is not None:
+            checks[f"self-check, {engine}"] = partial(self_check, engine)
+    for name, check in checks.items():
+        try:
+            yield check()
+        except Exception as problem:  # whatever is wrong with the installation is for the user to read
+            text = " ".join(f"{type(problem).__name__}: {problem}".split())
+            yield Finding(name, text, "install linkages and its packages anew in an empty environment")
+
+
+def python() -> Finding:
+    """Find the version of Python."""
+    text = f"{platform.python_version()} at {sys.executable}"
+    return Finding("Python", text, "" if sys.version_info >= (3, 11) else "install Python 3.11 or newer")
+
+
+def packages() -> Iterator[Finding]:
+    """Find the version of every package that is needed."""
+    try:
+        needed = importlib.metadata.requires("linkages") or []
+        yield Finding("linkages", f"{importlib.metadata.version('linkages')} at {Path(__file__).parents[1]}")
+    except importlib.metadata.PackageNotFoundError:
+        yield Finding("linkages", "not installed", "run `pip install .` in the checkout")
+        return
+    for line in needed:
+        if ";" in line:  # of an extra
+            continue
+        name, least = re.match(r"([\w.-]+)\D*([\d.]*)", line).groups()  # type: ignore[union-attr]
+        try:
+            version = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            yield Finding(name, "not installed", f'run `pip install "{line}"`')
+            continue
+        old = _numbers(version) < _numbers(least)
+        yield Finding(name, version, f'is too old: run `pip install -U "{line}"`' if old else "")
+
+
+def data() -> Finding:
+    """Find the shipped machines and experiments."""
+    folder = data_folder()
+    machines, experiments = (len(list(folder.glob(f"*.{kind}"))) for kind in ("sdf", "toml"))
+    text = f"{machines} machines, {experiments} experiments in {folder}"
+    return Finding(
+        "data", text, "" if machines and experiments else "install the package again: it came without sdf/"
+    )
+
+
+def compile_cache() -> Finding:
+    """Find where compiled code is kept: without it each start compiles for half a minute."""
+    remedy = "set NUMBA_CACHE_DIR to a folder that can be written"
+    try:
+        from linkages.planar.dynamics import body_accelerations
+    except RuntimeError as problem:  # numba finds no place at all
+        return Finding("compile cache", " ".join(str(problem).split()), remedy)
+    if not hasattr(body_accelerations, "stats"):
+        return Finding("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
+    path = Path(body_accelerations.stats.cache_path or "")
+    kept = _count(path, "*.nb[ci]")
+    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for half a minute or so'}"
+    return Finding("compile cache", text, "" if _writable(path) else remedy)
+
+
+def film_maps() -> Finding:
+    """Find where the maps of finite films are kept: building one takes seconds."""
+    from linkages.laws.map_cache import cache_directory
+
+    path = cache_directory()
+    remedy = "" if _writable(path) else "set LINKAGES_CACHE to a folder that can be written"
+    return Finding("film maps", f"{path}, {_count(path, '*.map')} maps", remedy)
+
+
+def threads() -> Finding:
+    """Find how many threads there are for batches of runs."""
+    import numba
+
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    used = numba.get_num_threads()
+    remedy = f"set NUMBA_NUM_THREADS to {available} at most" if used > available else ""
+    return Finding("threads", f"{used} of {available} cores", remedy)
+
+
+def figures() -> Finding:
+    """Draw a figure as the program does: without a display."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(1.0, 1.0))
+    figure.subplots().plot([0.0, 1.0])
+    figure.savefig(io.BytesIO(), format="png")
+    return Finding("figures", "drawn without a display")
+
+
+def self_check(engine: str) -> Finding:
+    """Drop a journal in its bearing, and compare with closed forms.
+
+    A centred journal under gravity g meets the wall after sqrt(2 c/g) with the speed sqrt(2 c g). Its largest
+    penetration d follows from the energy of an elastic contact of force K d^1.5: m g (c + d) = K d^2.5 / 2.5.
+    """
+    name = f"self-check, {engine}"
+    begin = time.perf_counter()
+    start, speed, depth = _drop(engine)
+    took = time.perf_counter() - begin
+    exact = (sqrt(2 * _CLEARANCE / _GRAVITY), sqrt(2 * _CLEARANCE * _GRAVITY), _deepest())
+    error = max(abs(found / known - 1.0) for found, known in zip((start, speed, depth), exact, strict=True))
+    text = f"time, speed and depth of an impact as in closed form to {error:.1e}, in {took:.1f} s"
+    if not error < _TOLERANCE:
+        return Finding(name, text, f"more than {_TOLERANCE:g}: remove the compile cache, then try once more")
+    return Finding(name, text)
+
+
+def _drop(engine: str) -> tuple[float, float, float]:
+    """Run the drop; returns start [s], approach speed [m/s] and depth [m] of its contact."""
+    from linkages.engines.study import simulate
+    from linkages.model.experiment import load
+    from linkages.results.impacts import impacts
+
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "drop.sdf").write_text(_DROP_SDF, encoding="utf-8")
+        (Path(folder) / "drop.toml").write_text(_DROP_TOML, encoding="utf-8")
+        run = simulate(*load(Path(folder) / "drop.toml"), engine)
+    if run.status is not Status.OK:
+        raise RuntimeError(f"the run ended with the status {run.status.value}")
+    (contact,) = impacts(run, ["J"])
+    return contact.start, contact.approach_speed, contact.peak_penetration
+
+
+def _deepest() -> float:
+    """Depth at which the contact has taken up the energy of the fall [m], by Newton's method."""
+    depth = (2.5 * _MASS * _GRAVITY * _CLEARANCE / _STIFFNESS) ** 0.4
+    for _ in range(20):
+        energy = _STIFFNESS * depth**2.5 / 2.5 - _MASS * _GRAVITY * (_CLEARANCE + depth)
+        depth -= energy / (_STIFFNESS * depth**1.5 - _MASS * _GRAVITY)
+    return depth
+
+
+def _writable(folder: Path) -> bool:
+    """Try to write into a folder, making it if need be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
+
+
+def _count(folder: Path, pattern: str) -> int:
+    return len(list(folder.glob(pattern))) if folder.is_dir() else 0
+
+
+def _numbers(version: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in re.findall(r"\d+", version)[:3])

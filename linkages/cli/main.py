@@ -1,0 +1,88 @@
+"""The command line: parses arguments, runs a subcommand of `linkages.cli`, turns errors into exit statuses.
+
+Exit status: 0 success, 1 a run that failed (its results up to then are written), 2 bad input, 130 interrupted, 141
+where nobody reads the output any more.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+
+from linkages.cli import Command, commands
+from linkages.cli.parsing import Parser
+from linkages.errors import InputError, RunError, nearest
+
+_EXAMPLES = """examples:
+  linkages new my_linkage                                 a machine and an experiment to begin with
+  linkages simulate my_linkage.toml                       numbers, figures, animation in results/my_linkage
+  linkages report results/my_linkage                      one page of them
+  linkages simulate seven_bar.toml --set joints.A.clearance=2e-4
+  linkages doctor                                         is the installation sound?
+
+linkages COMMAND --help has more. Exit status: 0 success, 1 failed, 2 bad input, 130 interrupted.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the ``linkages`` command; returns its exit status."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    known = commands()
+    command_line = parser(known)
+    if not words:
+        command_line.print_help(sys.stderr)
+        return 2
+
+    def run() -> int:
+        first = (*known, "--help", "-h", "--version")
+        if words[0] not in first:
+            raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
+        options = command_line.parse_args(words)
+        return known[options.command].run(options)
+
+    return exit_status(run)
+
+
+def parser(known: Mapping[str, Command]) -> Parser:
+    """Make the parser of the ``linkages`` command with these subcommands."""
+    result = Parser(
+        prog="linkages", description="Dynamics of planar linkages with clearance joints.", epilog=_EXAMPLES
+    )
+    result.add_argument("--version", action="version", version=f"linkages {_version()}")
+    subparsers = result.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, command in known.items():
+        command.add_options(subparsers.add_parser(name, help=command.HELP, description=command.HELP))
+    return result
+
+
+def _version() -> str:
+    try:
+        return importlib.metadata.version("linkages")
+    except importlib.metadata.PackageNotFoundError:
+        return "not installed"
+
+
+def exit_status(run: Callable[..., int], *arguments: object) -> int:
+    """Run a command; bad input, failed runs and interruptions become one line and an exit status."""
+    try:
+        status = run(*arguments)
+        sys.stdout.flush()
+        return status
+    except InputError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 2
+    except RunError as problem:
+        print(f"failed: {problem}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted; nothing was written", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader has seen enough: `linkages keys | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+
+
+if __name__ == "__main__":
+    sys.exit(main())

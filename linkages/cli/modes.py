@@ -1,0 +1,154 @@
+"""``linkages modes``: numbers, figures and an animation of the flexible robot."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from linkages.cli.common import add_out, output_folder, progress_bar, written
+from linkages.errors import Status
+from linkages.files.writing import OutputFolder
+
+if TYPE_CHECKING:
+    from linkages.three_rrr.study import FlexibleStudy
+
+HELP = "flexible 3-RRR robot: kinematics, modes, stress"
+
+_EXAMPLES = """examples:
+  linkages modes three_rrr.toml
+  linkages modes three_rrr.toml --verify --branch 98 --out results/robot
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("file", help="robot (.toml), a path or the name of a shipped one")
+    parser.add_argument("--verify", action="store_true", help="compare with Drake's rigid plant")
+    parser.add_argument(
+        "--branch", type=float, metavar="DEG", help="platform angle at t = 0 of the assembly to follow"
+    )
+    add_out(parser)
+    parser.add_argument(
+        "--elements", type=int, metavar="N", help="beam elements in each link, replaces the file's"
+    )
+    parser.add_argument("--no-plots", action="store_true", help="write no figures")
+    parser.add_argument("--no-animation", action="store_true", help="write no animation")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Study the robot; returns the exit status."""
+    from linkages.files.shipped import find_file
+    from linkages.three_rrr.robot import changed, load_robot
+    from linkages.three_rrr.study import run_study
+
+    path = find_file(options.file)
+    robot = load_robot(path)
+    if options.elements is not None:
+        robot = changed(robot, model={"elements": options.elements})
+    if options.branch is not None:
+        robot = changed(robot, branch=options.branch)
+    out = output_folder(options, path.stem)
+    study = run_study(robot, progress_bar("modes"))
+    result = summarize(study)
+    if options.verify:
+        import numpy as np
+
+        from linkages.three_rrr.verify import verify
+
+        poses = study.branch.motion(np.linspace(0.0, study.branch.times[-1], 25))
+        found = asdict(verify(robot, poses))
+        result["verify"] = found
+    with OutputFolder(out) as folder:
+        (folder / "modes.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        if not options.no_plots:
+            from linkages.plots.three_rrr.figures import write_figures
+
+            write_figures(study, folder, progress_bar("figures"))
+        if not options.no_animation:
+            from linkages.plots.three_rrr.animation import write_animation
+
+            write_animation(study, folder / "animation.html")
+    print(format_table(result))
+    print(f"\n{written(out)}")
+    if study.branch.status is not Status.OK:
+        print(
+            "the branch ends at a fold (singularity of type 2) at "
+            f"t = {study.branch.singularities[-1].time:.6g} s, "
+            f"studied up to {study.branch.times[-1]:.6g} s; "
+            "shorten the duration or follow another branch",
+            file=sys.stderr,
+        )
+        return 1
+    return 0
+
+
+def summarize(study: FlexibleStudy) -> dict[str, Any]:
+    """Return the content of ``modes.json``, SI units."""
+    import importlib.metadata
+
+    import numpy as np
+
+    from linkages.three_rrr.branch import travel
+
+    robot, branch = study.robot, study.branch
+    peak = np.max(np.abs(study.static.platform), axis=0)
+    metrics = ("path", "rotation", "pivots")
+    return {
+        "title": robot.title,
+        "status": branch.status.value,
+        "duration": float(branch.times[-1]),
+        "assemblies": [{"theta": float(t), "x": float(x), "y": float(y)} for t, x, y in study.assemblies.x],
+        "assemblies_certified": study.assemblies.certified,
+        "loop_error": study.loop_error,
+        "branch": {"theta": float(branch.x[0, 0]), "travel": {m: travel(branch, m) for m in metrics}},  # type: ignore[arg-type]
+        "singularities": [asdict(s) for s in branch.singularities],
+        "elements": robot.model.elements,
+        "locked_frequencies": study.frequencies[0].tolist(),
+        "free_frequencies": study.free.tolist(),
+        "ranges": [[float(f.min()), float(f.max())] for f in study.frequencies.T],
+        "tracked_ranges": [[float(f.min()), float(f.max())] for f in study.tracked.T],
+        "elastic_displacement": dict(zip(("x", "y", "angle"), map(float, peak), strict=True)),
+        "stress": {s.name: float(s.largest.max()) for s in study.stress},
+        "provenance": {
+            "robot": robot.model_dump(),
+            "versions": {name: importlib.metadata.version(name) for name in ("numpy", "scipy")},
+        },
+    }
+
+
+def format_table(result: dict[str, Any]) -> str:
+    """Format the summary as lines of text."""
+    from math import degrees
+
+    travel = result["branch"]["travel"]
+    lines = [
+        result["title"],
+        f"branch theta(0) = {degrees(result['branch']['theta']):.2f} deg, {result['duration']:.6g} s, status "
+        f"{result['status']}; {result['elements']} element(s) in each link",
+        "",
+        f"{'assembly at t = 0':20s}{'theta [deg]':>14s}{'x [mm]':>12s}{'y [mm]':>12s}",
+    ]
+    for n, a in enumerate(result["assemblies"], 1):
+        lines.append(f"{n:<20d}{degrees(a['theta']):14.4f}{1e3 * a['x']:12.4f}{1e3 * a['y']:12.4f}")
+    lines += ["", f"{'frequency [Hz]':20s}{'t = 0':>14s}{'lowest':>12s}{'highest':>12s}{'free roots':>12s}"]
+    rows = zip(result["locked_frequencies"], result["ranges"], result["free_frequencies"], strict=False)
+    for n, (now, (low, high), free) in enumerate(list(rows)[:8], 1):
+        lines.append(f"mode {n:<15d}{now:14.2f}{low:12.2f}{high:12.2f}{free:12.2f}")
+    e = result["elastic_displacement"]
+    lines += [
+        "",
+        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, "
+        f"pivots {travel['pivots']:.4f} m",
+        "quasi-static elastic displacement of the platform: "
+        f"x {1e6 * e['x']:.4f} um, y {1e6 * e['y']:.4f} um, "
+        f"turning {1e6 * e['angle']:.4f} urad",
+        "largest stress [MPa]: " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in result["stress"].items()),
+    ]
+    if "verify" in result:
+        lines += ["", "against Drake's rigid plant:"]
+        lines += [f"  {key:18s} {value:.3g}" for key, value in result["verify"].items()]
+    return "\n".join(lines)

@@ -1,0 +1,224 @@
+"""``linkages sweep``: revolution by revolution, over the values of one variable."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linkages.cli.common import (
+    add_out,
+    add_overrides,
+    add_verbosity,
+    output_folder,
+    overrides,
+    stages,
+    written,
+)
+from linkages.errors import InputError, Status
+from linkages.files.writing import OutputFolder
+
+if TYPE_CHECKING:
+    from linkages.explore.sweep import Point, Sweep
+
+HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
+
+_EXAMPLES = """examples:
+  linkages sweep seven_bar.toml --vary joints.A.clearance=1e-4:4e-4:31 --revolutions 2
+  linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
+"""
+
+_STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("file", help="experiment (.toml), a path or the name of a shipped one")
+    parser.add_argument(
+        "--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced"
+    )
+    parser.add_argument(
+        "--revolutions", type=int, default=20, metavar="N", help="revolutions to keep; default: %(default)s"
+    )
+    parser.add_argument(
+        "--transient",
+        type=int,
+        default=10,
+        metavar="M",
+        help="revolutions to discard before them; default: %(default)s",
+    )
+    parser.add_argument(
+        "--drive", metavar="JOINT", help="whose revolutions; default: the first of constant speed"
+    )
+    parser.add_argument(
+        "--output",
+        action="append",
+        metavar="NAME",
+        help="column to look at; may be repeated; default: the experiment's outputs and the forces in joints with play",
+    )
+    parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
+    add_overrides(parser)
+    add_out(parser)
+    add_verbosity(parser)
+    parser.add_argument("--no-plots", action="store_true", help="write no figure")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Sweep; returns the exit status."""
+    from linkages.explore.sweep import sweep
+    from linkages.files.shipped import find_file
+    from linkages.model.experiment import COMMAND_LINE, load
+    from linkages.outputs.units import unit
+
+    if options.duration is not None:
+        raise InputError("--duration", f"{options.duration:g}", "is not for sweeps; give --revolutions")
+    if options.threads is not None and options.threads < 1:
+        raise InputError("--threads", str(options.threads), "must be 1 or more")
+    path, values = parse_range(options.vary)
+    mechanism, experiment = load(find_file(options.file), overrides(options), COMMAND_LINE)
+    experiment.replaced({path: values[0]}, "--vary")  # a wrong path is said before anything runs
+    out = output_folder(options, f"{experiment.source.stem}_sweep")
+    names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
+    if not names:
+        raise InputError(experiment.source, "outputs", "are none; name one with --output")
+    result = sweep(
+        mechanism,
+        experiment,
+        path,
+        values,
+        names,
+        options.revolutions,
+        options.transient,
+        options.drive,
+        horizons=True,
+        threads=options.threads,
+        progress=stages(options, 1.0, "")("sweep"),
+    )
+    units = {name: unit(name, mechanism) for name in names}
+    with OutputFolder(out) as folder:
+        _write_table(result, folder / "sweep.csv")
+        (folder / "sweep.json").write_text(json.dumps(_content(result, units)) + "\n", encoding="utf-8")
+        if not options.no_plots:
+            from linkages.plots.nonlinear import bifurcation_figure
+
+            bifurcation_figure(result, units).savefig(folder / "sweep.png")
+    if not options.quiet:
+        print(format_sweep(result, units))
+        print(f"\n{written(out)}")
+    failed = [point for point in result.points if point.status is not Status.OK]
+    for point in failed:
+        print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)
+    return int(bool(failed))
+
+
+def parse_range(text: str) -> tuple[str, list[float]]:
+    """Read ``PATH=LO:HI:N``: path and N values.
+
+    Raises
+    ------
+    InputError
+        If it is not of that form.
+    """
+    import numpy as np
+
+    path, _, numbers = text.partition("=")
+    try:
+        low, high, count = (float(part) for part in numbers.split(":"))
+        if not path or count != int(count) or count < 2 or not np.all(np.isfinite([low, high])):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise InputError(
+            "--vary", text, "write PATH=LO:HI:N with N of 2 or more, as drives.O.speed=100:600:101"
+        ) from None
+    return path.strip(), np.linspace(low, high, int(count)).tolist()
+
+
+def statistics(point: Point, name: str) -> dict[str, float]:
+    """Extremes of a column over all revolutions; mean, standard deviation and range of the revolutions' peaks.
+
+    What does not exist is nan: everything of a run that failed at once, the deviation of one revolution.
+    """
+    import numpy as np
+
+    section = point.section
+    if section is None or not len(section.times):
+        return dict.fromkeys(_STATISTICS, float("nan"))
+    peaks = section.peaks(name)
+    return {
+        "min": float(section.low[name].min()),
+        "max": float(section.high[name].max()),
+        "peak_mean": float(peaks.mean()),
+        "peak_std": float(np.std(peaks, ddof=1)) if len(peaks) > 1 else float("nan"),
+        "peak_min": float(peaks.min()),
+        "peak_max": float(peaks.max()),
+    }
+
+
+def _write_table(result: Sweep, path: Path) -> None:
+    """Write ``sweep.csv``: one line for each value, numbers that do not exist left empty."""
+    head = [f"{name}.{what}" for name in result.names for what in _STATISTICS]
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([result.path, "status", "revolutions", "horizon", *head])
+        for point in result.points:
+            numbers = [value for name in result.names for value in statistics(point, name).values()]
+            done = len(point.section.times) if point.section is not None else 0
+            horizon = "" if point.horizon is None else point.horizon
+            cells = ["" if number != number else number for number in numbers]
+            writer.writerow([point.value, point.status.value, done, horizon, *cells])
+
+
+def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
+    """Content of ``sweep.json``: every revolution of every value."""
+    points: list[dict[str, Any]] = []
+    for point in result.points:
+        entry: dict[str, Any] = {"value": point.value, "status": point.status.value, "horizon": point.horizon}
+        if point.section is not None:
+            section = point.section
+            entry["period"] = section.period
+            entry["outputs"] = {
+                name: {
+                    "strobe": section.strobe[name].tolist(),
+                    "min": section.low[name].tolist(),
+                    "max": section.high[name].tolist(),
+                }
+                for name in result.names
+            }
+        points.append(entry)
+    return {"path": result.path, "transient": result.transient, "units": units, "points": points}
+
+
+def format_sweep(result: Sweep, units: dict[str, str]) -> str:
+    """Format the peaks of at most a dozen values as lines of text, and say how far the digits reach."""
+    count = len(result.points)
+    shown = sorted({round(k * (count - 1) / 11) for k in range(12)}) if count > 12 else range(count)
+    width = max(16, *(len(name) + len(units[name]) + 5 for name in result.names))
+    header = f"{'peak: mean, spread':22s}" + "".join(
+        f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names
+    )
+    lines = [
+        f"{result.path}: {count} values; mean of the revolutions' peaks, and their standard deviation",
+        "",
+        header,
+    ]
+    for k in shown:
+        point = result.points[k]
+        line = f"{point.value:<22.6g}"
+        for name in result.names:
+            row = statistics(point, name)
+            spread = f"± {row['peak_std']:.2g}" if row["peak_std"] == row["peak_std"] else ""
+            line += f"{row['peak_mean']:{width}.5g} {spread:11s}"
+        lines.append(line + ("" if point.status is Status.OK else f"  {point.status.value}"))
+    horizons = [point.horizon for point in result.points if point.horizon is not None]
+    if horizons:
+        lines += [
+            "",
+            f"runs at this and a ten times looser accuracy stay together for {min(horizons):g} to {max(horizons):g}"
+            " revolutions from the start;",
+            "beyond that no single revolution can be reproduced: what holds are means and spreads",
+        ]
+    return "\n".join(lines)

@@ -1,0 +1,146 @@
+"""The integrators bound to the equations of motion: runs, and states between their steps."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numba import typeof
+from numpy.typing import NDArray
+
+from linkages.engines.compiled import calls
+from linkages.engines.compiled.equations import add_loads, derivatives, outside, solve_state
+from linkages.engines.compiled.jacobian import add_loads_tangent, jacobian
+from linkages.engines.compiled.model import Calls, Model, Problem, make_work
+from linkages.engines.compiled.projection import project_state
+from linkages.engines.compiled.replay import Steps, replay
+from linkages.integrate.dormand_prince import dormand_prince
+from linkages.integrate.driver import DONE, Options, Record, driver
+from linkages.integrate.radau import radau
+from linkages.integrate.stepper import Stepper, copy
+from linkages.kernel import address, kernel
+from linkages.kernel.reference import Reference, reference
+from linkages.planar.contacts import CLEARANCE_OUTPUTS
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
+LEFT = 3
+
+_PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
+_CLOSING = CLEARANCE_OUTPUTS.index("closing")
+
+
+@kernel
+def signs(problem: Problem, g: Array, dg: Array) -> None:
+    """Event functions: the penetrations of contacts that can touch."""
+    model, work = problem.model, problem.work
+    for k in range(len(model.ends)):
+        g[k], dg[k] = -1.0, 0.0
+        if model.touching[k]:
+            g[k] = work.contacts[k, _PENETRATION]
+            dg[k] = work.contacts[k, _CLOSING]
+
+
+@kernel
+def settle(problem: Problem, t: float, y: Array, event: int) -> tuple[int, bool]:
+    """Latch the approach speed of a contact that starts, close the loops, see that all journals are in their films."""
+    model, work = problem.model, problem.work
+    if event >= 0 and work.modes[event] > 0:
+        work.memory[event, 0] = work.contacts[event, _CLOSING]
+    changed = False
+    if len(model.rows):
+        changed = calls.project(problem, y)
+    return (LEFT if outside(model, work) >= 0 else DONE), changed
+
+
+@kernel
+def observe(problem: Problem, t: float, y: Array, row: Array) -> None:
+    """Record the approach speeds, which hold for the step that follows."""
+    work = problem.work
+    for k in range(len(row)):
+        row[k] = work.memory[k, 0]
+
+
+_attempt_radau = radau(derivatives, calls.jacobian)
+_attempt_explicit = dormand_prince(derivatives)
+_drive = driver(derivatives, calls.attempt, signs, settle, observe)
+
+
+def attempt_radau(
+    problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: bool
+) -> tuple[float, float]:
+    """Attempt a step with Radau IIA."""
+    error, factor = _attempt_radau(problem, s, t, h, y, exact)
+    return error, factor
+
+
+def attempt_explicit(
+    problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: bool
+) -> tuple[float, float]:
+    """Attempt a step with Dormand and Prince's pair."""
+    error, factor = _attempt_explicit(problem, s, t, h, y, exact)
+    return error, factor
+
+
+@kernel
+def run(problem: Problem, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
+    """Run from (t, y); the work's memory and modes of the contacts are kept up to date."""
+    p, s = reference(problem), reference(stepper)
+    model, work = p.model, p.work
+    if t == 0.0:
+        calls.solve(p, t, y)
+        for k in range(len(model.ends)):
+            work.modes[k] = 1 if model.touching[k] and work.contacts[k, _PENETRATION] > 0.0 else -1
+    return _drive(p, s, tolerance, t, y, work.modes, len(model.ends), options)
+
+
+@kernel
+def evaluate(
+    problem: Problem,
+    stepper: Stepper,
+    tolerance: Array,
+    steps: Steps,
+    times: Array,
+    q: Array,
+    v: Array,
+    a: Array,
+    contacts: Array,
+) -> None:
+    """Fill q, v, a (nt, n) and contacts (nt, nc, WIDTH) at any times of a run."""
+    p, s, past = reference(problem), reference(stepper), reference(steps)
+    y, w = np.empty(steps.states.shape[1]), p.work.dynamics
+    for i in range(len(times)):
+        replay(p, s, tolerance, past, times[i], y)
+        copy(w.q, q[i])
+        copy(w.v, v[i])
+        copy(w.a, a[i])
+        for c in range(contacts.shape[1]):
+            copy(p.work.contacts[c], contacts[i, c])
+
+
+_signatures: dict[str, Any] = {}
+
+
+@cache
+def _address(function: Any, name: str) -> int:
+    return address(getattr(function, "py_func", function), _signatures[name])
+
+
+def bind(model: Model, stepper: Stepper, implicit: bool) -> Calls:
+    """Compile the functions of `linkages.engines.compiled.calls`, or load them; all models have the same types."""
+    if not _signatures:
+        work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
+        problem = typeof(Problem(model, work, Calls()))
+        _signatures.update(calls.signatures(Reference(problem), Reference(typeof(stepper))))
+    loaded = len(model.loads) > 0
+    return Calls(
+        _address(solve_state, "solve"),
+        _address(jacobian, "jacobian") if implicit else 0,
+        _address(project_state, "project"),
+        _address(attempt_radau if implicit else attempt_explicit, "attempt"),
+        _address(add_loads, "loads") if loaded else 0,
+        _address(add_loads_tangent, "loads_tangent") if loaded else 0,
+    )

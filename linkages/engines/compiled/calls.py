@@ -1,0 +1,98 @@
+"""Calls by address, so that callers are compiled without what they call.
+
+Compiled code contains all that it calls: at every level of calls, what is below is optimised and written once more. The
+integrator is many levels above the laws. Here these are compiled once, to C functions, of which the problem holds the
+addresses (`linkages.engines.compiled.model.Calls`); a call costs some nanoseconds. What a model does not need is not compiled.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.model import Problem
+from linkages.integrate.stepper import Stepper
+from linkages.kernel import kernel
+
+Array = NDArray[np.float64]
+
+VECTOR, MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+PAIR = types.UniTuple(types.float64, 2)
+
+
+def _caller(result: Any) -> Any:
+    """Make ``call(address, arguments)`` for C functions with this type of result."""
+
+    @intrinsic
+    def call(typing: Any, address: Any, arguments: Any) -> Any:
+        kinds = tuple(types.unliteral(kind) for kind in arguments)
+
+        def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = zip(cgutils.unpack_tuple(builder, values[1]), arguments, kinds, strict=True)
+            passed = [context.cast(builder, value, kind, plain) for value, kind, plain in given]
+            function = ir.FunctionType(context.get_value_type(result), [value.type for value in passed])
+            return builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
+
+        return result(types.int64, arguments), code
+
+    return call
+
+
+_call_for_nothing, _call_for_bool, _call_for_pair = (
+    _caller(kind) for kind in (types.none, types.boolean, PAIR)
+)
+
+
+def signatures(problem: Any, stepper: Any) -> dict[str, Any]:
+    """Return the signatures of the functions below, for the types of a problem and of a stepper (references)."""
+    time = size = types.float64
+    return {
+        "solve": types.none(problem, time, VECTOR),
+        "jacobian": types.none(problem, time, VECTOR, MATRIX),
+        "project": types.boolean(problem, VECTOR),
+        "attempt": PAIR(problem, stepper, time, size, VECTOR, types.boolean),
+        "loads": types.none(problem, time),
+        "loads_tangent": types.none(problem, time, MATRIX, MATRIX, MATRIX),
+    }
+
+
+@kernel
+def solve(problem: Problem, t: float, y: Array) -> None:
+    """Call `linkages.engines.compiled.equations.solve_state`."""
+    _call_for_nothing(problem.calls.solve, (problem, t, y))
+
+
+@kernel
+def jacobian(problem: Problem, t: float, y: Array, out: Array) -> None:
+    """Call `linkages.engines.compiled.jacobian.jacobian`."""
+    _call_for_nothing(problem.calls.jacobian, (problem, t, y, out))
+
+
+@kernel
+def project(problem: Problem, y: Array) -> bool:
+    """Call `linkages.engines.compiled.projection.project_state`."""
+    return bool(_call_for_bool(problem.calls.project, (problem, y)))
+
+
+@kernel
+def attempt(problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
+    """Call the ``attempt`` of the method, see `linkages.integrate.radau`."""
+    error, factor = _call_for_pair(problem.calls.attempt, (problem, s, t, h, y, exact))
+    return error, factor
+
+
+@kernel
+def loads(problem: Problem, t: float) -> None:
+    """Call `linkages.engines.compiled.equations.add_loads`."""
+    _call_for_nothing(problem.calls.loads, (problem, t))
+
+
+@kernel
+def loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out: Array) -> None:
+    """Call `linkages.engines.compiled.jacobian.add_loads_tangent`."""
+    _call_for_nothing(problem.calls.loads_tangent, (problem, t, dpose, dvel, out))

@@ -1,0 +1,97 @@
+"""Equations of motion as an ordinary differential equation in the free coordinates."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.calls import loads, solve
+from linkages.engines.compiled.model import Model, Problem, Work
+from linkages.kernel import inlined_kernel, kernel
+from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
+from linkages.planar.dynamics import accelerate
+from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.loads import load_wrenches
+from linkages.planar.motion import evaluate_motions
+
+Array = NDArray[np.float64]
+
+BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
+
+
+@inlined_kernel
+def set_state(model: Model, work: Work, t: float, y: Array) -> None:
+    """Fill the work's coordinates, rates, prescribed accelerations, torques, poses and velocities."""
+    w, n = work.dynamics, len(model.free)
+    for i in range(len(w.a)):
+        w.a[i] = 0.0
+        w.tau[i] = 0.0
+    for i in range(n):
+        w.q[model.free[i]] = y[i]
+        w.v[model.free[i]] = y[n + i]
+    value, rate, second = work.value, work.rate, work.second
+    if len(model.driven):
+        evaluate_motions(model.motion, model.motion_c, model.motion_n, t, value, rate, second)
+        for k in range(len(model.driven)):
+            d = model.driven[k]
+            w.q[d] = value[k]
+            w.v[d] = rate[k]
+            w.a[d] = second[k]
+    if len(model.powered):
+        evaluate_motions(model.torque, model.torque_c, model.torque_n, t, value, rate, second)
+        for k in range(len(model.powered)):
+            w.tau[model.powered[k]] = value[k]
+    for k in range(len(model.bristles)):
+        work.memory[model.bristles[k], 1] = y[2 * n + k]
+    body_positions(model.bodies, w.q, w.pose)
+    body_velocities(model.bodies, w.pose, w.v, w.vel)
+
+
+@kernel
+def solve_state(problem: Problem, t: float, y: Array) -> None:
+    """Fill the work with everything that is known at a state: accelerations, contacts, loop reactions."""
+    model, work = problem.model, problem.work
+    set_state(model, work, t, y)
+    w = work.dynamics
+    for i in range(len(w.wrench)):
+        w.wrench[i, 0] = 0.0
+        w.wrench[i, 1] = 0.0
+        w.wrench[i, 2] = 0.0
+    clearance_wrenches(
+        model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts
+    )
+    if len(model.loads):
+        loads(problem, t)
+    accelerate(model.bodies, model.rows, 0.0, model.gravity, w)
+
+
+@kernel
+def add_loads(problem: Problem, t: float) -> None:
+    """Add the wrenches of the applied loads."""
+    model, w = problem.model, problem.work.dynamics
+    tables = (model.loads, model.load_t, model.load_c, model.load_n)
+    load_wrenches(tables, t, w.pose, w.vel, w.wrench)
+
+
+@kernel
+def derivatives(problem: Problem, t: float, y: Array, dy: Array) -> None:
+    """Right-hand side of dy/dt = f(t, y)."""
+    model, work = problem.model, problem.work
+    solve(problem, t, y)
+    n = len(model.free)
+    for i in range(n):
+        dy[i] = y[n + i]
+        dy[n + i] = work.dynamics.a[model.free[i]]
+    for k in range(len(model.bristles)):
+        dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+
+
+@kernel
+def outside(model: Model, work: Work) -> int:
+    """Contact whose journal has left its film, or -1."""
+    for k in range(len(model.ends)):
+        if math.hypot(work.contacts[k, 0], work.contacts[k, 1]) >= model.limits[k]:
+            return k
+    return -1

@@ -1,0 +1,196 @@
+"""Jacobian of the equations of motion.
+
+The accelerations a(q, v) solve R(q, v, a) = 0, the balance of forces on the free joints and the accelerations of the
+closure rows. So their change is that of R at fixed a, solved for: exact derivatives of the mechanics (`tangent`), and
+partial derivatives of the contacts' laws (`partials`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.calls import loads_tangent, solve
+from linkages.engines.compiled.model import Model, Problem, Work
+from linkages.kernel import kernel
+from linkages.kernel.reference import reference
+from linkages.planar.contact_partials import INPUTS, OUTPUTS, clear, contact_partials
+from linkages.planar.contacts import contact_motion
+from linkages.planar.dynamics import inertial_load, loop_responses, respond, solve_semidefinite
+from linkages.planar.kinematics import add_row_wrench, row_acceleration
+from linkages.planar.loads import load_wrenches_tangent
+from linkages.planar.tangent import (
+    add_force_tangent,
+    add_row_tangent,
+    body_tangents,
+    inertial_tangents,
+    residual_tangents,
+    row_tangent,
+    transmitted,
+)
+
+Array = NDArray[np.float64]
+
+
+class Scratch(NamedTuple):
+    """Arrays of one direction."""
+
+    partials: Array
+    force: Array
+    dq: Array
+    dv: Array
+    dpose: Array
+    moved: Array
+    dvel: Array
+    dacc: Array
+    dload: Array
+    dwrench: Array
+    tau: Array
+    da: Array
+    response: Array
+    sizes: Array
+
+
+@kernel
+def _scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
+    return Scratch(
+        np.zeros((nc, OUTPUTS, INPUTS)),
+        np.zeros((nb, 3)),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 5)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros((nb, 3)),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((nr, nr)),
+        np.zeros(nr),
+    )
+
+
+@kernel
+def jacobian(problem: Problem, t: float, y: Array, out: Array) -> None:
+    """Fill ``out`` (ny, ny) with df/dy of `linkages.engines.compiled.equations.derivatives`."""
+    model, work = problem.model, problem.work
+    w, n, nz = work.dynamics, len(model.free), len(model.bristles)
+    solve(problem, t, y)
+    kept = _scratch(len(model.bodies), len(w.a), len(model.rows), len(model.ends))
+    s = reference(kept)
+    for k in range(len(model.ends)):
+        motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
+        memory = work.memory[k]
+        contact_partials(
+            model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k]
+        )
+    inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, s.force)
+    for k in range(len(model.rows)):
+        add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
+    transmitted(model.bodies, w.pose, s.force)
+    loop_responses(model.bodies, model.rows, w)
+    clear(out)
+    for j in range(2 * n + nz):
+        for i in range(len(w.a)):
+            s.dq[i] = 0.0
+            s.dv[i] = 0.0
+        bristle = -1
+        if j < n:
+            s.dq[model.free[j]] = 1.0
+        elif j < 2 * n:
+            s.dv[model.free[j - n]] = 1.0
+            out[j - n, j] = 1.0
+        else:
+            bristle = model.bristles[j - 2 * n]
+        _direction(problem, s, t, bristle, out[:, j])
+    s.dq[0] = kept.dq[0]  # `kept` lives until here
+
+
+@kernel
+def _direction(problem: Problem, s: Scratch, t: float, bristle: int, column: Array) -> None:
+    """Fill the accelerations and the bristles' rates of one column of the Jacobian."""
+    model, work = problem.model, problem.work
+    w, n = work.dynamics, len(model.free)
+    bodies = model.bodies
+    body_tangents(bodies, w.pose, w.vel, w.acc, w.v, w.a, s.dq, s.dv, s.dpose, s.dvel, s.dacc)
+    clear(s.dwrench)
+    for k in range(len(model.ends)):
+        rate = _contact_tangent(model, work, s, k, 1.0 if k == bristle else 0.0)
+        for m in range(len(model.bristles)):
+            if model.bristles[m] == k:
+                column[2 * n + m] = rate
+    if len(model.loads):
+        for i in range(len(bodies)):
+            turn = s.dpose[i, 0]
+            s.moved[i, 0] = s.dpose[i, 1]
+            s.moved[i, 1] = s.dpose[i, 2]
+            s.moved[i, 2] = turn
+            s.moved[i, 3] = -turn * w.pose[i, 4]
+            s.moved[i, 4] = turn * w.pose[i, 3]
+        loads_tangent(problem, t, s.moved, s.dvel, s.dwrench)
+    for k in range(len(model.rows)):
+        add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
+    inertial_tangents(bodies, w.pose, w.vel, w.acc, model.gravity, s.dpose, s.dvel, s.dacc, s.dload)
+    for i in range(len(bodies)):
+        for k in range(3):
+            s.dload[i, k] -= s.dwrench[i, k]
+    residual_tangents(bodies, w.pose, s.force, s.dpose, s.dload, s.tau)
+    for i in range(len(s.tau)):
+        s.tau[i] = -s.tau[i]
+        s.da[i] = 0.0
+    clear(s.dload)
+    respond(bodies, w.pose, w.axis, s.dload, s.tau, w.change, s.da)
+    nr = len(model.rows)
+    if nr:
+        for k in range(nr):
+            w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change)
+            w.error[k] -= row_tangent(model.rows[k], w.pose, w.vel, w.acc, s.dpose, s.dvel, s.dacc)
+        for k in range(nr):
+            for m in range(nr):
+                s.response[k, m] = w.response[k, m]
+        solve_semidefinite(s.response, w.error, s.sizes)
+        for k in range(nr):
+            for i in range(len(s.da)):
+                s.da[i] += s.sizes[k] * w.row_a[k, i]
+    for i in range(n):
+        column[n + i] = s.da[model.free[i]]
+
+
+@kernel
+def add_loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out: Array) -> None:
+    """Add the change of the applied loads' wrenches; see `linkages.planar.loads.load_wrenches_tangent`."""
+    model, w = problem.model, problem.work.dynamics
+    tables = (model.loads, model.load_t, model.load_c, model.load_n)
+    load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, out)
+
+
+@kernel
+def _contact_tangent(model: Model, work: Work, s: Scratch, k: int, dz: float) -> float:
+    """Add the change of a contact's wrenches; returns that of its bristles' rate."""
+    w, end = work.dynamics, model.ends[k]
+    b, j = end.bearing, end.journal
+    motion, arms = contact_motion(end, w.pose, w.vel)
+    ex, ey, _, _, wb, wj, nx, ny = motion
+    rbx, rby, rjx, rjy = arms
+    tb, tj, dwb, dwj = s.dpose[b, 0], s.dpose[j, 0], s.dvel[b, 0], s.dvel[j, 0]
+    drbx, drby, drjx, drjy = -tb * rby, tb * rbx, -tj * rjy, tj * rjx
+    dex = s.dpose[j, 1] + drjx - s.dpose[b, 1] - drbx
+    dey = s.dpose[j, 2] + drjy - s.dpose[b, 2] - drby
+    dvx = s.dvel[j, 1] - dwj * rjy - wj * drjy - s.dvel[b, 1] + dwb * rby + wb * drby
+    dvy = s.dvel[j, 2] + dwj * rjx + wj * drjx - s.dvel[b, 2] - dwb * rbx - wb * drbx
+    inputs = (dex, dey, dvx, dvy, dwb, dwj, -tb * ny, tb * nx, dz)
+    d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
+    for i in range(INPUTS):
+        d0 += s.partials[k, 0, i] * inputs[i]
+        d1 += s.partials[k, 1, i] * inputs[i]
+        d2 += s.partials[k, 2, i] * inputs[i]
+        d3 += s.partials[k, 3, i] * inputs[i]
+    fx, fy = work.contacts[k, 2], work.contacts[k, 3]
+    add_force_tangent(s.dwrench, j, rjx, rjy, drjx, drjy, (fx, fy), (d0, d1))
+    add_force_tangent(s.dwrench, b, rbx + ex, rby + ey, drbx + dex, drby + dey, (-fx, -fy), (-d0, -d1))
+    s.dwrench[j, 0] += d2
+    s.dwrench[b, 0] -= d2
+    return d3

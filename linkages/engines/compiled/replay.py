@@ -1,0 +1,84 @@
+"""States between the steps of a run, by stepping there again.
+
+A film's force follows from the last digits of the velocities, so that interpolated states would spoil it. A step from
+the one before, of given size, is as accurate as the run.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.calls import attempt, project, solve
+from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.model import Problem
+from linkages.integrate.stepper import Stepper, copy, hint, restart
+from linkages.kernel import kernel
+
+Array = NDArray[np.float64]
+
+_TRIES = 30
+
+
+class Steps(NamedTuple):
+    """Steps of a run: times (nt,), states (nt, ny), and the approach speeds that contacts remember (nt, nc)."""
+
+    times: Array
+    states: Array
+    memory: Array
+
+
+@kernel
+def last_step(grid: Array, t: float) -> int:
+    """Last step that is not after t; the first if all are."""
+    low, high = 0, len(grid)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if grid[middle] <= t:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def remember(problem: Problem, steps: Steps, k: int) -> None:
+    """Let the contacts remember what they did after a step."""
+    for c in range(steps.memory.shape[1]):
+        problem.work.memory[c, 0] = steps.memory[k, c]
+
+
+@kernel
+def replay(problem: Problem, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
+    """Fill y with the state at time t of a run, NaN if it cannot be had; leave the problem's work solved there."""
+    k = last_step(steps.times, t)
+    start = steps.times[k]
+    remember(problem, steps, k)
+    copy(steps.states[k], y)
+    if t > start:
+        end, target = steps.times[k + 1], steps.states[k + 1]
+        derivatives(problem, end, target, s.f1)
+        slope = s.f1.copy()
+        copy(tolerance, s.scale)
+        now, h = start, t - start
+        for _ in range(_TRIES):
+            restart(s)
+            derivatives(problem, now, y, s.f0)
+            hint(s, y, end - now, target, slope)
+            error, _ = attempt(problem, s, now, h, y, True)
+            if not error <= 1.0:
+                h *= 0.5  # Newton's method did not converge over so long a step
+                continue
+            copy(s.new, y)
+            now += h
+            h = t - now
+            if h <= 0.0:
+                break
+        if h > 0.0:  # never seen: better no number than a wrong one
+            for i in range(len(y)):
+                y[i] = np.nan
+    solve(problem, t, y)
+    if len(problem.model.rows) and project(problem, y):
+        solve(problem, t, y)

@@ -1,0 +1,146 @@
+"""An assembled mechanism as an object that runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
+from linkages.engines.compiled.model import Problem, make_work, pack
+from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.statistics import summarise
+from linkages.errors import Status
+from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
+from linkages.integrate.stepper import make_stepper
+from linkages.model.experiment import Experiment
+from linkages.planar.contacts import WIDTH
+from linkages.planar.ideal import Ideal
+from linkages.system.assembly import Assembly
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+STATUS = {
+    DONE: Status.OK,
+    COLLAPSED: Status.STEP_SIZE_COLLAPSE,
+    LEFT: Status.JOURNAL_LEFT_BEARING,
+}
+
+_FIRST = 1e-7  # first step, in parts of the duration
+_LANDING = 1e-10  # how close to touching a contact is located, in parts of the clearance
+_EXPLICIT = ("runge_kutta5", "runge_kutta3", "bogacki_shampine3")
+
+
+def is_stiff(experiment: Experiment) -> bool:
+    """Whether the laws in play make the equations stiff: films and LuGre's bristles do, dry contact does not."""
+    if experiment.solver.integrator is not None:
+        return experiment.solver.integrator not in _EXPLICIT
+    joints = [experiment.joints[name] for name in experiment.play]
+    return any(
+        joint.has_film or (joint.friction is not None and joint.friction.law == "lugre") for joint in joints
+    )
+
+
+def join(records: list[Record]) -> Steps:
+    """Join the steps of runs of which each continues the one before."""
+    cuts = [slice(0, None)] + [slice(1, None)] * (len(records) - 1)
+    return Steps(
+        *(
+            np.concatenate([getattr(record, field)[cut] for record, cut in zip(records, cuts, strict=True)])
+            for field in ("times", "states", "observed")
+        )
+    )
+
+
+class Machine:
+    """An assembled mechanism and its experiment, ready to run.
+
+    Attributes
+    ----------
+    assembly, experiment
+    model : Model
+    start : (ny,) array
+        State at t = 0.
+    implicit : bool
+        Whether the equations are stiff and Radau IIA is used; else Dormand and Prince's pair.
+    tolerance : (ny,) array
+        Of each entry of the state, per step.
+    memory, modes : (nc, 2) and (nc,) arrays
+        Of the contacts, see `linkages.engines.compiled.model.Work`; `run` keeps them up to date.
+    """
+
+    def __init__(self, assembly: Assembly, experiment: Experiment) -> None:
+        self.assembly, self.experiment = assembly, experiment
+        self.model, self.start = pack(assembly, experiment)
+        self.implicit = is_stiff(experiment)
+        self.tolerance = experiment.solver.accuracy * self.model.scale
+        nc = len(self.model.ends)
+        self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
+        self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
+        self._stepper = make_stepper(len(self.start))
+        self._calls = bind(self.model, self._stepper, self.implicit)
+        self._problem = self._with(self.memory, self.modes)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Addresses are those of this process: a copy in another one finds its own."""
+        return _restored, (self.assembly, self.experiment, self.memory, self.modes)
+
+    @property
+    def first_step(self) -> float:
+        """First step to try [s]."""
+        return _FIRST * self.experiment.duration
+
+    def run(self, t: float, y: Array, first: float, most: int, end: float | None = None) -> Record:
+        """Run from a state.
+
+        Parameters
+        ----------
+        t : float
+            Time [s].
+        y : (ny,) array
+            State.
+        first : float
+            Step to try [s].
+        most : int
+            Steps after which the run pauses.
+        end : float, optional
+            Default the experiment's duration [s].
+        """
+        duration = self.experiment.duration
+        largest = self.experiment.solver.max_step or duration
+        options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
+        return run(self._problem, self._stepper, self.tolerance, t, y, options)
+
+    def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
+        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
+        nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
+        q, v, a = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n))
+        contacts = np.empty((nt, nc, WIDTH))
+        times = np.asarray(times, dtype=np.float64)
+        evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, q, v, a, contacts)
+        return q, v, a, contacts
+
+    def summarise(
+        self, ideal: Ideal, signals: NDArray[np.record], steps: Steps, windows: Array, out: Array
+    ) -> bool:
+        """Fill ``out`` (nw, ns, 6) with the signals' `linkages.engines.compiled.statistics.STATISTICS` over windows of a run.
+
+        Returns False if the ideal linkage does not close where it is asked for.
+        """
+        aside, stepper = self.aside(), make_stepper(len(self.start))
+        return summarise(aside, stepper, ideal, signals, self.tolerance, steps, windows, out)
+
+    def aside(self) -> Problem:
+        """Return the problem with contacts that remember nothing, so that a run can go on beside."""
+        return self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1))
+
+    def _with(self, memory: Array, modes: Indices) -> Problem:
+        return Problem(self.model, make_work(self.model, memory, modes), self._calls)
+
+
+def _restored(assembly: Assembly, experiment: Experiment, memory: Array, modes: Indices) -> Machine:
+    machine = Machine(assembly, experiment)
+    machine.memory[:], machine.modes[:] = memory, modes
+    return machine

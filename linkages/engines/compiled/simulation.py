@@ -1,0 +1,112 @@
+"""A run of the compiled engine as a trajectory."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.runner import STATUS, Machine, join
+from linkages.errors import Status
+from linkages.integrate.driver import PAUSED
+from linkages.model.experiment import Experiment
+from linkages.model.mechanism import Mechanism
+from linkages.outputs.columns import Columns, columns_from_states
+from linkages.planar.closure import closure_error
+from linkages.results.trajectory import Trajectory, sample
+from linkages.system.assembly import assemble
+
+Array = NDArray[np.float64]
+
+_CHUNK = 20_000  # steps between two looks at the clock and at the keyboard
+
+
+def simulate(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    progress: Callable[[float], None] | None = None,
+) -> Trajectory:
+    """Simulate an experiment with the compiled engine.
+
+    Parameters
+    ----------
+    mechanism, experiment
+    progress : callable, optional
+        Called with the simulated time [s] now and then.
+
+    Returns
+    -------
+    Trajectory
+        Up to the end, or to where the run failed or was interrupted (`Trajectory.status`).
+
+    Raises
+    ------
+    AssemblyError, InputError
+        If there is nothing to start from.
+    """
+    started = clock.perf_counter()
+    machine = Machine(assemble(mechanism, experiment), experiment)
+    t, y, step, status = 0.0, machine.start, machine.first_step, Status.OK
+    parts = []
+    totals = np.zeros(3, dtype=np.int64)
+    try:
+        while True:
+            part = machine.run(t, y, step, _CHUNK)
+            parts.append(part)
+            totals += part.steps, part.rejected, part.evaluations
+            t, y, step = float(part.times[-1]), part.states[-1], part.next_step
+            if progress is not None:
+                progress(t)
+            if part.status != PAUSED:
+                status = STATUS[part.status]
+                break
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+        if not parts:
+            raise
+    steps = join(parts)
+    wall = clock.perf_counter() - started
+    replay = Replay(machine, steps)
+    provenance = {
+        "engine": "compiled",
+        "method": "radau-iia-5" if machine.implicit else "dormand-prince-5",
+        "steps": int(totals[0]),
+        "rejected": int(totals[1]),
+        "evaluations": int(totals[2]),
+        "wall_time": wall,
+        "loop_error": replay.loop_error(),
+    }
+    return sample(np.unique(steps.times), replay, status, provenance)
+
+
+class Replay:
+    """All columns at any times of a run; see `linkages.engines.compiled.replay`."""
+
+    def __init__(self, machine: Machine, steps: Steps) -> None:
+        self.machine, self.steps = machine, steps
+
+    def __call__(self, times: Array) -> Columns:
+        """All columns at the given times."""
+        tree = self.machine.assembly.tree
+        q, v, a, contacts = self.machine.evaluate(self.steps, times)
+        clearance = contacts if tree.contacts else None
+        return columns_from_states(tree, self.machine.experiment, times, q, v, a, clearance)
+
+    def loop_error(self) -> float:
+        """Largest closure error of the cut ideal joints at the run's steps [m, rad]."""
+        tree = self.machine.assembly.tree
+        if not tree.loops:
+            return 0.0
+        none, pose = np.zeros(len(tree.loop_rows)), np.empty((len(tree.bodies), 5))
+        free = self.machine.model.free
+        times, states, _ = self.steps
+        worst, q = 0.0, np.zeros((len(times), tree.size))
+        q[:, free] = states[:, : len(free)]
+        q[:, tree.driven_dofs] = self.machine.assembly.motions(times)[0]
+        for line in q:
+            error = closure_error(tree.bodies, tree.loop_rows, none, line, pose)
+            worst = max(worst, float(np.abs(error).max()))
+        return worst

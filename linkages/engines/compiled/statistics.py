@@ -1,0 +1,224 @@
+"""Extremes, mean and rms of signals over windows of a run, over continuous time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.calls import solve
+from linkages.engines.compiled.model import Problem
+from linkages.engines.compiled.replay import Steps, remember, replay
+from linkages.integrate.stepper import Stepper, copy
+from linkages.kernel import kernel
+from linkages.kernel.reference import reference
+from linkages.outputs.signals import fill_signals
+from linkages.planar.ideal import Ideal, ideal_state
+
+Array = NDArray[np.float64]
+
+#: What is filled for each window and signal.
+STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
+
+_CANDIDATES = 3  # local extremes that are refined
+_ROUNDS = 8  # of parabolas
+_FLAT = 1e-10  # relative change of an extreme at which it is known
+
+
+@kernel
+def _needs_ideal(signals: NDArray[np.record]) -> bool:
+    """Whether a signal is measured against the ideal linkage."""
+    count = 0
+    for k in range(len(signals)):
+        count += signals[k].jitter
+    return count > 0
+
+
+@kernel
+def _look(problem: Problem, ideal: Ideal, jitter: bool, signals: NDArray[np.record], out: Array) -> bool:
+    """Fill the signals of the solved state."""
+    if jitter and not ideal_state(problem.model, problem.work.dynamics, ideal):
+        return False
+    fill_signals(problem, ideal, signals, out)
+    return True
+
+
+@kernel
+def _refine(
+    problem: Problem,
+    ideal: Ideal,
+    jitter: bool,
+    signals: NDArray[np.record],
+    k: int,
+    sign: float,
+    s: Stepper,
+    tolerance: Array,
+    steps: Steps,
+    bracket: Array,
+    y: Array,
+    row: Array,
+) -> tuple[float, float]:
+    """Largest sign * signal k within a bracket: times and signed values of three points, the middle one highest."""
+    a, b, c = bracket[0], bracket[1], bracket[2]
+    fa, fb, fc = bracket[3], bracket[4], bracket[5]
+    for _ in range(_ROUNDS):
+        t = _vertex(a, b, c, fa, fb, fc)
+        if abs(t - b) < 1e-5 * (c - a):
+            break
+        replay(problem, s, tolerance, steps, t, y)
+        if not _look(problem, ideal, jitter, signals, row):
+            break
+        f = sign * row[k]
+        gain = abs(f - fb)
+        if f > fb:
+            if t < b:
+                c, fc = b, fb
+            else:
+                a, fa = b, fb
+            b, fb = t, f
+        elif t < b:
+            a, fa = t, f
+        else:
+            c, fc = t, f
+        if gain <= _FLAT * abs(fb):
+            break
+    return b, fb
+
+
+@kernel
+def summarise(
+    problem: Problem,
+    stepper: Stepper,
+    ideal: Ideal,
+    signals: NDArray[np.record],
+    tolerance: Array,
+    steps: Steps,
+    windows: Array,
+    out: Array,
+) -> bool:
+    """Fill `STATISTICS` (nw, ns, 6) of a run; returns False if the ideal linkage does not close.
+
+    Parameters
+    ----------
+    tolerance : (ny,) array
+        Of each entry of the state, for the steps between the run's own.
+    windows : (nw, 2) array
+        Times [s].
+    """
+    p, s, beside, past = reference(problem), reference(stepper), reference(ideal), reference(steps)
+    grid, states = past.times, past.states
+    nt, n, ns = len(grid), states.shape[1], len(signals)
+    y, row, bracket = np.empty(n), np.empty(ns), np.empty(6)
+    jitter = _needs_ideal(signals)  # from a function: a literal False would compile all that takes it twice
+    table = np.empty((nt, ns))
+    for i in range(nt):
+        remember(p, past, i)
+        solve(p, grid[i], states[i])
+        if not _look(p, beside, jitter, signals, table[i]):
+            return False
+    for m in range(len(windows)):
+        t0, t1 = windows[m, 0], windows[m, 1]
+        first, last = np.searchsorted(grid, t0), np.searchsorted(grid, t1, side="right")
+        times, values = np.empty(last - first + 2), np.empty((last - first + 2, ns))
+        count = 0
+        if first == last or grid[first] > t0:
+            replay(p, s, tolerance, past, t0, y)
+            if not _look(p, beside, jitter, signals, values[0]):
+                return False
+            times[0] = t0
+            count = 1
+        for i in range(first, last):
+            if count and grid[i] == times[count - 1]:  # an event without a step: what follows it counts
+                count -= 1
+            times[count] = grid[i]
+            copy(table[i], values[count])
+            count += 1
+        if times[count - 1] < t1:
+            replay(p, s, tolerance, past, t1, y)
+            if not _look(p, beside, jitter, signals, values[count]):
+                return False
+            times[count] = t1
+            count += 1
+        for k in range(ns):
+            out[m, k, 4], out[m, k, 5] = _averages(times[:count], values[:count, k])
+            for side in range(2):
+                sign = -1.0 if side == 0 else 1.0
+                best, when = -np.inf, t0
+                for i in range(count):
+                    if sign * values[i, k] > best:
+                        best, when = sign * values[i, k], times[i]
+                floor = best
+                tried = np.zeros(count, np.bool_)
+                for _ in range(_CANDIDATES):
+                    i = _candidate(times[:count], values[:count, k], tried, sign, floor)
+                    if i < 0:
+                        break
+                    for j in range(3):
+                        bracket[j] = times[i - 1 + j]
+                        bracket[3 + j] = sign * values[i - 1 + j, k]
+                    t, f = _refine(
+                        p, beside, jitter, signals, k, sign, s, tolerance, past, bracket, y,
+                        row,
+                    )  # fmt: skip
+                    if f > best:
+                        best, when = f, t
+                    if best <= floor and t == times[i]:
+                        break
+                    floor = max(best, floor)
+                    tried[i] = True
+                out[m, k, side] = sign * best
+                out[m, k, 2 + side] = when
+    return True
+
+
+@kernel
+def _candidate(times: Array, values: Array, tried: NDArray[np.bool_], sign: float, floor: float) -> int:
+    """Inner sample at a local maximum whose parabola rises highest, and above the floor; -1 if there is none."""
+    which, highest = -1, floor
+    for i in range(1, len(times) - 1):
+        fa, fb, fc = sign * values[i - 1], sign * values[i], sign * values[i + 1]
+        if tried[i] or fb < fa or fb < fc:
+            continue
+        a, b, c = times[i - 1], times[i], times[i + 1]
+        t = _vertex(a, b, c, fa, fb, fc)
+        l0 = (t - b) * (t - c) / ((a - b) * (a - c))
+        l1 = (t - a) * (t - c) / ((b - a) * (b - c))
+        l2 = (t - a) * (t - b) / ((c - a) * (c - b))
+        top = l0 * fa + l1 * fb + l2 * fc
+        if top > highest:
+            which, highest = i, top
+    return which
+
+
+@kernel
+def _vertex(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> float:
+    """Where the parabola through three points is highest; the middle one if it is flat."""
+    left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
+    if left == right:
+        return b
+    t = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
+    return min(max(t, a + 0.02 * (b - a)), c - 0.02 * (c - b))
+
+
+@kernel
+def _averages(times: Array, values: Array) -> tuple[float, float]:
+    """Mean and rms over time, by parabolas through three neighbouring samples."""
+    n = len(times)
+    span = times[n - 1] - times[0]
+    if n < 2 or not span > 0.0:
+        return values[0], abs(values[0])
+    one, two = 0.0, 0.0
+    i = 0
+    while i + 2 < n:
+        h0, h1 = times[i + 1] - times[i], times[i + 2] - times[i + 1]
+        total = (h0 + h1) / 6.0
+        w0, w1, w2 = 2.0 - h1 / h0, (h0 + h1) ** 2 / (h0 * h1), 2.0 - h0 / h1
+        one += total * (w0 * values[i] + w1 * values[i + 1] + w2 * values[i + 2])
+        two += total * (w0 * values[i] ** 2 + w1 * values[i + 1] ** 2 + w2 * values[i + 2] ** 2)
+        i += 2
+    if i + 1 < n:
+        h = times[i + 1] - times[i]
+        one += 0.5 * h * (values[i] + values[i + 1])
+        two += 0.5 * h * (values[i] ** 2 + values[i + 1] ** 2)
+    return one / span, math.sqrt(max(two / span, 0.0))

@@ -1,0 +1,202 @@
+"""The clearance joints as a Drake system."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    ContinuousState,
+    EventStatus,
+    LeafSystem,
+    OutputPort,
+    State,
+    UnrestrictedUpdateEvent,
+    WitnessFunction,
+    WitnessFunctionDirection,
+)
+
+from linkages.laws import FRICTIONS
+from linkages.laws.parameters import MODELS
+from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
+from linkages.system.law_records import film_limits
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Entries of each joint's block of the output port "joints".
+JOINT_OUTPUTS = (*CLEARANCE_OUTPUTS, "eccentricity_ratio", "attitude")
+
+_PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
+_CLOSING = CLEARANCE_OUTPUTS.index("closing")
+_BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
+
+
+class ClearanceJoints(LeafSystem):
+    """Forces of all clearance joints, from the plant's state.
+
+    Ports
+    -----
+    - ``state``: input, (nx,).
+      State [q; v] of the plant.
+    - ``evaluation``: output, (nv + WIDTH nc,).
+      Generalised forces, then `CLEARANCE_OUTPUTS` of each contact (a journal has one, a guide four): for `Drives`, a
+      callback cheaper than ``generalized_force``.
+    - ``generalized_force``: output, (nv,).
+      For the plant's applied generalised forces [N m, N].
+    - ``joints``: output, (len(JOINT_OUTPUTS) nc,).
+      For each contact `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and couple on
+      it [N m]; penetration [m], its rate and the sliding speed [m/s]; rate of the bristles [m/s]; eccentricity
+      ratio [1]; attitude angle of the eccentricity [rad]. Plane axes.
+
+    The laws are evaluated once for each state: the other ports read the cached value of ``evaluation``.
+
+    State
+    -----
+    Where a joint can touch: the approach speed of its present contact is discrete state, latched by an event that
+    witness functions locate at the contact's start (they need the context's accuracy to be set). Each start and end
+    is an event, so that no integration step lies across one. Where friction is LuGre's: the bristles are continuous
+    state.
+
+    Parameters
+    ----------
+    tree : Tree
+    laws : array of `linkages.laws.PARAMETERS`
+        One record for each of ``tree.contacts``.
+    tables : (nj, nt) array
+        Maps of the finite films.
+    positions, velocities : arrays of int
+        Where the tree's coordinates stand in the plant's state; see `linkages.engines.drake.plant.state_indices`.
+    num_positions, num_velocities : int
+        Of the whole plant.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        laws: NDArray[np.record],
+        tables: Array,
+        positions: Indices,
+        velocities: Indices,
+        num_positions: int,
+        num_velocities: int,
+    ) -> None:
+        super().__init__()
+        self.set_name("clearance_joints")
+        self.joints = tuple(label for _, label in tree.contacts)
+        self._bodies, self._ends, self._laws, self._tables = tree.bodies, tree.ends, laws, tables
+        self._q, self._v, self._into = positions, num_positions + velocities, velocities
+        self._size = num_velocities
+        #: Largest eccentricity ratio of each contact that its film covers.
+        self.film_limits = film_limits(laws, tables)
+        self._touching = np.flatnonzero(laws["model"] != MODELS["lubricated"])
+        self._lugre = np.flatnonzero(laws["friction"] == FRICTIONS["lugre"].code)
+        self._no_memory = np.zeros((len(laws), 2))
+        self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
+        needs = {self.input_port_ticket(self._state.get_index())}
+        if len(self._touching):
+            self.DeclareDiscreteState(len(laws))
+            needs.add(self.xd_ticket())
+        if len(self._lugre):
+            self.DeclareContinuousState(len(self._lugre))
+            needs.add(self.xc_ticket())
+        self._witnesses = [self._witness(int(k)) for k in self._touching]
+        self._evaluation = self.DeclareVectorOutputPort(
+            "evaluation", num_velocities + WIDTH * len(laws), self._evaluate, needs
+        )
+        self._force = self.DeclareVectorOutputPort(
+            "generalized_force", num_velocities, self._give_force, needs
+        )
+        self._joints = self.DeclareVectorOutputPort(
+            "joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs
+        )
+
+    def get_evaluation_output_port(self) -> OutputPort:
+        """Output port ``evaluation``."""
+        return self._evaluation
+
+    def get_force_output_port(self) -> OutputPort:
+        """Output port ``generalized_force``."""
+        return self._force
+
+    def get_joints_output_port(self) -> OutputPort:
+        """Output port ``joints``."""
+        return self._joints
+
+    def evaluate(self, context: Context) -> Array:
+        """``CLEARANCE_OUTPUTS`` of each joint, (nj, WIDTH)."""
+        joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
+        return joints
+
+    def penetrations(self, context: Context) -> Array:
+        """Penetration of each contact, negative where there is none, (nc,) [m]."""
+        gaps: Array = self.evaluate(context)[:, _PENETRATION]
+        return gaps
+
+    # -- events and states -------------------------------------------------------------------------
+
+    def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:  # noqa: N802
+        """Drake asks for these after every step."""
+        return self._witnesses
+
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
+        """Rates of LuGre's bristles."""
+        if len(self._lugre):
+            derivatives.SetFromVector(self.evaluate(context)[self._lugre, _BRISTLE_RATE])
+
+    def _witness(self, k: int) -> WitnessFunction:
+        def penetration(context: Context) -> float:
+            return float(self.penetrations(context)[k])
+
+        def latch(
+            system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State
+        ) -> EventStatus:
+            speed = float(self.evaluate(context)[k, _CLOSING])
+            if speed > 0.0:  # a start; at an end the latched speed no longer matters
+                state.get_mutable_discrete_state(0).SetAtIndex(k, speed)
+            return EventStatus.Succeeded()
+
+        return self.MakeWitnessFunction(
+            f"{self.joints[k]} touches or parts",
+            WitnessFunctionDirection.kCrossesZero,
+            penetration,
+            UnrestrictedUpdateEvent(system_callback=latch),
+        )
+
+    def _memory(self, context: Context) -> Array:
+        if not len(self._touching):
+            return self._no_memory
+        memory = np.zeros((len(self._laws), 2))
+        memory[:, 0] = context.get_discrete_state(0).value()
+        if len(self._lugre):
+            memory[self._lugre, 1] = context.get_continuous_state_vector().CopyToVector()
+        return memory
+
+    # -- outputs -----------------------------------------------------------------------------------
+
+    def _evaluate(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(
+            clearance_forces(
+                self._bodies,
+                self._ends,
+                self._laws,
+                self._tables,
+                self._memory(context),
+                self._state.Eval(context),
+                self._q,
+                self._v,
+                self._into,
+                self._size,
+            )
+        )
+
+    def _give_force(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._evaluation.Eval(context)[: self._size])
+
+    def _give_joints(self, context: Context, output: BasicVector) -> None:
+        joints = self.evaluate(context)
+        ratio = 1.0 + joints[:, _PENETRATION] / self._laws["clearance"]
+        extra = ratio, np.arctan2(joints[:, 1], joints[:, 0])
+        output.SetFromVector(np.column_stack([joints, *extra]).ravel())

@@ -1,0 +1,138 @@
+"""Drives, closing joints and applied loads as a Drake system."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
+
+from linkages.planar.driven import driven_forces
+from linkages.planar.kinematics import body_positions, row_value
+from linkages.planar.loads import Loads
+from linkages.planar.motion import Motions
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Drives(LeafSystem):
+    """Torques of the drives, reactions of the ideal joints that close loops, and applied loads.
+
+    No joint of a continuous plant can follow a function of time, and no loop can be closed in it. Both are exact
+    here: the drive torques and loop reactions that keep driven joints at their prescribed accelerations and cut
+    joints closed follow from the equations of motion (hybrid articulated-body dynamics, with multipliers for the
+    loops) and are applied as generalised forces. A feedback with both roots at `stabilisation` removes drift.
+    The experiment's applied loads act here too, so that drives and loops know of them.
+
+    Ports
+    -----
+    - ``state``: input, (nx,).
+      State [q; v] of the plant.
+    - ``applied``: input, (nv + extra,).
+      Every other generalised force that acts on the plant; from `ClearanceJoints`, or summed with the user's own.
+      Entries after the first nv are not read.
+    - ``generalized_force``: output, (nv,).
+      `applied` plus the forces of loads, drives and loops: for the plant's applied generalised forces.
+    - ``torques``: output, (nd,).
+      Torque [N m] or force [N] of each drive: prescribed ones first, then the powered ones.
+
+    Parameters
+    ----------
+    tree : Tree
+    motions : Motions
+        Of the driven joints.
+    torques : Motions
+        Torque histories of the powered joints.
+    loads : tuple
+        Applied loads; see `linkages.system.loads.pack_loads`.
+    gravity : (2,) array
+        In plane axes [m/s^2]; must be the plant's.
+    stabilisation : float
+        [1/s]
+    positions, velocities, num_positions, num_velocities
+        As for `ClearanceJoints`.
+    extra : int
+        Entries of `applied` after the forces.
+    """
+
+    def __init__(
+        self,
+        tree: Tree,
+        motions: Motions,
+        torques: Motions,
+        loads: Loads,
+        gravity: Array,
+        stabilisation: float,
+        positions: Indices,
+        velocities: Indices,
+        num_positions: int,
+        num_velocities: int,
+        extra: int = 0,
+    ) -> None:
+        super().__init__()
+        self.set_name("drives")
+        self.joints = (*tree.driven, *tree.powered)
+        self._tree = tree
+        self._motion, self._torque = motions.arrays, torques.arrays
+        self._model = (tree.bodies, tree.loop_rows, stabilisation, np.asarray(gravity, float))
+        self._loads = loads
+        self._driven, self._powered = tree.driven_dofs, tree.powered_dofs
+        self._size = num_velocities
+        self._q, self._v, self._into = positions, num_positions + velocities, velocities
+        self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
+        self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
+        needs = {
+            self.time_ticket(),
+            self.input_port_ticket(self._state.get_index()),
+            self.input_port_ticket(self._applied.get_index()),
+        }
+        self._force = self.DeclareVectorOutputPort(
+            "generalized_force", num_velocities, self._give_force, needs
+        )
+        self._torques = self.DeclareVectorOutputPort("torques", len(self.joints), self._give_torques, needs)
+
+    def get_state_input_port(self) -> InputPort:
+        """Input port ``state``."""
+        return self._state
+
+    def get_applied_input_port(self) -> InputPort:
+        """Input port ``applied``."""
+        return self._applied
+
+    def get_force_output_port(self) -> OutputPort:
+        """Output port ``generalized_force``."""
+        return self._force
+
+    def get_torques_output_port(self) -> OutputPort:
+        """Output port ``torques``."""
+        return self._torques
+
+    def loop_error(self, context: Context) -> float:
+        """Largest closure error of the loops that ideal joints close [m, rad]."""
+        pose = np.empty((len(self._tree.bodies), 5))
+        body_positions(self._tree.bodies, self._state.Eval(context)[self._q], pose)
+        return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
+
+    def _solve(self, context: Context) -> tuple[Array, Array]:
+        return driven_forces(
+            *self._model,
+            self._driven,
+            self._motion,
+            self._powered,
+            self._torque,
+            self._loads,
+            context.get_time(),
+            self._state.Eval(context),
+            self._q,
+            self._v,
+            self._applied.Eval(context),
+            self._into,
+            self._size,
+        )
+
+    def _give_force(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._solve(context)[0])
+
+    def _give_torques(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._solve(context)[1])

@@ -1,0 +1,121 @@
+"""The mechanism's spanning tree as SDFormat that Drake accepts, and as a plant."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
+from scipy.spatial.transform import Rotation
+
+from linkages.engines.drake.visuals import skeleton
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def tree_sdf(tree: Tree) -> str:
+    """Write the spanning tree as plain SDFormat: no cut joints, no annotations, no frames to resolve.
+
+    Links stand where the tree puts them at zero coordinates: as drawn, but shifted so that every joint of the
+    tree is closed. Visuals are passed on, or made where a link has none; collision geometry is not passed on
+    (contact is the joint laws' business).
+    """
+    mechanism = tree.mechanism
+    root = ET.Element("sdf", version="1.9")
+    model = ET.SubElement(root, "model", name=mechanism.name)
+    shift = drawn_shifts(tree)
+    for link in mechanism.links:
+        element = ET.SubElement(model, "link", name=link.name)
+        _pose(element, link.translation + shift[link.name], link.rotation)
+        inertial = ET.SubElement(element, "inertial")
+        _pose(inertial, link.com_local, np.eye(3))
+        ET.SubElement(inertial, "mass").text = repr(link.mass)
+        tensor = ET.SubElement(inertial, "inertia")
+        for key, (i, j) in {
+            "ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2),
+        }.items():  # fmt: skip
+            ET.SubElement(tensor, key).text = repr(float(link.inertia_local[i, j]))
+        for visual in link.visuals or skeleton(mechanism, link, tree.extent):
+            element.append(ET.fromstring(visual))
+    for edge in tree.edges.values():
+        joint = mechanism.joint[edge.joint]
+        element = ET.SubElement(model, "joint", name=joint.name, type=joint.type)
+        ET.SubElement(element, "parent").text = joint.parent
+        ET.SubElement(element, "child").text = joint.child
+        # on the child if the child is a link (its drawn position is the joint's), else in the world
+        where = joint.position + shift.get(joint.child, np.zeros(3))
+        pose = _pose(element, where, np.eye(3))
+        pose.set("relative_to", "__model__")
+        if joint.type != "fixed":
+            axis = ET.SubElement(element, "axis")
+            ET.SubElement(axis, "xyz").text = _words(joint.axis)
+    return ET.tostring(root, encoding="unicode")
+
+
+def drawn_shifts(tree: Tree) -> dict[str, Array]:
+    """Displacement (3,) in the plane, by link, that closes the tree's joints at zero coordinates [m]."""
+    shift = {"world": np.zeros(3)}
+    in_plane = tree.mechanism.basis[:, :2]
+    for name in tree.index:  # parents stand before children
+        if name == "world":
+            continue
+        edge = tree.edges.get(name)
+        if edge is None:
+            shift[name] = np.zeros(3)
+            continue
+        joint = tree.mechanism.joint[edge.joint]
+        gap = np.zeros(2) if joint.type == "fixed" else joint.on_parent - joint.on_child
+        inner, sign = (joint.child, -1.0) if edge.reversed else (joint.parent, 1.0)
+        shift[name] = shift[inner] + sign * (in_plane @ gap)
+    return shift
+
+
+def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
+    """Add the tree's links and joints to a plant that is not finalized; returns the model instance."""
+    (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
+    for name in tree.index:
+        if name != "world" and name not in tree.edges:
+            _add_floating(plant, instance, tree, name)
+    return instance
+
+
+def state_indices(plant: MultibodyPlant, tree: Tree, instance: int) -> tuple[Indices, Indices]:
+    """Index of each coordinate of the tree in the plant's state [q; v], and in its generalised velocities."""
+    positions, velocities = [], []
+    for name in tree.coordinates:
+        link, _, part = name.rpartition(".")
+        joint = plant.GetJointByName(f"{link}_floating" if link else name, instance)
+        offset = ("x", "y", "angle").index(part) if link else 0
+        positions.append(joint.position_start() + offset)
+        velocities.append(joint.velocity_start() + offset)
+    return np.array(positions, dtype=np.int64), np.array(velocities, dtype=np.int64)
+
+
+def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -> None:
+    link = tree.mechanism.link[name]
+    basis = tree.mechanism.basis
+    X_WF = RigidTransform(RotationMatrix(basis), basis[:, :2] @ link.com)
+    X_WL = RigidTransform(RotationMatrix(link.rotation), link.translation)
+    F = plant.AddFrame(FixedOffsetFrame(f"{name}_floating_F", plant.world_frame(), X_WF, instance))
+    body = plant.GetBodyByName(name, instance)
+    M = plant.AddFrame(
+        FixedOffsetFrame(f"{name}_floating_M", body.body_frame(), X_WL.inverse() @ X_WF, instance)
+    )
+    plant.AddJoint(PlanarJoint(f"{name}_floating", F, M, np.zeros(3)))
+
+
+def _pose(parent: ET.Element, translation: Array, rotation: Array) -> ET.Element:
+    pose = ET.SubElement(parent, "pose")
+    angles = Rotation.from_matrix(rotation).as_euler("xyz")
+    pose.text = _words(np.concatenate([translation, angles]))
+    return pose
+
+
+def _words(values: Array) -> str:
+    return " ".join(repr(float(value)) for value in values)

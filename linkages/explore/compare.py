@@ -1,0 +1,198 @@
+"""Both engines on the same experiment: how far apart they are, and how long that is a fair question.
+
+Where joints touch, solutions part: a difference grows by the same factor in every impact, and two runs of *one* engine
+at different tolerances agree up to a horizon and no further. Differences are taken up to the horizon of the engine that
+parts from itself first; beyond it they would say nothing about either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.study import Progress, simulate, touching
+from linkages.errors import InputError
+from linkages.model.experiment import Experiment
+from linkages.model.mechanism import Mechanism
+from linkages.results.impacts import Impact, impacts
+from linkages.results.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+#: Two solutions have parted when a journal's places differ by this part of its clearance.
+PARTED = 1e-3
+
+_LOOSER = 10.0  # ratio of the tolerances of the two runs of one engine
+_IMPACTS = 2  # contacts of each joint that are compared one by one
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Of one quantity: largest difference over time, when [s], and the quantity's largest magnitude in either run."""
+
+    max_difference: float
+    time: float
+    peak: float
+
+    @property
+    def relative(self) -> float:
+        """Largest difference in parts of the peak."""
+        return self.max_difference / self.peak if self.peak > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two engines on one experiment.
+
+    Attributes
+    ----------
+    runs : dict of str to Trajectory
+        By engine.
+    horizons : dict of str to float
+        By engine: time up to which its runs at two tolerances stay together [s]; the run's end if nothing touches.
+    differences : dict of str to Difference
+        By name of the column, up to `until`.
+    contacts : list of (Impact, Impact)
+        The first contacts of each joint that end before `until`, of both engines.
+    """
+
+    runs: dict[str, Trajectory]
+    horizons: dict[str, float]
+    differences: dict[str, Difference]
+    contacts: list[tuple[Impact, Impact]]
+
+    @property
+    def until(self) -> float:
+        """Time up to which the engines are compared [s]."""
+        return min(self.horizons.values())
+
+    @property
+    def parted(self) -> bool:
+        """Whether the horizon lies before the end of the runs."""
+        return self.until < min(run.time[-1] for run in self.runs.values())
+
+
+def compare(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    progress: Callable[[str], Progress] | None = None,
+) -> Comparison:
+    """Run an experiment on both engines and compare them.
+
+    Each engine runs a second time, at a ten times looser tolerance, if joints can touch: that gives the horizon.
+
+    Parameters
+    ----------
+    mechanism, experiment
+    progress : callable, optional
+        Called with the name of each stage; returns the stage's progress function.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `linkages.engines.study.simulate`.
+    """
+    stage = progress or (lambda name: lambda time: None)
+    runs, horizons = {}, {}
+    for engine in ("compiled", "drake"):
+        runs[engine] = simulate(mechanism, experiment, engine, stage(engine))
+        horizons[engine] = float(runs[engine].time[-1])
+        if touching(experiment, runs[engine]):
+            accuracy = min(_LOOSER * experiment.solver.accuracy, 0.1)
+            looser = experiment.replaced({"solver.accuracy": accuracy})
+            other = simulate(mechanism, looser, engine, stage(f"{engine}, looser"))
+            horizons[engine] = horizon(runs[engine], other, experiment)
+    until = min(horizons.values())
+    found = differences(runs["compiled"], runs["drake"], names(experiment, runs["compiled"]), until)
+    return Comparison(runs, horizons, found, _contacts(runs["compiled"], runs["drake"], experiment, until))
+
+
+def names(experiment: Experiment, run: Trajectory) -> list[str]:
+    """Columns that are compared: outputs, force and eccentricity of joints with play, drive torques."""
+    of_joints = [f"{joint}.{what}" for joint in experiment.play for what in ("force", "eccentricity_ratio")]
+    of_drives = [f"{drive}.torque" for drive in experiment.drives]
+    return [name for name in (*experiment.outputs, *of_joints, *of_drives) if name in run.columns]
+
+
+def differences(
+    run: Trajectory, other: Trajectory, columns: list[str], until: float
+) -> dict[str, Difference]:
+    """Largest differences of the named columns up to a time, at the steps of `other` and at that time.
+
+    Parameters
+    ----------
+    run, other : Trajectory
+        `run` has dense output.
+    columns : list of str
+    until : float
+        [s]
+    """
+    inside = other.time <= until
+    times = other.time[inside]
+    exact = dense(run)(times)
+    result = {}
+    for name in columns:
+        apart = np.abs(exact[name] - other[name][inside])
+        worst = int(np.argmax(apart))
+        peak = float(max(np.abs(exact[name]).max(), np.abs(other[name][inside]).max()))
+        result[name] = Difference(float(apart[worst]), float(times[worst]), peak)
+    return result
+
+
+def horizon(run: Trajectory, other: Trajectory, experiment: Experiment) -> float:
+    """Time up to which the journals of two runs stay within `PARTED` clearances of each other [s].
+
+    Looked at at the steps of `other`, of which every contact has many.
+    """
+    end = min(run.time[-1], other.time[-1])
+    times = other.time[other.time <= end]
+    exact = dense(run)(times)
+    apart = np.zeros(len(times))
+    for name in _journals(run):
+        model = experiment.joints[name.partition(".")[0]]
+        for column in (f"{name}.ex", f"{name}.ey"):
+            apart = np.maximum(apart, np.abs(exact[column] - other[column][: len(times)]) / model.clearance)
+    beyond = np.flatnonzero(~(apart <= PARTED))
+    return float(times[max(beyond[0] - 1, 0)]) if len(beyond) else float(end)
+
+
+def revolutions(experiment: Experiment, time: float) -> float | None:
+    """Revolutions of the first drive of constant speed in a time; None if there is none."""
+    for drive in experiment.drives.values():
+        if drive.prescribed and drive.speed:
+            return abs(drive.speed) * time / (2.0 * np.pi)
+    return None
+
+
+def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
+    """Dense output of a run.
+
+    Raises
+    ------
+    InputError
+        If the run was loaded from a file.
+    """
+    if run.evaluate is None:
+        raise InputError(
+            "argument", "trajectory", "was loaded from a file and has no dense output; run it anew"
+        )
+    return run.evaluate
+
+
+def _journals(run: Trajectory) -> list[str]:
+    return [name.removesuffix(".ex") for name in run.columns if name.endswith(".ex")]
+
+
+def _contacts(
+    run: Trajectory, other: Trajectory, experiment: Experiment, until: float
+) -> list[tuple[Impact, Impact]]:
+    """Pair the first contacts of each joint."""
+    result = []
+    for joint in touching(experiment, run):
+        pairs = zip(impacts(run, [joint]), impacts(other, [joint]), strict=False)
+        ended = [pair for pair in pairs if all(row.start + row.duration < until for row in pair)]
+        result += ended[:_IMPACTS]
+    return sorted(result, key=lambda pair: pair[0].start)

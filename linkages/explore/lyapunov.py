@@ -1,0 +1,120 @@
+"""Largest Lyapunov exponent: how fast two trajectories part that start next to each other.
+
+Two trajectories are followed; many times in each revolution the second is put back to the first's neighbourhood, along
+the line between them, and the logarithm of what it had moved away by is added up. Benettin, Galgani and Strelcyn,
+Kolmogorov entropy and numerical experiments, Phys. Rev. A 14 (1976) 2338-2345.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, RunError, Status
+from linkages.explore.flow import Flow, lasting, period_of
+from linkages.model.experiment import Experiment
+from linkages.model.mechanism import Mechanism
+
+Array = NDArray[np.float64]
+
+_ACCURACY = 1e-4  # of the two trajectories, in parts of their distance
+_BLOCKS = 10  # of revolutions, for the standard error
+
+
+@dataclass(frozen=True)
+class Exponent:
+    """Largest Lyapunov exponent.
+
+    Attributes
+    ----------
+    growth : (nr,) array
+        Mean rate of growth in each revolution, natural [1/s].
+    period : float
+        [s]
+    """
+
+    growth: Array
+    period: float
+
+    @property
+    def value(self) -> float:
+        """The exponent: the mean over all revolutions [1/s]."""
+        return float(self.growth.mean())
+
+    @property
+    def per_revolution(self) -> float:
+        """Natural logarithm of the growth in one revolution."""
+        return self.value * self.period
+
+    @property
+    def error(self) -> float:
+        """Standard error of the mean, from ten blocks of revolutions, which depend less on each other [1/s]."""
+        blocks = [block.mean() for block in np.array_split(self.growth, min(_BLOCKS, len(self.growth)))]
+        return float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else float("nan")
+
+    @property
+    def running(self) -> Array:
+        """Mean up to each revolution (nr,) [1/s]: how the exponent settles."""
+        return np.cumsum(self.growth) / np.arange(1, len(self.growth) + 1)
+
+
+def largest_exponent(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    revolutions: int,
+    transient: int = 0,
+    drive: str | None = None,
+    distance: float = 1e-7,
+    renormalisations: int = 20,
+) -> Exponent:
+    """Largest Lyapunov exponent of a driven linkage.
+
+    The distance of two states is the root mean square of their entries' differences, each in parts of what the engine
+    measures its errors by (`linkages.engines.compiled.model.error_scale`). The trajectories run at an accuracy of 1e-4 times
+    that distance, or the experiment's if that is smaller. A drive's phase is no part of the state: the exponent of zero
+    that every flow has along itself is not there.
+
+    Parameters
+    ----------
+    revolutions, transient : int
+        Revolutions to average over, and before them to discard; the second trajectory starts with them.
+    drive : str, optional
+        Whose revolutions; default: the first of constant speed.
+    distance : float
+        What the trajectories are put back to [1].
+    renormalisations : int
+        Per revolution; more where trajectories part fast.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `linkages.engines.study.simulate`; and if nothing is free to move.
+    RunError
+        If a trajectory fails.
+    """
+    period = period_of(experiment, drive)
+    accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
+    total = transient + revolutions
+    tight = lasting(experiment, total, drive).replaced({"solver.accuracy": accuracy})
+    first = Flow(mechanism, tight)
+    if not len(first.y):
+        raise InputError(
+            experiment.source, "drives", "they determine the whole motion: nothing is free to part"
+        )
+    second = Flow(mechanism, tight, first.assembly)
+    second.put(first.y + distance * first.scale, first)
+    logarithms = np.empty((total, renormalisations))
+    for turn in range(total):
+        for k in range(renormalisations):
+            until = (turn + (k + 1) / renormalisations) * period
+            for flow in (first, second):
+                flow.advance(until)
+                if flow.status is not Status.OK:
+                    raise RunError(f"{flow.status.value} at t = {flow.t:.6g} s; {flow.status.remedy}")
+            apart = second.y - first.y
+            size = float(np.sqrt(np.mean((apart / first.scale) ** 2)))
+            logarithms[turn, k] = np.log(size / distance)
+            second.put(first.y + distance / size * apart, first)
+    return Exponent(logarithms[transient:].sum(axis=1) / period, period)

@@ -1,0 +1,171 @@
+"""Poincare sections of runs: once per revolution, or where a signal crosses a level."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import Status
+from linkages.explore.compare import PARTED, dense
+from linkages.explore.flow import Flow, lasting, period_of
+from linkages.model.experiment import Experiment
+from linkages.model.mechanism import Mechanism
+from linkages.outputs.columns import Columns
+from linkages.results.extremes import extremes
+from linkages.results.trajectory import Trajectory, sample
+
+Array = NDArray[np.float64]
+
+_HALVINGS = 60
+_LOOSER = 10.0  # ratio of the tolerances of two runs that part
+_LOOKS = 50  # per revolution, at which two runs are compared
+
+
+@dataclass(frozen=True)
+class Section:
+    """What happened in each of nr revolutions.
+
+    Attributes
+    ----------
+    period : float
+        [s]
+    times : (nr,) array
+        End of each revolution [s].
+    strobe, low, high : dict of str to (nr,) array
+        By name of the column: value at the end of each revolution; extremes within it, over continuous time.
+    status : Status
+        How the run ended; revolutions that it did not finish are left out.
+    """
+
+    period: float
+    times: Array
+    strobe: dict[str, Array]
+    low: dict[str, Array]
+    high: dict[str, Array]
+    status: Status
+
+    def peaks(self, name: str) -> Array:
+        """Largest magnitude in each revolution (nr,)."""
+        return np.maximum(np.abs(self.low[name]), np.abs(self.high[name]))
+
+
+def stroboscopic(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    names: Sequence[str],
+    revolutions: int,
+    transient: int = 0,
+    drive: str | None = None,
+) -> Section:
+    """Poincare section once per revolution, with the extremes of each revolution.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Columns (see `linkages.outputs.columns`).
+    revolutions, transient : int
+        Revolutions to keep, and before them to discard.
+    drive : str, optional
+        Whose revolutions; default: the first of constant speed.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `linkages.engines.study.simulate`, and if a column or drive does not exist.
+    """
+    period = period_of(experiment, drive)
+    flow = Flow(mechanism, lasting(experiment, transient + revolutions, drive))
+    flow.check_names(names)
+    if transient:
+        flow.advance(transient * period)
+    times: list[float] = []
+    found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
+    for turn in range(transient + 1, transient + revolutions + 1):
+        if flow.status is not Status.OK:
+            break
+        piece = flow.advance(turn * period)
+        if flow.status is not Status.OK:
+            break
+        evaluate = partial(flow.columns, piece, names=names)
+        run = sample(np.unique(piece.times), evaluate, Status.OK, {})
+        times.append(flow.t)
+        for name, extreme in extremes(run, names).items():
+            found[name].append((float(run[name][-1]), extreme.min, extreme.max))
+    table = {name: np.array(rows).reshape(-1, 3).T for name, rows in found.items()}
+    strobe, low, high = ({name: rows[k] for name, rows in table.items()} for k in range(3))
+    return Section(period, np.array(times), strobe, low, high, flow.status)
+
+
+def crossings(
+    run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0
+) -> Columns:
+    """Poincare section where a column crosses a level: all columns at the crossings.
+
+    Two crossings between two steps of the integrator are not seen.
+
+    Parameters
+    ----------
+    run : Trajectory
+        With dense output.
+    name : str
+        The column.
+    level : float
+        In the column's unit.
+    rising : bool
+        Whether crossings upwards are taken, or those downwards.
+    start : float
+        Time before which nothing counts [s].
+    """
+    evaluate = dense(run)
+    sign = 1.0 if rising else -1.0
+    above = sign * (run[name] - level) > 0.0
+    steps = np.flatnonzero(~above[:-1] & above[1:] & (run.time[:-1] >= start))
+    left, right = run.time[steps].copy(), run.time[steps + 1].copy()
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (left + right)
+        if not np.any((left < middle) & (middle < right)):
+            break
+        beyond = sign * (evaluate(middle)[name] - level) > 0.0
+        right, left = np.where(beyond, middle, right), np.where(beyond, left, middle)
+    return evaluate(right)
+
+
+def horizon(mechanism: Mechanism, experiment: Experiment, most: float, drive: str | None = None) -> float:
+    """Revolutions for which runs at the experiment's and at a ten times looser accuracy stay together.
+
+    Together means that every journal is within `linkages.explore.compare.PARTED` clearances of where the other run has it, at
+    fifty times in each revolution.
+
+    Parameters
+    ----------
+    most : float
+        Revolutions after which to stop looking, and to return.
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `stroboscopic`.
+    """
+    period = period_of(experiment, drive)
+    fine = lasting(experiment, most, drive)
+    coarse = fine.replaced({"solver.accuracy": min(_LOOSER * experiment.solver.accuracy, 0.1)})
+    flows = Flow(mechanism, fine), Flow(mechanism, coarse)
+    contacts = flows[0].assembly.tree.contacts
+    names = [f"{label}.{axis}" for _, label in contacts for axis in ("ex", "ey")]
+    allowed = np.repeat([PARTED * (experiment.joints[name].clearance or 0.0) for name, _ in contacts], 2)
+    looks = int(np.floor(most * _LOOKS))
+    for look in range(1, looks + 1):
+        places = []
+        for flow in flows:
+            flow.advance(look * period / _LOOKS)
+            if flow.status is not Status.OK:
+                return (look - 1) / _LOOKS
+            here = flow.columns(flow.here(), np.array([flow.t]), names)
+            places.append(np.array([here[name][0] for name in names]))
+        if np.any(np.abs(places[1] - places[0]) > allowed):
+            return (look - 1) / _LOOKS
+    return float(most)

@@ -1,0 +1,82 @@
+"""Spectra of runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+from linkages.errors import InputError
+from linkages.explore.compare import dense
+from linkages.results.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """One-sided power spectral density of a column.
+
+    Attributes
+    ----------
+    name : str
+        The column.
+    frequency : (nf,) array
+        [Hz]
+    density : (nf,) array
+        [unit of the column squared, per Hz]; its integral is the column's variance.
+    """
+
+    name: str
+    frequency: Array
+    density: Array
+
+
+def spectrum(
+    run: Trajectory,
+    name: str,
+    start: float = 0.0,
+    samples: int = 8192,
+    segments: int = 1,
+    window: str = "hann",
+) -> Spectrum:
+    """Power spectral density by Welch's method, from even samples of the dense output.
+
+    What happens above half the sampling rate, samples/(2 (end - start)), is folded into what is below: contacts last
+    tens of microseconds and need as fine samples.
+
+    Parameters
+    ----------
+    run : Trajectory
+        With dense output.
+    name : str
+        The column; its mean is removed.
+    start : float
+        Time before which nothing counts [s].
+    samples : int
+        Even samples from there to the end of the run.
+    segments : int
+        Segments, overlapping by half, over which the density is averaged: more are smoother, and resolve less.
+    window : str
+        As of `scipy.signal.get_window`.
+
+    Raises
+    ------
+    InputError
+        If there is no such time span, column or number of samples.
+    """
+    end = float(run.time[-1])
+    if not 0.0 <= start < end:
+        raise InputError("argument", "start", f"is {start:g} s; the run lasts from 0 to {end:g} s")
+    if name not in run.columns:
+        raise InputError("output", name, "is unknown")
+    if segments < 1 or samples < 8 * segments:
+        raise InputError("argument", "samples", f"{samples} are too few for {segments} segments; 8 for each")
+    times = np.linspace(start, end, samples, endpoint=False)
+    values = dense(run)(times)[name]
+    length = samples if segments == 1 else 2 * samples // (segments + 1)
+    rate = samples / (end - start)
+    frequency, density = welch(values, rate, window, nperseg=length, detrend="constant")
+    return Spectrum(name, frequency, density)

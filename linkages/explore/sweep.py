@@ -1,0 +1,155 @@
+"""Sections over the values of one variable: bifurcation diagrams."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, Status
+from linkages.explore.flow import Flow, lasting, period_of
+from linkages.explore.sections import Section, horizon, stroboscopic
+from linkages.model.experiment import Experiment, check
+from linkages.model.mechanism import Mechanism, load_mechanism
+from linkages.system.assembly import AssemblyError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One value of the variable.
+
+    Attributes
+    ----------
+    value : float
+    section : Section or None
+        None if the linkage could not be assembled.
+    status : Status
+    horizon : float or None
+        Revolutions from the start for which two tolerances agree, see `linkages.explore.sections.horizon`; None
+        where nothing touches, or if it was not asked for.
+    """
+
+    value: float
+    section: Section | None
+    status: Status
+    horizon: float | None = None
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Sections at every value of a variable.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path of the variable.
+    names : tuple of str
+        Columns.
+    transient : int
+        Revolutions discarded.
+    points : tuple of Point
+        In the order of the values.
+    """
+
+    path: str
+    names: tuple[str, ...]
+    transient: int
+    points: tuple[Point, ...]
+
+
+def sweep(
+    mechanism: Mechanism,
+    experiment: Experiment,
+    path: str,
+    values: Sequence[float] | Array,
+    names: Sequence[str],
+    revolutions: int,
+    transient: int = 0,
+    drive: str | None = None,
+    horizons: bool = False,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Sweep:
+    """Take a stroboscopic section at every value of a variable, in threads; the result does not depend on how many.
+
+    Every run starts from the experiment's initial state: branches that coexist are not followed.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the variable, of the experiment or, with ``sdf.``, of the machine.
+    values : sequence of float
+    names : sequence of str
+        Columns to look at.
+    revolutions, transient : int
+        Revolutions to keep, and before them to discard.
+    drive : str, optional
+        Whose revolutions; default: the first of constant speed.
+    horizons : bool
+        Whether to find the horizon of each value, where joints can touch.
+    threads : int, optional
+        Default: as many as there are processors.
+    progress : callable, optional
+        Called with the part that is done, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If path, a value or a name is not valid; before anything runs.
+    """
+    for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
+        if number < least:
+            raise InputError("argument", what, f"is {number}; it must be {least} or more")
+    if len(values) == 0:
+        raise InputError("argument", path, "has no values")
+    cases = [_case(mechanism, experiment, path, float(value)) for value in values]
+    for _, case in cases:
+        period_of(case, drive)
+    _check_names(cases, names, drive)
+
+    def work(value: float, machine: Mechanism, case: Experiment) -> Point:
+        try:
+            section = stroboscopic(machine, case, names, revolutions, transient, drive)
+            found = None
+            if horizons and any(joint.can_touch for joint in case.joints.values()):
+                found = horizon(machine, case, transient + revolutions, drive)
+        except AssemblyError as problem:
+            return Point(value, None, problem.status)
+        return Point(value, section, section.status, found)
+
+    pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
+    try:
+        jobs = [pool.submit(work, float(value), *case) for value, case in zip(values, cases, strict=True)]
+        for done, _ in enumerate(as_completed(jobs), 1):
+            if progress is not None:
+                progress(done / len(jobs))
+        points = tuple(job.result() for job in jobs)
+    finally:
+        pool.shutdown(cancel_futures=True)
+    return Sweep(path, tuple(names), transient, points)
+
+
+def _case(
+    mechanism: Mechanism, experiment: Experiment, path: str, value: float
+) -> tuple[Mechanism, Experiment]:
+    case = experiment.replaced({path: value})
+    if path.startswith("sdf."):
+        mechanism = load_mechanism(case.mechanism_path, case.sdf_overrides)
+    check(mechanism, case)
+    return mechanism, case
+
+
+def _check_names(cases: list[tuple[Mechanism, Experiment]], names: Sequence[str], drive: str | None) -> None:
+    """Check the columns' names with the first case that can be assembled."""
+    for mechanism, case in cases:
+        try:
+            Flow(mechanism, lasting(case, 1.0, drive)).check_names(names)
+            return
+        except AssemblyError:
+            continue

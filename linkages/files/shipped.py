@@ -1,0 +1,35 @@
+"""Finds the machines and experiments that come with the package."""
+
+from __future__ import annotations
+
+import errno
+import os
+from importlib.resources import files
+from pathlib import Path
+
+from linkages.errors import unreadable
+
+
+def data_folder() -> Path:
+    """Folder of the shipped ``.sdf`` and ``.toml`` files."""
+    packaged = Path(str(files("linkages"))) / "sdf"
+    return packaged if packaged.is_dir() else Path(__file__).resolve().parents[2] / "sdf"
+
+
+def find_file(name: str | Path) -> Path:
+    """Return the file as given if it exists, else a shipped file of that name.
+
+    Raises
+    ------
+    InputError
+        If there is neither; it names the nearest of the files that are there.
+    """
+    path = Path(name)
+    if path.exists():
+        return path
+    bare = path.parent in (Path(), Path("sdf"))
+    shipped = data_folder() / path.name
+    if bare and shipped.exists():
+        return shipped
+    others = data_folder().glob(f"*{path.suffix}") if bare else ()
+    raise unreadable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)), others)

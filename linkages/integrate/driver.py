@@ -1,0 +1,299 @@
+"""Step by step from start to end: error control, events, records; for any method and any problem.
+
+`driver` makes the function that integrates, from compiled functions of a method and of a problem:
+
+========== ==========================================================================================================
+function   what it does
+========== ==========================================================================================================
+rhs        ``rhs(problem, t, y, dy)`` fills the derivatives
+attempt    ``attempt(problem, s, t, h, y, exact) -> (error, factor)`` tries a step, see `linkages.integrate.radau`
+signs      ``signs(problem, g, dg)`` fills event functions and their rates, as of the last evaluation of `rhs`
+settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first too, and the
+           event that ended the step, or -1; it may change y
+observe    ``observe(problem, t, y, row)`` fills what is recorded beside t and y
+========== ==========================================================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.integrate.stepper import COUNT, Stepper, accept, copy, restart
+from linkages.kernel import kernel, template
+
+Array = NDArray[np.float64]
+
+#: How a run ends: at its end; after the steps it was given; where `settle` says so (larger values); step too small.
+DONE, PAUSED, COLLAPSED = 0, 1, 2
+
+_SMALLEST = 1e-14  # step, in parts of the time so far or of the first step: below it the run has collapsed
+_TRIES = 60  # attempts at landing on an event
+_STUCK = 200  # events in a row without a step worth its name
+
+
+class Options(NamedTuple):
+    """Settings of a run.
+
+    Attributes
+    ----------
+    end : float
+        Last time.
+    first, largest : float
+        Steps.
+    most : int
+        Steps after which the run pauses.
+    relative : float
+        Tolerance that is multiplied by an entry's magnitude and added to its absolute one.
+    landing : (ne,) array
+        How close to zero an event function must come.
+    """
+
+    end: float
+    first: float
+    largest: float
+    most: int
+    relative: float
+    landing: Array
+
+
+class Record(NamedTuple):
+    """What happened: times (nt,), states (nt, n), what `observe` gave (nt, m); numbers of steps and evaluations."""
+
+    times: Array
+    states: Array
+    observed: Array
+    status: int
+    steps: int
+    rejected: int
+    evaluations: int
+    next_step: float
+
+
+@kernel
+def first_event(
+    modes: NDArray[np.int64], landing: Array, g0: Array, d0: Array, g1: Array, d1: Array, h: float
+) -> tuple[int, float]:
+    """Event function that first leaves its sign within a step, and where, in parts of the step; -1 if none does.
+
+    Each is taken as the cubic through its values and rates at both ends: also one that has its sign at both ends is
+    found to lose it between.
+    """
+    which, where = -1, 2.0
+    for k in range(len(modes)):
+        m = modes[k]
+        a, b = m * g0[k], m * g1[k]
+        if a < 0.0:  # landed just across and turned back: zero is behind
+            a = 0.0
+        da, db = m * d0[k] * h, m * d1[k] * h
+        right = 1.0
+        if b >= 0.0:
+            right = _lowest(a, da, b, db)
+            if right <= 0.0 or _cubic(right, a, da, b, db) >= -landing[k]:
+                continue
+        left = 0.0
+        for _ in range(50):
+            middle = 0.5 * (left + right)
+            if _cubic(middle, a, da, b, db) < 0.0:
+                right = middle
+            else:
+                left = middle
+        if right < where:
+            which, where = k, right
+    return which, where
+
+
+@kernel
+def _cubic(x: float, a: float, da: float, b: float, db: float) -> float:
+    """Evaluate Hermite's cubic on [0, 1]."""
+    c2 = 3.0 * (b - a) - 2.0 * da - db
+    c3 = 2.0 * (a - b) + da + db
+    return a + x * (da + x * (c2 + x * c3))
+
+
+@kernel
+def _lowest(a: float, da: float, b: float, db: float) -> float:
+    """Where Hermite's cubic on [0, 1] has its inner minimum; 0 if there is none."""
+    c2 = 3.0 * (b - a) - 2.0 * da - db
+    c3 = 2.0 * (a - b) + da + db
+    root = c2 * c2 - 3.0 * c3 * da
+    if root < 0.0:
+        return 0.0
+    root = math.sqrt(root)
+    x = (-c2 + root) / (3.0 * c3) if abs(c3) > 1e-14 * abs(c2) else (-0.5 * da / c2 if c2 > 0.0 else 0.0)
+    return x if 0.0 < x < 1.0 else 0.0
+
+
+@kernel
+def _longer(old: Array) -> Array:
+    new = np.empty(2 * len(old))
+    copy(old, new)
+    return new
+
+
+@kernel
+def _taller(old: Array) -> Array:
+    new = np.empty((2 * len(old), old.shape[1]))
+    for i in range(len(old)):
+        copy(old[i], new[i])
+    return new
+
+
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
+    """Make the function that integrates, from compiled functions; see the table above."""
+
+    @template
+    def land(
+        problem: Any,
+        s: Stepper,
+        t: float,
+        h: float,
+        y: Array,
+        modes: NDArray[np.int64],
+        landing: Array,
+        event: int,
+        fraction: float,
+        g1: Array,
+        d1: Array,
+    ) -> float:
+        """Shorten the step so that it ends just across an event; returns its size, negative if that fails.
+
+        The steps are of given size, without error control: they are shorter than one that was accurate.
+        """
+        m, tiny = modes[event], landing[event]
+        low, high = 0.0, h
+        size = fraction * h
+        for _ in range(_TRIES):
+            size = min(max(size, low), high)
+            error, _ = attempt(problem, s, t, size, y, True)
+            if not error <= 1.0:
+                return -1.0
+            signs(problem, g1, d1)
+            value, rate = m * g1[event], m * d1[event]
+            if -tiny <= value < 0.0 or high - low <= 4e-16 * (t + h):
+                return size
+            if value >= 0.0:
+                low = size
+            else:
+                high = size
+            guess = size - (value + 0.5 * tiny) / rate if rate < 0.0 else 0.5 * (low + high)
+            size = guess if low < guess < high else 0.5 * (low + high)
+        return size
+
+    @template
+    def drive(
+        problem: Any,
+        s: Stepper,
+        tolerance: Array,
+        t: float,
+        start: Array,
+        modes: NDArray[np.int64],
+        width: int,
+        options: Options,
+    ) -> Record:
+        """Integrate from (t, start).
+
+        Parameters
+        ----------
+        tolerance : (n,) array
+            Absolute tolerance of each entry.
+        modes : (ne,) array of int
+            Sign of each event function, +1 or -1; kept up to date.
+        width : int
+            Length of what `observe` fills.
+        """
+        n, ne = len(start), len(modes)
+        restart(s)
+        s.memory[COUNT] = 0.0
+        y = start.copy()
+        g0, d0, g1, d1 = np.zeros(ne), np.zeros(ne), np.zeros(ne), np.zeros(ne)
+        times, states, observed = np.empty(256), np.empty((256, n)), np.empty((256, width))
+        event = -1
+        rhs(problem, t, y, s.f0)
+        status, changed = settle(problem, t, y, event)
+        if changed:
+            rhs(problem, t, y, s.f0)
+        signs(problem, g0, d0)
+        observe(problem, t, y, observed[0])
+        times[0] = t
+        copy(y, states[0])
+        count, steps, rejected, stuck = 1, 0, 0, 0
+        h = options.first
+        end = options.end
+        while status == DONE and t < end:
+            if steps >= options.most:
+                status = PAUSED
+                break
+            smallest = _SMALLEST * max(abs(t), options.first)
+            for i in range(n):
+                s.scale[i] = tolerance[i] + options.relative * abs(y[i])
+            h = min(h, options.largest)
+            last = t + 1.0001 * h >= end
+            if last:
+                h = end - t
+            elif t + 2.0 * h > end:
+                h = 0.5 * (end - t)
+            error, factor = attempt(problem, s, t, h, y, False)
+            if not error <= 1.0:
+                rejected += 1
+                h *= min(factor, 0.9)
+                if h < smallest:
+                    status = COLLAPSED
+                continue
+            event = -1
+            if ne:
+                signs(problem, g1, d1)
+                event, fraction = first_event(modes, options.landing, g0, d0, g1, d1, h)
+            if event >= 0:
+                landing = options.landing
+                landed = land(problem, s, t, h, y, modes, landing, event, fraction, g1, d1)
+                if landed < 0.0:
+                    rejected += 1
+                    h *= 0.5
+                    if h < smallest:
+                        status = COLLAPSED
+                    continue
+                stuck = stuck + 1 if landed < smallest else 0
+                if stuck > _STUCK:
+                    status = COLLAPSED
+                    break
+                last = last and landed == h
+                factor = max(factor, 1.0) * h / landed if landed > smallest else 1.0
+                factor = min(factor, h / max(landed, smallest))
+                modes[event] = -modes[event]
+                accept(s, landed, error)
+                h = landed
+            else:
+                accept(s, h, error)
+                stuck = 0
+            t = end if last else t + h
+            copy(s.new, y)
+            steps += 1
+            status, changed = settle(problem, t, y, event)
+            if changed or event >= 0:
+                rhs(problem, t, y, s.f0)
+                restart(s)
+            if ne:
+                signs(problem, g0, d0)
+            h = max(h * factor, 2.0 * smallest)
+            if count == len(times):
+                times, states, observed = _longer(times), _taller(states), _taller(observed)
+            times[count] = t
+            copy(y, states[count])
+            observe(problem, t, y, observed[count])
+            count += 1
+        return Record(
+            times[:count].copy(),
+            states[:count].copy(),
+            observed[:count].copy(),
+            status,
+            steps,
+            rejected,
+            int(s.memory[COUNT]),
+            h,
+        )
+
+    return drive

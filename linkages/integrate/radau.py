@@ -1,0 +1,220 @@
+"""Radau IIA of order 5: one attempt at a step of an implicit method for stiff equations.
+
+Three-stage collocation at the Radau points, solved by simplified Newton iterations in the basis that makes the inverse
+of the coefficient matrix diagonal: one real and one complex system instead of one of three times the size. Error
+estimate and step control as by Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed., section IV.8.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.integrate.factor import back_substitute, factorise
+from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, HINT, LAST, NOTHING, PREDICTS, Stepper
+from linkages.kernel import kernel, template
+
+Array = NDArray[np.float64]
+
+ORDER = 5
+_ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
+_EXACT_ITERATIONS = 30  # where a shorter step is no choice
+_KEEP = 1.2  # the factors are kept if the step would not grow by more
+_FRESH = 1e-3  # rate of convergence below which the Jacobian is kept
+_NEWTON = 0.01  # what Newton's method leaves, in parts of the tolerance
+
+
+def _collocation() -> tuple[Array, Array, Array]:
+    """Nodes c, coefficients A of the method, weights of the error estimate."""
+    root = math.sqrt(6.0)
+    c = np.array([(4.0 - root) / 10.0, (4.0 + root) / 10.0, 1.0])
+    powers = np.vander(c, 3, increasing=True)  # A maps c^k to c^(k+1)/(k+1)
+    integrals = np.stack([c ** (k + 1) / (k + 1) for k in range(3)], axis=1)
+    error = np.array([-13.0 - 7.0 * root, -13.0 + 7.0 * root, -1.0]) / 3.0
+    return c, integrals @ np.linalg.inv(powers), error
+
+
+_C, _A, _ERROR = _collocation()
+_values, _vectors = np.linalg.eig(np.linalg.inv(_A))
+_real, _complex = int(np.argmin(np.abs(_values.imag))), int(np.argmax(_values.imag))
+_MU = float(_values[_real].real)
+_NU = complex(_values[_complex])
+_inverse = np.linalg.inv(_vectors)
+# Z = V1 w1 + 2 Re(V2 w2), w1 = R1 Z, w2 = R2 Z
+_turn = _vectors[0, _real]  # any factor serves; this one makes the real pair real
+_V1 = np.ascontiguousarray((_vectors[:, _real] / _turn).real)
+_R1 = np.ascontiguousarray((_inverse[_real] * _turn).real)
+_V2, _R2 = np.ascontiguousarray(_vectors[:, _complex]), np.ascontiguousarray(_inverse[_complex])
+
+
+@kernel
+def _factorise(s: Stepper, h: float) -> bool:
+    n = len(s.new)
+    for i in range(n):
+        for j in range(n):
+            s.real[i, j] = -s.jacobian[i, j]
+            s.complex[i, j] = -s.jacobian[i, j]
+        s.real[i, i] += _MU / h
+        s.complex[i, i] += _NU / h
+    s.memory[FACTORED] = h
+    return bool(factorise(s.real, s.pivots) and factorise(s.complex, s.pivots2))
+
+
+@kernel
+def _predict(s: Stepper, h: float) -> None:
+    """Guess the stages: on the last step's collocation polynomial, on Hermite's cubic to a hint, or along the slope."""
+    n, kind, size = len(s.new), s.memory[PREDICTS], s.memory[LAST]
+    for stage in range(3):
+        if kind == NOTHING or size == 0.0:
+            for i in range(n):
+                s.z[stage, i] = _C[stage] * h * s.f0[i]
+            continue
+        x = _C[stage] * h / size
+        if kind == HINT:
+            a, b, c = x * x * (3.0 - 2.0 * x), x * (1.0 - x) * (1.0 - x) * size, x * x * (x - 1.0) * size
+            for i in range(n):
+                s.z[stage, i] = a * s.last[0, i] + b * s.f0[i] + c * s.last[1, i]
+            continue
+        x += 1.0
+        l0 = x * (x - _C[1]) * (x - _C[2]) / (_C[0] * (_C[0] - _C[1]) * (_C[0] - _C[2]))
+        l1 = x * (x - _C[0]) * (x - _C[2]) / (_C[1] * (_C[1] - _C[0]) * (_C[1] - _C[2]))
+        l2 = x * (x - _C[0]) * (x - _C[1]) / (_C[2] * (_C[2] - _C[0]) * (_C[2] - _C[1]))
+        for i in range(n):
+            s.z[stage, i] = l0 * s.last[0, i] + l1 * s.last[1, i] + (l2 - 1.0) * s.last[2, i]
+
+
+@kernel
+def _estimate(s: Stepper, h: float, f: Array) -> float:
+    """Error of the step in parts of the tolerance; leaves it in r1."""
+    n = len(s.new)
+    for i in range(n):
+        s.r1[i] = f[i] + (_ERROR[0] * s.z[0, i] + _ERROR[1] * s.z[1, i] + _ERROR[2] * s.z[2, i]) / h
+    back_substitute(s.real, s.pivots, s.r1)
+    total = 0.0
+    for i in range(n):
+        total += (s.r1[i] / s.scale[i]) ** 2
+    return math.sqrt(total / n)
+
+
+def radau(rhs: Any, jacobian: Any) -> Any:
+    """Make the method's ``attempt`` for ``rhs(problem, t, y, dy)`` and ``jacobian(problem, t, y, out)``, compiled."""
+
+    @template
+    def newton(
+        problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool
+    ) -> tuple[bool, int, float]:
+        """Solve for the stages; returns whether it converged, the iterations, the rate of convergence."""
+        n = len(y)
+        _predict(s, h)
+        for i in range(n):
+            s.w1[i] = _R1[0] * s.z[0, i] + _R1[1] * s.z[1, i] + _R1[2] * s.z[2, i]
+            s.w2[i] = _R2[0] * s.z[0, i] + _R2[1] * s.z[1, i] + _R2[2] * s.z[2, i]
+        goal = 1e-3 * _NEWTON if exact else _NEWTON
+        iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
+        before, rate = 0.0, 0.0
+        for iteration in range(iterations):
+            for stage in range(3):
+                for i in range(n):
+                    s.trial[i] = y[i] + s.z[stage, i]
+                rhs(problem, t + _C[stage] * h, s.trial, s.stages[stage])
+            s.memory[COUNT] += 3
+            for i in range(n):
+                f0, f1, f2 = s.stages[0, i], s.stages[1, i], s.stages[2, i]
+                s.r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2 - _MU / h * s.w1[i]
+                s.r2[i] = _R2[0] * f0 + _R2[1] * f1 + _R2[2] * f2 - _NU / h * s.w2[i]
+            back_substitute(s.real, s.pivots, s.r1)
+            back_substitute(s.complex, s.pivots2, s.r2)
+            total = 0.0
+            for i in range(n):
+                s.w1[i] += s.r1[i]
+                s.w2[i] += s.r2[i]
+                for stage in range(3):
+                    change = _V1[stage] * s.r1[i] + 2.0 * (_V2[stage] * s.r2[i]).real
+                    s.z[stage, i] += change
+                    total += (change / s.scale[i]) ** 2
+            size = math.sqrt(total / (3 * n))
+            if not size < 1e100:
+                return False, iteration + 1, 1.0
+            if iteration > 0:
+                rate = size / before
+                left = iterations - 1 - iteration
+                if rate >= 1.0 and size > goal:  # diverges, or is as good as rounding lets it be
+                    return before < _NEWTON, iteration + 1, rate
+                if rate < 1.0 and rate**left / (1.0 - rate) * size > goal and size > 1e-10:
+                    return False, iteration + 1, rate
+            if (
+                size == 0.0
+                or size < 1e-10
+                or (iteration > 0 and rate < 1.0 and rate / (1.0 - rate) * size < goal)
+            ):
+                return True, iteration + 1, rate
+            before = size
+        return before < goal, iterations, rate
+
+    @template
+    def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
+        """Attempt a step from (t, y), with f0 known; fills new and f1.
+
+        Parameters
+        ----------
+        exact : bool
+            Whether the step's size is given: Newton's method is then carried further, and the error is not asked for.
+
+        Returns
+        -------
+        error : float
+            In parts of the tolerance; infinite if Newton's method failed.
+        factor : float
+            By which the next attempt's step should differ.
+        """
+        n = len(y)
+        new_jacobian = False
+        for trial in range(2):
+            if s.memory[FACTORED] == 0.0:
+                jacobian(problem, t, y, s.jacobian)
+                s.memory[CURRENT] = 1.0
+                new_jacobian = True
+            if s.memory[FACTORED] != h and not _factorise(s, h):
+                s.memory[FACTORED] = 0.0
+                return math.inf, 0.5
+            converged, iterations, rate = newton(problem, s, t, h, y, exact)
+            if converged:
+                break
+            if trial == 0 and not new_jacobian and s.memory[CURRENT] == 0.0:
+                s.memory[FACTORED] = 0.0
+                continue
+            return math.inf, 0.5
+        for i in range(n):
+            s.new[i] = y[i] + s.z[2, i]
+        if exact:
+            rhs(problem, t + h, s.new, s.f1)
+            s.memory[COUNT] += 1
+            return 0.0, 1.0
+        error = _estimate(s, h, s.f0)
+        safety = 0.9 * (2 * _ITERATIONS + 1) / (2 * _ITERATIONS + iterations)
+        if error > 1.0:
+            for i in range(n):
+                s.trial[i] = y[i] + s.r1[i]
+            rhs(problem, t, s.trial, s.f1)
+            s.memory[COUNT] += 1
+            error = _estimate(s, h, s.f1)
+        factor = min(8.0, max(0.1, safety * error**-0.25)) if error > 0.0 else 8.0
+        if not error <= 1.0:
+            if error != error:
+                return math.inf, 0.1
+            return error, min(factor, 0.9)
+        if s.memory[LAST] > 0.0 and error > 0.0:  # Gustafsson: the trend of the error
+            trend = h / s.memory[LAST] * (s.memory[ERROR] / error) ** 0.25
+            factor = min(factor, factor * trend)
+        if iterations > 2 and rate > _FRESH:
+            s.memory[FACTORED] = 0.0  # the next step gets a new Jacobian
+        elif 1.0 <= factor < _KEEP:
+            factor = 1.0
+        rhs(problem, t + h, s.new, s.f1)
+        s.memory[COUNT] += 1
+        return error, factor
+
+    return attempt

@@ -1,0 +1,82 @@
+"""The compiler of all numerical kernels.
+
+``@kernel`` is numba's ``njit`` with one set of options and a cache that notices edits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from numba import njit
+from numba.core.ccallback import CFunc
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_alive: list[CFunc] = []  # an address is good as long as its function lives
+_HOLDERS = (
+    "kernel",
+    "laws",
+    "integrate",
+    "planar",
+    "outputs",
+    "engines/compiled",
+)  # the folders that hold kernels
+
+
+def kernel(function: F) -> F:
+    """Compile a function, on its first call, to code that is cached on disk, releases the GIL and divides as IEEE says.
+
+    Numba recompiles a function when its own file changes; but compiled callers contain their callees, so that an
+    edited law would not reach the kernels that were compiled with the old one. Here every kernel is compiled anew
+    when any file with kernels has changed.
+    """
+    return _compiled(function)
+
+
+def inlined_kernel(function: F) -> F:
+    """Compile as `kernel` does, into each caller's body: for functions whose many arrays cost time to hand over."""
+    return _compiled(function, forceinline=True)
+
+
+def template(function: F) -> F:
+    """Compile for each set of compiled functions among its arguments, as a part of the caller, which is cached."""
+    options: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # Python does not call it
+    return cast(F, njit(nogil=True, error_model="numpy", **options)(function))
+
+
+def address(function: Callable[..., Any], signature: Any) -> int:
+    """Compile to a C function with a cache as that of `kernel`, or load it; returns its address."""
+    compiled = CFunc(function, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
+    compiled.enable_caching()
+    _note_edits(compiled)
+    compiled.compile()
+    _alive.append(compiled)
+    return cast(int, compiled.address)
+
+
+def _compiled(function: F, forceinline: bool = False) -> F:
+    options: Any = {"no_cfunc_wrapper": True}  # C functions are made by `address`
+    compiled = njit(cache=True, nogil=True, error_model="numpy", forceinline=forceinline, **options)(function)
+    _note_edits(compiled)
+    return cast(F, compiled)
+
+
+def _note_edits(compiled: Any) -> None:
+    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    if file is not None:  # there is none with NUMBA_DISABLE_JIT=1
+        file._source_stamp = (file._source_stamp, _stamp())
+
+
+@cache
+def _stamp() -> str:
+    """Hash of the text of all kernels."""
+    here = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for holder in _HOLDERS:
+        for path in sorted((here / holder).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()

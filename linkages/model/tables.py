@@ -1,0 +1,256 @@
+"""The tables of an experiment: drives, joint models and their laws, numerical settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from linkages.errors import nearest
+from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.laws import CONTACTS, FILMS, FRICTIONS
+from linkages.planar import motion
+from linkages.planar.motion import Pieces
+
+
+def _known(registry: Iterable[str]) -> AfterValidator:
+    """Validate a law's name against its registry: a law added there can be named in a file."""
+    names = sorted(registry)
+
+    def check_name(name: str) -> str:
+        if name not in names:
+            raise ValueError(f'"{name}" is unknown; {nearest(name, names)}')
+        return name
+
+    return AfterValidator(check_name)
+
+
+FilmName = Annotated[str, _known(FILMS)]
+ContactLaw = Annotated[str, _known(CONTACTS)]
+FrictionLaw = Annotated[str, _known(set(FRICTIONS) - {"none"})]
+
+
+class Drive(Table):
+    """A driven joint: a prescribed motion (speed, or a table of angles) or a torque.
+
+    Coordinates are those of the SDF joint: zero in the drawn pose, positive about (along) its axis. For a
+    prismatic joint read m for rad and N for N m.
+    """
+
+    angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
+    speed: Finite | None = Field(
+        None, description="constant speed [rad/s]; of a torque drive, speed at t = 0"
+    )
+    ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
+    times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
+    angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
+    torque: Finite | None = Field(None, description="constant torque [N m]")
+    torques: list[Finite] | None = Field(None, description="torques at `times` [N m]")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Drive:
+        kinds = [k for k in ("angles", "torque", "torques") if getattr(self, k) is not None]
+        if len(kinds) > 1:
+            raise ValueError(f"give only one of {' and '.join(kinds)}")
+        if not kinds and self.speed is None:
+            raise ValueError("give speed, or times with angles, or torque")
+        if "angles" in kinds and (self.speed is not None or self.ramp or self.angle):
+            raise ValueError("angles prescribe the whole motion; remove speed, ramp and angle")
+        if self.ramp and kinds:
+            raise ValueError("ramp belongs to a constant speed; remove it")
+        values = self.angles if self.angles is not None else self.torques
+        check_history(self.times, values, "angles or torques")
+        return self
+
+    @property
+    def prescribed(self) -> bool:
+        """Whether the motion is prescribed; otherwise the torque is."""
+        return self.torque is None and self.torques is None
+
+    def motion(self) -> Pieces:
+        """Coordinate over time of a prescribed drive."""
+        if self.angles is not None and self.times is not None:
+            return motion.table(self.times, self.angles)
+        speed = self.speed or 0.0
+        if self.ramp:
+            return motion.ramped_rate(self.angle, speed, self.ramp)
+        return motion.constant_rate(self.angle, speed)
+
+    def torque_history(self) -> Pieces:
+        """Torque over time of a torque drive."""
+        if self.torques is not None and self.times is not None:
+            return motion.table(self.times, self.torques)
+        return motion.constant_rate(self.torque or 0.0, 0.0)
+
+
+class SmallEccentricity(Table):
+    """The paper's correction of the film near the centre, seed eqs. (12)-(13): force times eps^power below ratio.
+
+    It is not needed (the film is regular there) and leaves the centred journal nearly unsupported; it is here to
+    replicate the paper.
+    """
+
+    ratio: Annotated[float, Field(gt=0, lt=1)] = Field(
+        description="eps_0, below which the correction acts [1]"
+    )
+    power: NonNegative = Field(description="m, 0 to 5 [1]")
+
+
+class Contact(Table):
+    """Contact of journal and bearing, for dry and mixed joints."""
+
+    law: ContactLaw = Field(description="normal contact law")
+    restitution: Annotated[float, Field(gt=0, le=1)] = Field(
+        description="nominal coefficient of restitution [1]"
+    )
+    youngs_modulus: Positive | None = Field(None, description="Young's modulus of both bodies [Pa]")
+    poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(
+        0.3, description="Poisson's ratio of both [1]"
+    )
+    stiffness: Positive | None = Field(
+        None, description="stiffness instead of the law's from material and radii [N/m^n; N/m for cylinders]"
+    )
+    exponent: Annotated[float, Field(ge=1, le=3)] = Field(1.5, description="exponent n of power laws [1]")
+    damping: NonNegative = Field(0.0, description="damping of kelvin-voigt [N s/m]")
+    clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Contact:
+        if self.youngs_modulus is None and self.stiffness is None:
+            raise ValueError("give youngs_modulus or stiffness")
+        if self.law == "kelvin-voigt" and self.stiffness is None:
+            raise ValueError("kelvin-voigt needs its stiffness [N/m]")
+        return self
+
+
+class Friction(Table):
+    """Friction between journal and bearing, for dry and mixed joints."""
+
+    law: FrictionLaw = Field(description="friction law")
+    coefficient: Positive = Field(description="dynamic coefficient [1]")
+    static: Positive | None = Field(None, description="static coefficient; default: the dynamic one [1]")
+    v_0: NonNegative = Field(1e-4, description="first speed of the law [m/s]")
+    v_1: Positive = Field(1e-3, description="second speed of the law, above v_0 [m/s]")
+    bristle_stiffness: Positive = Field(1e5, description="LuGre: sigma_0 per unit of load [1/m]")
+    bristle_damping: NonNegative = Field(0.0, description="LuGre: sigma_1 per unit of load [s/m]")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Friction:
+        if self.v_1 <= self.v_0:
+            raise ValueError("v_1 must be above v_0")
+        if self.static is not None and self.static < self.coefficient:
+            raise ValueError("static must not be below coefficient")
+        if self.law == "cubic" and self.v_0 == 0.0:
+            raise ValueError("cubic needs v_0 above 0")
+        return self
+
+
+class Mixed(Table):
+    """Between film and contact, for mixed joints."""
+
+    law: Literal["blend", "greenwood-tripp"] = Field(description="blend of seed eq. (15), or asperities")
+    transition: Positive | None = Field(
+        None, description="blend: penetration E_0 where only contact is left [m]"
+    )
+    film_limit: Annotated[float, Field(gt=0, lt=1)] = Field(
+        0.99, description="largest eccentricity ratio at which the film is evaluated [1]"
+    )
+    roughness: Positive | None = Field(
+        None, description="asperities: standard deviation of either surface [m]"
+    )
+    density: Positive | None = Field(None, description="asperities: summits per area [1/m2]")
+    tip_radius: Positive | None = Field(None, description="asperities: radius of the summits [m]")
+
+    @model_validator(mode="after")
+    def _complete(self) -> Mixed:
+        needed = ("transition",) if self.law == "blend" else ("roughness", "density", "tip_radius")
+        missing = [key for key in needed if getattr(self, key) is None]
+        if missing:
+            raise ValueError(f"{self.law} needs {' and '.join(missing)}")
+        return self
+
+
+class Oil(Table):
+    """A mineral oil by its ISO VG grade, at a temperature: gives the viscosity."""
+
+    grade: Annotated[int, Field(gt=1)] = Field(
+        description="ISO VG grade: kinematic viscosity at 40 C [mm2/s]"
+    )
+    temperature: Annotated[float, Field(ge=-50, le=250)] = Field(description="[degC]")
+    density: Positive = Field(870.0, description="density at 15 C [kg/m3]")
+
+
+class JointModel(Table):
+    """How a joint that has a bearing or a slot in the SDF file is modelled."""
+
+    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="what the joint is")
+    clearance: Positive | None = Field(None, description="radial clearance c [m]")
+    film: FilmName = Field("long", description="film law")
+    cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
+    viscosity: Positive | None = Field(None, description="dynamic viscosity [Pa s]")
+    oil: Oil | None = Field(None, description="instead of viscosity")
+    contact: Contact | None = Field(None, description="dry and mixed: normal contact")
+    friction: Friction | None = Field(None, description="dry and mixed: friction; none without it")
+    mixed: Mixed | None = Field(None, description="mixed: between film and contact")
+    shear_torque: bool = Field(True, description="whether the film's shear torque acts")
+    shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
+    small_eccentricity: SmallEccentricity | None = Field(
+        None, description="the paper's correction near the centre"
+    )
+    offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+        [0.0, 0.0],
+        description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> JointModel:
+        given = {key for key in ("clearance", "contact", "mixed") if getattr(self, key) is not None}
+        if self.viscosity is not None and self.oil is not None:
+            raise ValueError("give viscosity or oil, not both")
+        if self.viscosity is not None or self.oil is not None:
+            given.add("viscosity")
+        needed = {
+            "ideal": (),
+            "lubricated": ("clearance", "viscosity"),
+            "dry": ("clearance", "contact"),
+            "mixed": ("clearance", "viscosity", "contact", "mixed"),
+        }[self.model]
+        missing = [key for key in needed if key not in given]
+        if missing:
+            raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
+        asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
+        if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
+            raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
+        return self
+
+    @property
+    def can_touch(self) -> bool:
+        """Whether journal and bearing can be in contact."""
+        return self.model in ("dry", "mixed")
+
+    @property
+    def has_film(self) -> bool:
+        """Whether there is oil between journal and bearing."""
+        return self.model in ("lubricated", "mixed")
+
+    @property
+    def has_play(self) -> bool:
+        """Whether journal and bearing can move apart."""
+        return self.model != "ideal"
+
+
+class Solver(Table):
+    """Numerical settings; the defaults suit lubricated joints."""
+
+    integrator: (
+        Literal["radau3", "radau1", "implicit_euler", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
+        | None
+    ) = Field(
+        None, description="Drake's integration scheme; default radau3, with dry joints alone runge_kutta5"
+    )
+    accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
+    max_step: Positive | None = Field(
+        None, description="largest step; default 2e-3, where contact is possible 2e-5 [s]"
+    )
+    stabilisation: NonNegative = Field(50.0, description="decay rate of drive and loop errors [1/s]")

@@ -1,0 +1,219 @@
+"""A Meshcat recording of a run, as one HTML file that plays offline: the linkage, its clearance joints magnified."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import (
+    Box,
+    Cylinder,
+    Meshcat,
+    MeshcatParams,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
+
+from linkages.engines.drake.plant import add_tree, state_indices
+from linkages.engines.study import Study
+from linkages.plots.animation.captions import Label, add_captions
+from linkages.plots.animation.guide_view import GuideView
+from linkages.plots.animation.joint_view import JointView
+from linkages.plots.animation.magnified import rounded
+from linkages.system.assembly import AssemblyError, IdealMotion
+
+Array = NDArray[np.float64]
+
+_ASPECT = 1.5  # of the window for which the view is chosen
+_FIELD_OF_VIEW = 25.0  # deg; narrow, so that circles at the rim look round
+_FRAMES_PER_SECOND = 60.0
+_LENGTH = 8.0  # shown seconds of an animation of a run of any duration
+
+
+def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
+    """Write the run as an animation.
+
+    Parameters
+    ----------
+    study : Study
+    path : Path
+        The HTML file.
+    exaggerate : float
+        Factor on the journals' offsets from their bearings. With a factor other than one the linkage is assembled
+        anew at each frame, with its drives as they are and its journals offset by the factor.
+
+    Raises
+    ------
+    ValueError
+        If the linkage cannot be assembled with such large offsets, or its drives do not determine its motion.
+    """
+    tree = study.assembly.tree
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
+    instance = add_tree(plant, tree)
+    plant.Finalize()
+    positions, _ = state_indices(plant, tree, instance)
+    logging.getLogger("drake").setLevel(logging.WARNING)  # not the address of a server that nobody needs
+    meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
+    visualizer = MeshcatVisualizer.AddToBuilder(
+        builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
+    )
+    diagram = builder.Build()
+    times, q = _frames(study, exaggerate)
+    slow = max(1.0, _LENGTH / times[-1])
+    views = _joint_views(study, meshcat, times)
+    _look_at(study, meshcat, views)
+    _draw_ground(study, meshcat)
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    full = plant.GetPositions(context).copy()
+    visualizer.StartRecording(set_transforms_while_recording=False)
+    for frame, (t, coordinates) in enumerate(zip(times, q, strict=True)):
+        full[positions] = coordinates
+        plant.SetPositions(context, full)
+        root.SetTime(slow * t)
+        diagram.ForcedPublish(root)
+        for view in views:
+            view.show(frame, slow * t)
+    visualizer.StopRecording()
+    visualizer.PublishRecording()
+    path.write_text(_captioned(meshcat.StaticHtml(), study, views, times, slow), encoding="utf-8")
+
+
+def _frames(study: Study, exaggerate: float) -> tuple[np.ndarray, np.ndarray]:
+    """Compute times and tree coordinates of the frames."""
+    tree, run = study.assembly.tree, study.run
+    frames = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
+    times = np.linspace(0.0, run.time[-1], frames)
+    if not study.assembly.determinate:
+        if exaggerate != 1.0:
+            raise ValueError("the drives do not determine the motion: its clearance cannot be exaggerated")
+        return times, _recorded(study, times)
+    offset = np.zeros((len(times), len(tree.closure_rows)))
+    for k, name in enumerate(tree.play):
+        parts = ("ex", "ey") if study.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        for axis, part in enumerate(parts):
+            offset[:, 2 * k + axis] = exaggerate * np.interp(times, run.time, run[f"{name}.{part}"])
+    try:
+        return times, IdealMotion(study.assembly, study.experiment).states(times, offset)[0]
+    except AssemblyError as problem:
+        if exaggerate == 1.0:  # a run that came to a dead position, and through by its own errors
+            return times, _recorded(study, times)
+        raise ValueError(
+            f"the linkage does not close with its clearance exaggerated {exaggerate:g} times"
+        ) from problem
+
+
+def _recorded(study: Study, times: Array) -> Array:
+    """Tree coordinates between the run's steps."""
+    columns = [study.run[f"q.{name}"] for name in study.assembly.tree.coordinates]
+    return np.stack([np.interp(times, study.run.time, column) for column in columns], axis=1)
+
+
+def _span(study: Study) -> tuple[Array, Array]:
+    """Lower left and upper right corner of everything that moves, plane axes [m]."""
+    names = study.mechanism.point
+    x = np.concatenate([study.run[f"{name}.x"] for name in names])
+    y = np.concatenate([study.run[f"{name}.y"] for name in names])
+    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
+    for a, b in _rails(study).values():
+        low, high = np.minimum(low, np.minimum(a, b)), np.maximum(high, np.maximum(a, b))
+    return low, high
+
+
+def _rails(study: Study) -> dict[str, tuple[Array, Array]]:
+    """Find the ends of the rail of each prismatic joint on the ground, plane axes [m]: the block's travel and more."""
+    result = {}
+    for joint in study.mechanism.joints:
+        if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
+            block, at = (
+                (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
+            )
+            drawn = study.mechanism.link[block].origin
+            moved = np.stack([study.run[f"{block}.x"], study.run[f"{block}.y"]], axis=1) - drawn
+            travel = moved @ joint.direction
+            margin = 0.2 * np.ptp(travel) + 0.05 * study.assembly.tree.extent
+            ends = (float(travel.min() - margin), float(travel.max() + margin))
+            result[joint.name] = (at + ends[0] * joint.direction, at + ends[1] * joint.direction)
+    return result
+
+
+def _joint_views(study: Study, meshcat: Meshcat, times: Array) -> list[JointView | GuideView]:
+    """Draw the clearance joints right of the linkage, two above each other."""
+    names = study.assembly.tree.play
+    low, high = _span(study)
+    height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * study.assembly.tree.extent)
+    rows = min(len(names), 2)
+    radius = height / (3.0 * max(rows, 1.5))
+    views: list[JointView | GuideView] = []
+    for k, name in enumerate(names):
+        column, row = divmod(k, 2)
+        right = high[0] + radius * (2.0 + 3.0 * column)
+        up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
+        kind = JointView if study.mechanism.joint[name].type == "revolute" else GuideView
+        views.append(kind(meshcat, study, name, np.array([right, up]), radius, times))
+    return views
+
+
+def _look_at(study: Study, meshcat: Meshcat, views: list[JointView | GuideView]) -> None:
+    """Look along the plane's normal at the middle of everything that moves."""
+    low, high = _span(study)
+    for view in views:
+        low = np.minimum(low, view.centre - 1.3 * view.radius)
+        high = np.maximum(high, view.centre + 1.5 * view.radius)
+    size = np.maximum(high - low, 0.3 * study.assembly.tree.extent)
+    basis = study.mechanism.basis
+    middle = basis[:, :2] @ (0.5 * (low + high))
+    shown = 1.25 * max(size[1], size[0] / _ASPECT)
+    distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))
+    meshcat.SetCamera(Meshcat.PerspectiveCamera(fov=_FIELD_OF_VIEW))
+    meshcat.SetProperty("/Background", "top_color", [1.0, 1.0, 1.0])
+    meshcat.SetProperty("/Background", "bottom_color", [0.93, 0.94, 0.96])
+    meshcat.SetProperty("/Grid", "visible", False)
+    meshcat.SetProperty("/Axes", "visible", False)
+    meshcat.SetCameraPose(middle + distance * (basis[:, 2] - 0.15 * basis[:, 1]), middle)
+
+
+def _draw_ground(study: Study, meshcat: Meshcat) -> None:
+    """Mark the joints on the ground: a pivot for each revolute joint, a rail for each prismatic one."""
+    mechanism, size = study.mechanism, study.assembly.tree.extent
+    basis = mechanism.basis
+    for joint in mechanism.joints:
+        if "world" not in (joint.parent, joint.child):
+            continue
+        if joint.type == "revolute":
+            shape = Cylinder(0.012 * size, 0.03 * size)
+            pose = RigidTransform(RotationMatrix(basis), joint.position)
+        elif joint.type == "prismatic":
+            start, end = _rails(study)[joint.name]
+            shape = Box(float(np.linalg.norm(end - start)), 0.004 * size, 0.004 * size)
+            along = basis[:, :2] @ joint.direction
+            axes = np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
+            height = basis[:, 2] * (basis[:, 2] @ joint.position)
+            pose = RigidTransform(RotationMatrix(axes), basis[:, :2] @ (0.5 * (start + end)) + height)
+        else:
+            continue
+        meshcat.SetObject(f"/ground/{joint.name}", shape, Rgba(0.25, 0.25, 0.25, 1.0))
+        meshcat.SetTransform(f"/ground/{joint.name}", pose)
+
+
+def _captioned(page: str, study: Study, views: list[JointView | GuideView], times: Array, slow: float) -> str:
+    """Write names, eccentricities, forces and the time over the recording."""
+    labels = [
+        Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))])
+        for view in views
+    ]
+    pace = f"{rounded(slow)} times slower than the machine" if slow > 1.0 else "as fast as the machine"
+    clock = [f"t = {t:.4f} s, {pace}" for t in times]
+    scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
+    legend = (
+        "Beside the linkage: clearances magnified, with the orbit of the journal's centre, the force on it (arrow;"
+        f" length by its square root, largest within each frame) and where it touches (spot). {scales}"
+    )
+    return add_captions(page, labels, clock, legend if views else "")

@@ -1,0 +1,131 @@
+"""Blocks with play in their slots, magnified beside the linkage in a Meshcat scene.
+
+The view is fixed to the slot, whose axis lies along x. The gap on either side of the block is `GAP` of the view's
+radius. What the block's middle, and what its ends, move across the slot is magnified by the same factor as the
+clearance: a corner touches the drawn wall when it touches the wall. The arrow is the force on the block, spots are
+corners that touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat
+
+from linkages.engines.study import Study
+from linkages.plots.animation.magnified import (
+    BODY,
+    DARK,
+    FLOOR,
+    GAP,
+    WALL,
+    View,
+    rounded,
+    strongest,
+    touching,
+)
+from linkages.system.tree import CORNERS
+
+Array = NDArray[np.float64]
+
+_LENGTH, _HEIGHT = 0.8, 0.3  # half the drawn block's sides over the view's radius
+_SLOT = 1.25  # half the drawn slot's length
+
+
+@dataclass(frozen=True)
+class GuideFrames:
+    """What a block does in its slot, frame by frame.
+
+    Attributes
+    ----------
+    offset, tilt : (n,) arrays
+        Of its middle, and of the end of its middle line by its tilt, across the slot over the clearance [1].
+    force : (n, 2) array
+        Force on the block, along and across the slot [N].
+    touching : (n, 4) array of bool
+        Whether each corner touches within the frame.
+    """
+
+    offset: Array
+    tilt: Array
+    force: Array
+    touching: NDArray[np.bool_]
+
+
+def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
+    """Find the moment of the largest force around each of the times, and what the block does there."""
+    run, joint = study.run, study.mechanism.joint[name]
+    moments = strongest(run, name, times)
+    clearance = study.experiment.joints[name].clearance or 0.0
+    half = 0.5 * joint.slot.length if joint.slot is not None else 0.0
+
+    def at(column: str) -> Array:
+        return np.interp(moments, run.time, run[column])
+
+    angle = np.full(len(times), np.arctan2(joint.direction[1], joint.direction[0]))
+    if joint.parent != "world":
+        angle += at(f"{joint.parent}.angle") - study.mechanism.link[joint.parent].angle
+    fx, fy, c, s = at(f"{name}.fx"), at(f"{name}.fy"), np.cos(angle), np.sin(angle)
+    corners = [touching(run, f"{name}.corner{k + 1}", times) for k in range(len(CORNERS))]
+    return GuideFrames(
+        at(f"{name}.offset") / clearance,
+        half * at(f"{name}.tilt") / clearance,
+        np.stack([c * fx + s * fy, c * fy - s * fx], axis=1),
+        np.stack(corners, axis=1),
+    )
+
+
+class GuideView(View):
+    """A block in its slot, drawn magnified; parameters as of `JointView`."""
+
+    def __init__(
+        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
+    ) -> None:
+        joint, basis = study.mechanism.joint[name], study.mechanism.basis
+        along = basis[:, :2] @ joint.direction
+        axes = np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
+        super().__init__(meshcat, name, centre, radius, axes, basis[:, :2] @ centre)
+        self.frames = guide_frames(study, name, times)
+        self.clearance = study.experiment.joints[name].clearance or 0.0
+        self.largest = float(study.run[f"{name}.force"].max())
+        self._draw()
+
+    @property
+    def scales(self) -> str:
+        """Drawn over true offset, and the force of the longest arrow."""
+        return f"{rounded(GAP * self.radius / self.clearance)} times, longest arrow {rounded(self.largest)}\u00a0N"
+
+    def caption(self, frame: int) -> str:
+        """Numbers of a frame."""
+        now = self.frames
+        nearest = abs(now.offset[frame]) + abs(now.tilt[frame])
+        return f"corner/c {nearest:.3f}, {rounded(float(np.linalg.norm(now.force[frame])))} N"
+
+    def show(self, frame: int, time: float) -> None:
+        """Record a frame at this time of the recording."""
+        now = self.frames
+        middle = np.array([0.0, GAP * now.offset[frame]])
+        angle = float(np.arctan(GAP * now.tilt[frame] / _LENGTH))
+        self.place("block", middle, angle, time)
+        self.show_arrow("arrow", middle, now.force[frame], self.largest, time)
+        for k in range(len(CORNERS)):
+            self.show_spot(f"corner{k + 1}", bool(now.touching[frame, k]), time)
+
+    def _draw(self) -> None:
+        """Draw all parts at the origin of the view."""
+        wall, thick = _HEIGHT + GAP, 0.14
+        self.box("floor", (2.0 * _SLOT, 2.0 * wall, 0.01), FLOOR, [0.0, 0.0, -0.02])
+        for name, side in (("upper", 1.0), ("lower", -1.0)):
+            self.box(
+                f"slot/{name}", (2.0 * _SLOT, thick, 0.04), WALL, [0.0, side * (wall + 0.5 * thick), 0.04]
+            )
+            edge = np.array([[-_SLOT, _SLOT], [side * wall, side * wall]])
+            self.line(f"edge/{name}", edge, 0.07, DARK)
+        self.box("block", (2.0 * _LENGTH, 2.0 * _HEIGHT, 0.04), BODY, [0.0, 0.0, 0.02])
+        self.disc("block/centre", 0.035, DARK, [0.0, 0.0, 0.075])
+        self.draw_arrow("arrow")
+        for k, (x, y) in enumerate(CORNERS):
+            self.draw_spot(f"corner{k + 1}", [x * _LENGTH, y * wall])
+        self.set_label(wall + thick)

@@ -1,0 +1,155 @@
+"""Journals in their bearings, magnified beside the linkage in a Meshcat scene.
+
+The gap between the drawn bearing and its journal is `GAP` of the bearing's radius, and the eccentricity is magnified by
+the same factor as the clearance: the journal touches the drawn wall when it touches the wall. The thin circle is the
+clearance circle of the journal's centre, the line in it the orbit of the whole run. An arrow from the journal's centre
+is the force on the journal. Marks on journal and bearing show how they turn, a spot on the wall that they touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Cylinder, Meshcat, Rgba
+
+from linkages.engines.study import Study
+from linkages.plots.animation.magnified import (
+    BODY,
+    DARK,
+    FLOOR,
+    GAP,
+    WALL,
+    View,
+    rounded,
+    strongest,
+    touching,
+)
+
+Array = NDArray[np.float64]
+
+_RING = 0.16  # drawn thickness of the bearing
+_ORBIT_POINTS = 3000
+_ORBIT = Rgba(0.0, 0.35, 0.65, 1.0)
+
+
+@dataclass(frozen=True)
+class Frames:
+    """What a journal does, frame by frame.
+
+    Attributes
+    ----------
+    e : (n, 2) array
+        Eccentricity over clearance, plane axes [1].
+    force : (n, 2) array
+        Force on the journal [N].
+    touching : (n,) array of bool
+        Whether journal and bearing touch within the frame.
+    journal, bearing : (n,) arrays
+        Angles of the bodies that carry them [rad].
+    """
+
+    e: Array
+    force: Array
+    touching: NDArray[np.bool_]
+    journal: Array
+    bearing: Array
+
+
+def frames(study: Study, name: str, times: Array) -> Frames:
+    """Find the moment of the largest force around each of the times, and what the journal does there."""
+    run, joint = study.run, study.mechanism.joint[name]
+    moments = strongest(run, name, times)
+    clearance = study.experiment.joints[name].clearance or 0.0
+
+    def at(column: str, when: Array) -> Array:
+        return np.interp(when, run.time, run[column])
+
+    def angle(body: str) -> Array:
+        return np.zeros(len(times)) if body == "world" else at(f"{body}.angle", times)
+
+    return Frames(
+        np.stack([at(f"{name}.ex", moments), at(f"{name}.ey", moments)], axis=1) / clearance,
+        np.stack([at(f"{name}.fx", moments), at(f"{name}.fy", moments)], axis=1),
+        touching(run, name, times),
+        angle(joint.child),
+        angle(joint.parent),
+    )
+
+
+class JointView(View):
+    """A journal in its bearing, drawn magnified; parameters as of `View`.
+
+    Parameters
+    ----------
+    study : Study
+    name : str
+        A revolute joint with clearance.
+    times : (n,) array
+        Of the frames [s].
+    """
+
+    def __init__(
+        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
+    ) -> None:
+        basis = study.mechanism.basis
+        super().__init__(meshcat, name, centre, radius, basis, basis[:, :2] @ centre)
+        self.frames = frames(study, name, times)
+        self.clearance = study.experiment.joints[name].clearance or 0.0
+        self.largest = float(study.run[f"{name}.force"].max())
+        self._draw(np.stack([study.run[f"{name}.ex"], study.run[f"{name}.ey"]]) / self.clearance)
+
+    @property
+    def scales(self) -> str:
+        """Drawn over true eccentricity, and the force of the longest arrow."""
+        return f"{rounded(GAP * self.radius / self.clearance)} times, longest arrow {rounded(self.largest)}\u00a0N"
+
+    def caption(self, frame: int) -> str:
+        """Numbers of a frame."""
+        ratio, force = (np.linalg.norm(vector[frame]) for vector in (self.frames.e, self.frames.force))
+        return f"e/c {ratio:.3f}, {rounded(float(force))} N"
+
+    def show(self, frame: int, time: float) -> None:
+        """Record a frame at this time of the recording."""
+        now = self.frames
+        e = GAP * now.e[frame]
+        self.place("bearing", np.zeros(2), now.bearing[frame], time)
+        self.place("journal", e, now.journal[frame], time)
+        self.show_arrow("arrow", e, now.force[frame], self.largest, time)
+        self.place("touch", np.zeros(2), float(np.arctan2(e[1], e[0])), time)
+        self.show_spot("touch", bool(now.touching[frame]), time)
+
+    def _draw(self, orbit: Array) -> None:
+        """Draw all parts at the origin of the view; heights above the plane keep them from hiding each other."""
+        inner = 1.0 - GAP
+        angle = np.linspace(0.0, 2.0 * np.pi, 121)
+        circle = np.stack([np.cos(angle), np.sin(angle)])
+        self.disc("floor", 1.02, FLOOR, [0.0, 0.0, -0.02])
+        vertices, faces = _ring(self.radius, (1.0 + _RING) * self.radius, 0.04 * self.radius)
+        self.meshcat.SetTriangleMesh(f"{self.path}/bearing/ring", vertices, faces, WALL)
+        self.box("bearing/mark", (_RING, 0.06, 0.01), DARK, [1.0 + 0.5 * _RING, 0.0, 0.05])
+        self.put("journal/disc", Cylinder(inner * self.radius, 0.04 * self.radius), BODY, [0.0, 0.0, 0.02])
+        self.box("journal/mark", (0.3 * inner, 0.06, 0.01), DARK, [0.85 * inner, 0.0, 0.045])
+        self.disc("journal/centre", 0.035, DARK, [0.0, 0.0, 0.075])
+        self.line("wall", circle, 0.05, DARK)
+        self.line("clearance", GAP * circle, 0.06, DARK)
+        every = max(1, orbit.shape[1] // _ORBIT_POINTS)
+        self.line("orbit", GAP * orbit[:, ::every], 0.07, _ORBIT)
+        self.draw_arrow("arrow")
+        self.draw_spot("touch", [1.0, 0.0])
+        self.set_label(1.0 + _RING)
+
+
+def _ring(inner: float, outer: float, height: float, sides: int = 96) -> tuple[Array, NDArray[np.int32]]:
+    """Vertices (3, n) and triangles (3, m) of a flat ring at a height above the plane."""
+    angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
+    unit = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
+    vertices = np.hstack([inner * unit, outer * unit])
+    vertices[2] = height
+    k = np.arange(sides, dtype=np.int32)
+    following = (k + 1) % sides
+    faces = np.hstack(
+        [np.stack([k, sides + k, sides + following]), np.stack([k, sides + following, following])]
+    )
+    return np.asfortranarray(vertices), np.asfortranarray(faces.astype(np.int32))

@@ -1,0 +1,141 @@
+"""Figures that the paper does not have: maps over the drives, convergence, the effect of speed."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
+
+from linkages.plots.style import COLORS
+from linkages.plots.three_rrr.figures import STYLES
+from linkages.three_rrr.maps import drive_map
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.modes import frequencies
+from linkages.three_rrr.robot import changed
+from linkages.three_rrr.study import FlexibleStudy
+from linkages.three_rrr.sweep import RESONANCE, speed_sweep, velocity_effect
+
+_WIDTH = 6.3
+_COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", "#56B4E9", "#0072B2"])
+
+
+def map_figure(study: FlexibleStudy) -> Figure:
+    """Assemblies and nearness to both types of singularity over phi_1 and phi_2."""
+    found = drive_map(study.robot.geometry, float(study.robot.phi0[2]))
+    degrees = np.rad2deg(found.angles)
+    figure = Figure(figsize=(_WIDTH, 2.9), layout="constrained")
+    axes = figure.subplots(1, 3, sharey=True)
+    norm = BoundaryNorm([-1, 1, 3, 5, 7], 4)
+    image = axes[0].pcolormesh(degrees, degrees, found.count, cmap=_COUNTS, norm=norm, shading="nearest")
+    bar = figure.colorbar(
+        image, ax=axes[0], location="bottom", ticks=[0, 2, 4, 6], label="number of assemblies"
+    )
+    bar.ax.tick_params(labelsize=7.5)
+    for axis, values, label in (
+        (axes[1], found.fold, "type 2: least |det $J_x$| [1]"),
+        (axes[2], found.reach, "type 1: least |sin(ψ - φ)| [1]"),
+    ):
+        axis.set_facecolor("0.85")
+        image = axis.pcolormesh(degrees, degrees, values, cmap="cividis", vmin=0.0, shading="nearest")
+        bar = figure.colorbar(image, ax=axis, location="bottom", label=label)
+        bar.ax.tick_params(labelsize=7.5)
+    start = np.rad2deg(np.angle(np.exp(1j * study.robot.phi0)))
+    for axis in axes:
+        axis.plot(start[0], start[1], "o", color=COLORS[1], ms=4)
+        axis.set_xlabel("φ₁ [deg]")
+        axis.set_xticks([-180, -90, 0, 90, 180])
+        axis.set_yticks([-180, -90, 0, 90, 180])
+        axis.tick_params(labelsize=7.5)
+        axis.set_aspect("equal")
+        axis.grid(False)
+    axes[0].set_ylabel("φ₂ [deg]")
+    note = "; grey: no assembly" if np.any(found.count == 0) else ""
+    figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0{note}", fontsize=9)
+    return figure
+
+
+def convergence_figure(study: FlexibleStudy) -> Figure:
+    """Error of the first frequencies at t = 0 against elements per link."""
+    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+    axis = figure.subplots()
+    start = study.motion.part(slice(0, 1))
+    counts = np.array([1, 2, 4, 8])
+    found = [
+        frequencies(Model(changed(study.robot, model={"elements": int(n)})), start, 6)[0]
+        for n in (*counts, 32)
+    ]
+    error = np.array(found[:-1]) / found[-1] - 1.0
+    for n in range(6):
+        axis.loglog(
+            counts, error[:, n], "o", color=COLORS[n], ls=STYLES[n], lw=1.2, ms=4, label=f"mode {n + 1}"
+        )
+    axis.loglog(counts, error[0].max() * (1.0 / counts) ** 4, color="0.4", lw=0.8, label="fourth order")
+    axis.set_xticks(counts, [str(n) for n in counts])
+    axis.minorticks_off()
+    axis.set_xlabel("elements in each link")
+    axis.set_ylabel("relative error of frequency")
+    axis.set_title("against 32 elements in each link, t = 0, crank roots held", fontsize=9)
+    axis.legend(ncols=2)
+    return figure
+
+
+def velocity_figure(study: FlexibleStudy) -> Figure:
+    """When the velocity-dependent terms matter."""
+    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+    axis = figure.subplots()
+    factors = np.geomspace(1.0, 300.0, 13)
+    frequency, displacement = velocity_effect(study.robot, study.branch, factors, poses=13)
+    speed = factors * float(np.max(np.abs(study.robot.phidot)))
+    axis.loglog(speed, frequency, "o-", color=COLORS[0], ms=3.5, lw=1.2, label="first natural frequency")
+    axis.loglog(
+        speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement"
+    )
+    axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
+    axis.text(speed[0], 0.012, "1 %", fontsize=8, color="0.3")
+    axis.set_xlabel("speed of the fastest drive [rad/s]")
+    axis.set_ylabel("largest relative change")
+    axis.set_title(
+        "gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment", fontsize=9
+    )
+    axis.legend()
+    return figure
+
+
+def speed_figure(study: FlexibleStudy) -> Figure:
+    """Peak elastic displacement against speed, until the first resonance."""
+    figure = Figure(figsize=(_WIDTH, 4.4), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    one = changed(study.robot, model={"elements": 1})
+    found = speed_sweep(one, study.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
+    speed = found.factors * float(np.max(np.abs(study.robot.phidot)))
+    top.loglog(speed, 1e3 * found.static, color=COLORS[1], ls="--", lw=1.4, label="quasi-static")
+    top.loglog(
+        speed,
+        1e3 * found.dynamic,
+        "o-",
+        color=COLORS[0],
+        ms=3,
+        lw=1.0,
+        label="with vibration, 1 % damping (assumed)",
+    )
+    top.set_ylabel("peak displacement\nof the platform [mm]")
+    top.legend()
+    bottom.semilogx(speed, found.amplification, "o-", color=COLORS[0], ms=3, lw=1.0)
+    bottom.axhline(RESONANCE, color="0.4", lw=0.8, ls=":")
+    bottom.set_ylabel("amplification [1]")
+    bottom.set_xlabel("speed of the fastest drive [rad/s]")
+    for axis in (top.xaxis, top.yaxis, bottom.xaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
+        axis.set_major_formatter(ScalarFormatter())
+        axis.set_minor_formatter(NullFormatter())
+    if found.resonance is not None:
+        at = speed[found.resonance]
+        for panel in (top, bottom):
+            panel.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
+        bottom.set_title(
+            f"first resonance at {at:.0f} rad/s, "
+            f"{found.factors[found.resonance]:.0f} times the experiment's speed",
+            fontsize=9,
+        )
+    return figure

@@ -1,0 +1,130 @@
+"""Contacts of a joint, one by one: when, how fast, how hard, and whether they last.
+
+A contact is an *impact* if the journal closes in once, rebounds and parts. It is *sustained* if the journal closes in
+again before it has parted, or if it lasts longer than `SUSTAINED` times a free elastic impact of the same depth and
+approach speed, whose duration is `HERTZ` times depth over speed. See `phases`.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.results.extremes import Bracket, refine
+from linkages.results.trajectory import Trajectory
+
+#: What a joint does during a step, see `phases`.
+FREE, IMPACT, SUSTAINED_CONTACT = 0, 1, 2
+
+#: Duration of an impact between elastic bodies over depth/approach speed: Hertz's 2.9432, for an exponent of 1.5.
+HERTZ = 2.9432
+
+#: A contact that lasts longer than this many such impacts is sustained.
+SUSTAINED = 2.0
+
+
+@dataclass(frozen=True)
+class Impact:
+    """One contact of one joint, SI units.
+
+    Attributes
+    ----------
+    joint : str
+    start : float
+        When journal and bearing touch.
+    approach_speed, tangential_speed : float
+        Rate of the eccentricity and sliding speed then.
+    duration : float
+        Until they part, or until the run ends.
+    peak_force, peak_penetration : float
+        Over continuous time.
+    separation_speed : float
+        Rate at which they part; NaN if the run ends before.
+    """
+
+    joint: str
+    start: float
+    approach_speed: float
+    tangential_speed: float
+    duration: float
+    peak_force: float
+    peak_penetration: float
+    separation_speed: float
+
+
+def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
+    """All contacts of the named joints, in the order of their starts.
+
+    The run's steps end at the start and at the end of each contact; a step is in contact if the penetration in
+    its middle, by the cubic through its ends, is positive.
+    """
+    found = []
+    brackets: list[Bracket] = []
+    time = trajectory.time
+    for name in joints:
+        for first, last in _intervals(trajectory, name):
+            closing = trajectory[f"{name}.closing"]
+            ended = last < len(time) - 1
+            found.append(
+                (
+                    name,
+                    float(time[first]),
+                    float(closing[first]),
+                    float(trajectory[f"{name}.sliding"][first]),
+                    float(time[last] - time[first]),
+                    float(-closing[last]) if ended else math.nan,
+                )
+            )
+            for column in ("force", "penetration"):
+                y = trajectory[f"{name}.{column}"][first : last + 1]
+                best = int(np.argmax(y))
+                window = slice(first + max(best - 1, 0), first + min(best + 1, last - first) + 1)
+                values = trajectory[f"{name}.{column}"][window]
+                brackets.append(Bracket(f"{name}.{column}", 1.0, time[window], values, float(y[best])))
+    peaks = [value for _, value in refine(trajectory, brackets)]
+    rows = [Impact(*head[:5], peaks[2 * k], peaks[2 * k + 1], head[5]) for k, head in enumerate(found)]
+    return sorted(rows, key=lambda row: (row.start, row.joint))
+
+
+def write_impacts(rows: Sequence[Impact], path: Path) -> None:
+    """Write ``impacts.csv``."""
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([field.name for field in fields(Impact)])
+        for row in rows:
+            writer.writerow(["" if isinstance(v, float) and math.isnan(v) else v for v in astuple(row)])
+
+
+def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
+    """Tell `FREE` flight, `IMPACT` and `SUSTAINED_CONTACT` of a joint apart, for each step of the run.
+
+    Returns
+    -------
+    (nt - 1,) array
+    """
+    time, speed, depth = trajectory.time, trajectory[f"{name}.closing"], trajectory[f"{name}.penetration"]
+    closing = speed > 0.0
+    result = np.full(len(time) - 1, FREE, dtype=np.int64)
+    for first, last in _intervals(trajectory, name):
+        again = bool(np.any(closing[first + 1 : last + 1] & ~closing[first:last]))
+        free = SUSTAINED * HERTZ * depth[first : last + 1].max()
+        lasts = speed[first] * (time[last] - time[first]) > free
+        result[first:last] = SUSTAINED_CONTACT if again or lasts else IMPACT
+    return result
+
+
+def _intervals(trajectory: Trajectory, name: str) -> list[tuple[int, int]]:
+    """First and last sample of each contact."""
+    delta, closing = trajectory[f"{name}.penetration"], trajectory[f"{name}.closing"]
+    step = np.diff(trajectory.time)
+    middle = 0.5 * (delta[:-1] + delta[1:]) + step * (closing[:-1] - closing[1:]) / 8.0
+    touching = np.concatenate([[False], middle > 0.0, [False]])
+    starts = np.flatnonzero(~touching[:-1] & touching[1:])
+    ends = np.flatnonzero(touching[:-1] & ~touching[1:])
+    return list(zip(starts.tolist(), ends.tolist(), strict=True))

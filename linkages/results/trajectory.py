@@ -1,0 +1,80 @@
+"""Results of a run: named columns over time, a status, where they came from; save and load."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.outputs.columns import Columns
+from linkages.errors import InputError, Status
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A run, or an ideal motion.
+
+    Attributes
+    ----------
+    time : (nt,) array
+        Sample times [s]: every step of the integrator.
+    columns : dict of (nt,) arrays
+        Named in `linkages.outputs.columns`.
+    status : Status
+        OK, or why the run ended before its duration.
+    provenance : dict
+        Engine, settings, versions, wall time.
+    evaluate : callable or None
+        All columns at any times within the run, from the engine's dense output; None if loaded from a file.
+    """
+
+    time: Array
+    columns: Columns
+    status: Status
+    provenance: dict[str, Any] = field(default_factory=dict)
+    evaluate: Callable[[Array], Columns] | None = None
+
+    def __getitem__(self, name: str) -> Array:
+        return self.columns[name]
+
+    def save(self, path: str | Path) -> None:
+        """Write to an ``.npz`` file without pickle; written whole or not at all."""
+        path = Path(path)
+        partial = path.with_name(f".{path.name}.partial")
+        header = json.dumps({"status": self.status.value, "provenance": self.provenance})
+        with open(partial, "wb") as file:
+            np.savez_compressed(file, allow_pickle=False, header=np.array(header), **self.columns)
+        partial.replace(path)
+
+
+def load_trajectory(path: str | Path) -> Trajectory:
+    """Read what `Trajectory.save` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not a trajectory.
+    """
+    path = Path(path)
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            header = json.loads(str(data["header"]))
+            columns = {name: data[name] for name in data.files if name != "header"}
+        return Trajectory(columns["time"], columns, Status(header["status"]), header["provenance"])
+    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as problem:
+        raise InputError(path, "", f"is not a trajectory written by linkages ({problem})") from None
+
+
+def sample(
+    steps: Array, evaluate: Callable[[Array], Columns], status: Status, provenance: dict[str, Any]
+) -> Trajectory:
+    """Make a trajectory by evaluating a run at its steps."""
+    return Trajectory(steps, evaluate(steps), status, provenance, evaluate)

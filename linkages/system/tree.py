@@ -1,0 +1,335 @@
+"""Spanning tree of a mechanism: which joints carry the bodies, which are cut, what the coordinates are."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError
+from linkages.model.mechanism import Joint, Mechanism
+from linkages.planar.records import (
+    ALONG_BODY,
+    ALONG_WORLD,
+    ANGLE,
+    BODY,
+    CORNER,
+    ENDS,
+    FIXED,
+    JOURNAL,
+    PRISMATIC,
+    REVOLUTE,
+    ROW,
+)
+
+Array = NDArray[np.float64]
+
+_TYPE = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
+_MOVING = list(BODY.names or ()).index("moving")
+#: Corners of a block, along and across its slot, in units of half its sides.
+CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A joint of the tree that carries body `child` from body `parent`; `reversed` if the SDF has it the other way."""
+
+    joint: str
+    reversed: bool
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A spanning tree of the mechanism, rooted at the world.
+
+    Attributes
+    ----------
+    bodies : array of BODY
+        World first, then parents before children. Links that float on clearance joints alone stand
+        behind two massless bodies, their x and y slides.
+    index : dict
+        Body index of each link name, "world" included.
+    coordinates : tuple of str
+        Name of each coordinate: a joint's name, or ``link.x``, ``link.y``, ``link.angle`` of a floating link.
+    edges : dict
+        Tree joint that carries each link; floating links are absent.
+    drawn : (nb, 2) array
+        Origin of each body frame in the drawn configuration of its own link [m].
+    play : tuple of str
+        Clearance joints, always cut.
+    loops : tuple of str
+        Ideal joints that are cut to open the remaining loops.
+    driven : tuple of str
+        Joints with a prescribed motion.
+    powered : tuple of str
+        Joints with an applied torque.
+    """
+
+    mechanism: Mechanism
+    bodies: NDArray[np.record]
+    index: dict[str, int]
+    coordinates: tuple[str, ...]
+    edges: dict[str, Edge]
+    drawn: Array
+    play: tuple[str, ...]
+    loops: tuple[str, ...]
+    driven: tuple[str, ...]
+    powered: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.coordinates)
+
+    @cached_property
+    def play_rows(self) -> NDArray[np.record]:
+        """Closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
+        return self._rows(self.play)
+
+    @cached_property
+    def loop_rows(self) -> NDArray[np.record]:
+        """Closure rows of the cut ideal joints."""
+        return self._rows(self.loops)
+
+    @cached_property
+    def closure_rows(self) -> NDArray[np.record]:
+        """Rows that close the whole ideal linkage: those of the clearance joints first."""
+        return np.concatenate([self.play_rows, self.loop_rows])
+
+    @cached_property
+    def contacts(self) -> tuple[tuple[str, str], ...]:
+        """Joint and label of each contact: one for a journal, four (the corners of its block) for a guide."""
+        result = []
+        for name in self.play:
+            if self.mechanism.joint[name].type == "prismatic":
+                result += [(name, f"{name}.corner{i + 1}") for i in range(len(CORNERS))]
+            else:
+                result.append((name, name))
+        return tuple(result)
+
+    @property
+    def journals(self) -> tuple[str, ...]:
+        """Clearance joints that are journals in bearings."""
+        return tuple(name for name, label in self.contacts if name == label)
+
+    @cached_property
+    def ends(self) -> NDArray[np.record]:
+        """The two ends of each contact."""
+        rows = []
+        for name in self.play:
+            joint = self.mechanism.joint[name]
+            outer, inner = self.index[joint.parent], self.index[joint.child]
+            middle = self.local(joint.parent, joint.on_parent)
+            centre = self.local(joint.child, joint.on_child)
+            if joint.slot is None:
+                rows.append((JOURNAL, outer, inner, *middle, *centre, 0.0, 0.0, 0.0))
+                continue
+            along = joint.direction
+            across = np.array([-along[1], along[0]])
+            for x, y in CORNERS:
+                corner = centre + 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
+                rows.append((CORNER, outer, inner, *middle, *corner, *(y * across), 0.5 * joint.slot.height))
+        return np.array(rows, ENDS)
+
+    @cached_property
+    def free_dofs(self) -> NDArray[np.int64]:
+        """Coordinates that no drive prescribes, powered ones among them."""
+        driven = set(self.driven)
+        return np.array([i for i, name in enumerate(self.coordinates) if name not in driven], dtype=np.int64)
+
+    @cached_property
+    def driven_dofs(self) -> NDArray[np.int64]:
+        """Coordinate of each driven joint."""
+        return np.array([self.coordinates.index(name) for name in self.driven], dtype=np.int64)
+
+    @cached_property
+    def powered_dofs(self) -> NDArray[np.int64]:
+        """Coordinate of each joint with an applied torque."""
+        return np.array([self.coordinates.index(name) for name in self.powered], dtype=np.int64)
+
+    @cached_property
+    def extent(self) -> float:
+        """Length scale of the linkage: the diagonal of the box around its drawn joints [m]."""
+        points = np.array([p for j in self.mechanism.joints for p in (j.on_parent, j.on_child)])
+        size = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
+        return size or 1.0
+
+    def local(self, link: str, point: Array) -> Array:
+        """Coordinates in the body frame of a point drawn on `link` [m]."""
+        return point - self.drawn[self.index[link]]
+
+    def _rows(self, names: Sequence[str]) -> NDArray[np.record]:
+        rows = []
+        for name in names:
+            joint = self.mechanism.joint[name]
+            a, b = self.index[joint.parent], self.index[joint.child]
+            pa, pb = self.local(joint.parent, joint.on_parent), self.local(joint.child, joint.on_child)
+            if joint.type == "fixed":  # the drawn relative pose, whatever frames it was written with
+                pa = self.local(joint.parent, joint.on_child)
+            ends = (a, b, *pa, *pb)
+            if joint.type == "prismatic":
+                across = (-joint.direction[1], joint.direction[0])
+                rows += [(ALONG_BODY, *ends, *across), (ANGLE, *ends, 0.0, 0.0)]
+            else:
+                rows += [(ALONG_WORLD, *ends, 1.0, 0.0), (ALONG_WORLD, *ends, 0.0, 1.0)]
+            if joint.type == "fixed":
+                rows.append((ANGLE, *ends, 0.0, 0.0))
+        return np.array(rows, ROW)
+
+
+def spanning_tree(
+    mechanism: Mechanism,
+    play: Collection[str] = (),
+    driven: Sequence[str] = (),
+    powered: Sequence[str] = (),
+) -> Tree:
+    """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
+
+    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    play : collection of str
+        Revolute joints with play.
+    driven : sequence of str
+        Joints with a prescribed motion.
+    powered : sequence of str
+        Joints with an applied torque.
+
+    Raises
+    ------
+    InputError
+        If the driven and powered joints alone already close a loop.
+    """
+    group = {name: name for name in ["world", *mechanism.link]}
+
+    def root(name: str) -> str:
+        while group[name] != name:
+            group[name] = group[group[name]]
+            name = group[name]
+        return name
+
+    def priority(joint: Joint) -> int:
+        return (
+            0 if joint.type == "fixed" else 1 if joint.name in driven else 2 if joint.name in powered else 3
+        )
+
+    kept, loops = [], []
+    for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
+        ends = root(joint.parent), root(joint.child)
+        if ends[0] == ends[1]:
+            if joint.name in driven or joint.name in powered:
+                raise InputError(
+                    mechanism.source,
+                    f'<joint name="{joint.name}">',
+                    "is driven, and closes a loop of driven and fixed joints only; drive fewer joints",
+                )
+            loops.append(joint.name)
+        else:
+            group[ends[1]] = ends[0]
+            kept.append(joint)
+    builder = _Builder(mechanism, tuple(driven))
+    builder.grow("world", kept)
+    for link in mechanism.links:
+        if link.name not in builder.index:
+            builder.add_floating(link.name)
+            builder.grow(link.name, kept)
+    order = {joint.name: i for i, joint in enumerate(mechanism.joints)}
+    return Tree(
+        mechanism,
+        np.array(builder.rows, BODY),
+        builder.index,
+        tuple(builder.coordinates),
+        builder.edges,
+        np.array(builder.drawn),
+        tuple(sorted(play, key=order.__getitem__)),
+        tuple(sorted(loops, key=order.__getitem__)),
+        tuple(driven),
+        tuple(powered),
+    )
+
+
+class _Builder:
+    """Collects the bodies of a tree while it grows from its root."""
+
+    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...]) -> None:
+        self.mechanism = mechanism
+        self.driven = driven
+        self.rows: list[tuple[float, ...]] = [(-1, FIXED, -1, -1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0)]
+        self.index = {"world": 0}
+        self.drawn = [np.zeros(2)]
+        self.coordinates: list[str] = []
+        self.edges: dict[str, Edge] = {}
+
+    def grow(self, start: str, joints: Sequence[Joint]) -> None:
+        front = [start]
+        while front:
+            inner = front.pop(0)
+            for joint in joints:
+                if inner not in (joint.parent, joint.child):
+                    continue
+                outer = joint.child if inner == joint.parent else joint.parent
+                if outer not in self.index:
+                    self._attach(joint, inner, outer)
+                    front.append(outer)
+
+    def add_floating(self, name: str) -> None:
+        """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
+        link = self.mechanism.link[name]
+        for kind, axis in (("x", (1.0, 0.0)), ("y", (0.0, 1.0))):
+            at = link.com if kind == "x" else np.zeros(2)
+            parent = 0 if kind == "x" else len(self.rows) - 1
+            self._add(f"{name}.{kind}", parent, PRISMATIC, 1.0, at, np.array(axis), link.com, None)
+        self._add(
+            f"{name}.angle", len(self.rows) - 1, REVOLUTE, 1.0, np.zeros(2), np.zeros(2), link.com, name
+        )
+
+    def _attach(self, joint: Joint, inner: str, outer: str) -> None:
+        backwards = inner == joint.child
+        on_inner, on_outer = joint.on_parent, joint.on_child
+        if joint.type == "fixed":
+            on_inner = on_outer
+        elif backwards:
+            on_inner, on_outer = on_outer, on_inner
+        parent = self.index[inner]
+        sign = -1.0 if backwards else 1.0
+        self.edges[outer] = Edge(joint.name, backwards)
+        self._add(
+            joint.name,
+            parent,
+            _TYPE[joint.type],
+            sign * joint.sign,
+            on_inner - self.drawn[parent],
+            sign * joint.direction,
+            on_outer,
+            outer,
+        )
+
+    def _add(
+        self,
+        name: str,
+        parent: int,
+        kind: int,
+        sign: float,
+        at: Array,
+        direction: Array,
+        drawn: Array,
+        link_name: str | None,
+    ) -> None:
+        dof = -1
+        if kind != FIXED:
+            dof = len(self.coordinates)
+            self.coordinates.append(name)
+        motion = self.driven.index(name) if name in self.driven else -1
+        mass, com, inertia = 0.0, np.zeros(2), 0.0
+        if link_name is not None:
+            link = self.mechanism.link[link_name]
+            mass, com, inertia = link.mass, link.com - drawn, link.inertia
+            self.index[link_name] = len(self.rows)
+        moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
+        self.rows.append((parent, kind, dof, motion, moving, sign, *at, *direction, mass, *com, inertia))
+        self.drawn.append(np.array(drawn))

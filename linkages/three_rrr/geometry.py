@@ -1,0 +1,133 @@
+"""Dimensions of a planar 3-RRR robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, nearest
+from linkages.model.mechanism import Joint, Mechanism
+
+Array = NDArray[np.floating]
+
+LEGS = (1, 2, 3)
+_SMALLEST = 1e-9  # lengths below this fraction of the base count as zero
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Lengths of the robot; any two triangles, any three legs.
+
+    Attributes
+    ----------
+    base : (3, 2) array
+        Pivots A_r in plane axes [m].
+    platform : (3, 2) array
+        Pivots C_r in platform axes [m].
+    crank, coupler : (3,) arrays
+        Lengths A_r B_r and B_r C_r [m].
+    """
+
+    base: Array
+    platform: Array
+    crank: Array
+    coupler: Array
+
+    def __post_init__(self) -> None:
+        for name, shape in {"base": (3, 2), "platform": (3, 2), "crank": (3,), "coupler": (3,)}.items():
+            value = np.asarray(getattr(self, name), dtype=float)
+            if value.shape != shape or not np.all(np.isfinite(value)):
+                raise InputError("geometry", name, f"must be {shape} finite numbers")
+            object.__setattr__(self, name, value)
+        smallest = _SMALLEST * max(self.size, 1e-300)
+        for name in ("crank", "coupler"):
+            for leg, length in zip(LEGS, getattr(self, name), strict=True):
+                if length <= smallest:
+                    raise InputError(
+                        "geometry", f"{name}{leg}", f"has the length {length:g} m; it must be positive"
+                    )
+        if abs(self.platform_area) <= smallest * self.size:
+            raise InputError(
+                "geometry", "platform", "its three pivots lie on a line; they must span a triangle"
+            )
+
+    @property
+    def size(self) -> float:
+        """Length scale: the longest chain from the base's first pivot [m]."""
+        reach = float(np.max(np.linalg.norm(self.base - self.base[0], axis=1)))
+        return reach + float(np.max(self.crank) + np.max(self.coupler))
+
+    @property
+    def platform_area(self) -> float:
+        """Signed area of C_1 C_2 C_3 [m2]; positive if counter-clockwise."""
+        (ax, ay), (bx, by) = self.platform[1] - self.platform[0], self.platform[2] - self.platform[0]
+        return float(0.5 * (ax * by - ay * bx))
+
+
+def symmetric(a: float, b: float, l1: float, l2: float) -> Geometry:
+    """Build the paper's robot: equilateral triangles of sides a, b [m] centred on the origins, equal legs.
+
+    A_1 A_2 and C_1 C_2 are parallel to x (x'); both triangles are counter-clockwise.
+    """
+    corners = np.array([[-0.5, -0.5 / np.sqrt(3.0)], [0.5, -0.5 / np.sqrt(3.0)], [0.0, 1.0 / np.sqrt(3.0)]])
+    return Geometry(a * corners, b * corners, np.full(3, l1), np.full(3, l2))
+
+
+def from_mechanism(mechanism: Mechanism) -> Geometry:
+    """Read the dimensions off a mechanism with the joints A1..A3, B1..B3, C1..C3 and the link ``platform``.
+
+    Raises
+    ------
+    InputError
+        If a joint is missing or joins other links, or a length is zero.
+    """
+    source = mechanism.source
+    ends = {"A": ("world", "crank{}"), "B": ("crank{}", "coupler{}"), "C": ("coupler{}", "platform")}
+    found: dict[str, Joint] = {}
+    for letter, (parent, child) in ends.items():
+        for leg in LEGS:
+            name = f"{letter}{leg}"
+            if name not in mechanism.joint:
+                raise InputError(
+                    source, f'<joint name="{name}">', f"is missing; {nearest(name, mechanism.joint)}"
+                )
+            joint = mechanism.joint[name]
+            want = parent.format(leg), child.format(leg)
+            if (joint.parent, joint.child) != want or joint.type != "revolute":
+                raise InputError(
+                    source,
+                    f'<joint name="{name}">',
+                    f"is a {joint.type} joint of {joint.parent} and {joint.child}; a 3-RRR robot needs"
+                    f" a revolute joint of {want[0]} (parent) and {want[1]} (child)",
+                )
+            found[name] = joint
+    link = mechanism.link["platform"]
+    c, s = np.cos(link.angle), np.sin(link.angle)
+    pivots = np.array([found[f"C{leg}"].on_child for leg in LEGS]) - link.origin
+    try:
+        return Geometry(
+            np.array([found[f"A{leg}"].on_parent for leg in LEGS]),
+            pivots @ np.array([[c, -s], [s, c]]),
+            np.array([_distance(found[f"A{leg}"].on_child, found[f"B{leg}"].on_parent) for leg in LEGS]),
+            np.array([_distance(found[f"B{leg}"].on_child, found[f"C{leg}"].on_parent) for leg in LEGS]),
+        )
+    except InputError as problem:
+        raise _named(source, problem) from None
+
+
+def drawn_angles(mechanism: Mechanism) -> Array:
+    """Crank angles (3,) of the pose that the SDF file draws [rad]."""
+    rods = [mechanism.joint[f"B{leg}"].on_parent - mechanism.joint[f"A{leg}"].on_child for leg in LEGS]
+    return np.array([np.arctan2(rod[1], rod[0]) for rod in rods])
+
+
+def _distance(start: Array, end: Array) -> float:
+    return float(np.hypot(*(end - start)))
+
+
+def _named(source: Path, problem: InputError) -> InputError:
+    _, _, text = str(problem).partition(": ")
+    return InputError(source, "", text)

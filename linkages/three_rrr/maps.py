@@ -1,0 +1,69 @@
+"""Number of assemblies and nearness to singularities over two drive angles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.three_rrr.direct import candidates, count_distinct
+from linkages.three_rrr.geometry import Geometry
+from linkages.three_rrr.kinematics import determinants
+
+Array = NDArray[np.floating]
+
+_BATCH = 4096
+
+
+@dataclass(frozen=True)
+class DriveMap:
+    """Values over phi_1 (columns) and phi_2 (rows) at one phi_3.
+
+    Attributes
+    ----------
+    angles : (n,) array
+        Grid of both angles [rad].
+    count : (n, n) array
+        Number of assemblies.
+    fold : (n, n) array
+        Least |det Jx| (dimensionless, see `kinematics.determinants`) over the assemblies: zero at a type-2
+        singularity; NaN without an assembly.
+    reach : (n, n) array
+        Least |sine| between crank and coupler over assemblies and legs: zero at a type-1 singularity.
+    """
+
+    angles: Array
+    phi3: float
+    count: NDArray[np.int64]
+    fold: Array
+    reach: Array
+
+
+def drive_map(
+    geometry: Geometry, phi3: float, points: int = 121, progress: Callable[[float], None] | None = None
+) -> DriveMap:
+    """Solve the direct kinematics on a grid of `points` by `points` drive angles over a full turn of each."""
+    angles = np.linspace(-np.pi, np.pi, points)
+    first, second = np.meshgrid(angles, angles)
+    phi = np.column_stack([first.ravel(), second.ravel(), np.full(first.size, phi3)])
+    number = np.zeros(len(phi), dtype=np.int64)
+    fold, reach = np.full((2, len(phi)), np.nan)
+    for start in range(0, len(phi), _BATCH):
+        part = slice(start, start + _BATCH)
+        x = candidates(geometry, phi[part])
+        found = np.isfinite(x[..., 0])
+        where, _ = np.nonzero(found)
+        two, one = determinants(geometry, phi[part][where], x[found])
+        size = len(x)
+        lowest = np.full((2, size), np.inf)
+        np.minimum.at(lowest[0], where, np.abs(two))
+        np.minimum.at(lowest[1], where, np.min(np.abs(one), axis=1))
+        lowest[~np.isfinite(lowest)] = np.nan
+        fold[part], reach[part] = lowest
+        number[part] = count_distinct(x, geometry.size)
+        if progress is not None:
+            progress(min(start + _BATCH, len(phi)) / len(phi))
+    shape = first.shape
+    return DriveMap(angles, phi3, number.reshape(shape), fold.reshape(shape), reach.reshape(shape))

@@ -1,0 +1,201 @@
+"""The flexible robot: SDFormat dimensions and a TOML file of sections, material, drives and options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, PrivateAttr
+
+from linkages.errors import InputError
+from linkages.files.toml import Finite, NonNegative, Positive, Table, read_toml, validate
+from linkages.model.mechanism import Mechanism, load_mechanism
+from linkages.three_rrr.geometry import LEGS, Geometry, from_mechanism
+
+Array = NDArray[np.floating]
+
+Three = Annotated[list[Finite], Field(min_length=3, max_length=3)]
+
+
+class Drives(Table):
+    """Cranks at constant speeds from their start angles, and what their motors are to elastic motion."""
+
+    phi0: Three = Field(description="crank angles at t = 0 [deg], absolute")
+    phidot: Three = Field(description="crank speeds [rad/s]")
+    roots: Literal["locked", "free", "servo"] = Field(
+        "locked", description="elastic turning of the crank roots"
+    )
+    servo_stiffness: Positive | None = Field(None, description="of each drive, if roots are servo [N m/rad]")
+
+
+class Material(Table):
+    """Linear elastic material of all parts."""
+
+    name: str = Field("", description="for tables")
+    youngs_modulus: Positive = Field(description="[Pa]")
+    density: Positive = Field(description="[kg/m3]")
+    poisson: Annotated[float, Field(gt=-1.0, lt=0.5)] = Field(description="Poisson's ratio [1]")
+
+
+class Sections(Table):
+    """Round rods and a plate."""
+
+    crank_diameter: Positive = Field(description="[m]")
+    coupler_diameter: Positive = Field(description="[m]")
+    platform_thickness: Positive = Field(description="[m]")
+
+
+class Masses(Table):
+    """Point masses at the pivots."""
+
+    B: NonNegative = Field(0.0, description="at each B_r [kg]")
+    C: NonNegative = Field(0.0, description="at each C_r [kg]")
+
+
+class ModelOptions(Table):
+    """Finite-element options."""
+
+    elements: Annotated[int, Field(ge=1, le=512)] = Field(1, description="beam elements in each link")
+    beam: Literal["euler-bernoulli", "timoshenko"] = Field("euler-bernoulli", description="beam theory")
+    platform: Literal["triangle", "rigid"] = Field(
+        "triangle", description="one constant-strain triangle, or rigid"
+    )
+
+
+class Damping(Table):
+    """Rayleigh damping C = mass M + stiffness K."""
+
+    mass: NonNegative = Field(0.0, description="coefficient of M [1/s]")
+    stiffness: NonNegative = Field(0.0, description="coefficient of K [s]")
+
+
+class Load(Table):
+    """Constant load on the platform, plane axes."""
+
+    force: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+        [0.0, 0.0], description="at its centre [N]"
+    )
+    moment: Finite = Field(0.0, description="[N m]")
+
+
+class Robot(Table):
+    """A flexible 3-RRR robot and its motion. SI units, except `drives.phi0`."""
+
+    mechanism: str = Field(description="SDFormat file, relative to this file")
+    title: str = Field("", description="one line for tables and figures")
+    duration: Positive = Field(description="[s]")
+    branch: Finite | None = Field(None, description="platform angle at t = 0 of the assembly to follow [deg]")
+    drives: Drives = Field(description="crank motion")
+    material: Material = Field(description="of rods and platform")
+    sections: Sections = Field(description="rods and plate")
+    joint_masses: Masses = Field(Masses.model_validate({}), description="point masses at the pivots")
+    model: ModelOptions = Field(ModelOptions.model_validate({}), description="finite-element options")
+    damping: Damping = Field(Damping.model_validate({}), description="Rayleigh damping")
+    load: Load = Field(Load.model_validate({}), description="constant load on the platform")
+
+    _source: Path = PrivateAttr(Path("robot"))
+    _geometry: Geometry | None = PrivateAttr(None)
+
+    @property
+    def source(self) -> Path:
+        """The file the robot came from."""
+        return self._source
+
+    @property
+    def mechanism_path(self) -> Path:
+        """The SDFormat file."""
+        return self._source.parent / self.mechanism
+
+    @cached_property
+    def geometry(self) -> Geometry:
+        """Dimensions, from the SDFormat file unless they were given."""
+        return self._geometry if self._geometry is not None else from_mechanism(self.load_mechanism())
+
+    @property
+    def phi0(self) -> Array:
+        """Crank angles (3,) at t = 0 [rad]."""
+        return np.deg2rad(self.drives.phi0)
+
+    @property
+    def phidot(self) -> Array:
+        """Crank speeds (3,) [rad/s]."""
+        return np.array(self.drives.phidot)
+
+    def rod(self, kind: Literal["crank", "coupler"]) -> tuple[float, float]:
+        """Area [m2] and second moment of area [m4] of a crank or coupler."""
+        d = self.sections.crank_diameter if kind == "crank" else self.sections.coupler_diameter
+        return np.pi * d**2 / 4.0, np.pi * d**4 / 64.0
+
+    def load_mechanism(self) -> Mechanism:
+        """Read the rigid mechanism as the SDFormat file has it."""
+        return load_mechanism(self.mechanism_path)
+
+    def rigid_properties(self) -> dict[str, float]:
+        """Masses, centres and inertias of thin rods and a lamina of this material, as SDFormat overrides.
+
+        A pivot's point mass is counted with the coupler (B) and the platform (C).
+        """
+        g, rho = self.geometry, self.material.density
+        result: dict[str, float] = {}
+        for kind, lengths, extra in (("crank", g.crank, 0.0), ("coupler", g.coupler, self.joint_masses.B)):
+            for leg, length in zip(LEGS, lengths, strict=True):
+                rod = rho * self.rod(kind)[0] * length  # type: ignore[arg-type]
+                mass = rod + extra
+                centre = 0.5 * length * rod / mass
+                inertia = rod * length**2 / 3.0 - mass * centre**2
+                result |= {
+                    f"links.{kind}{leg}.mass": float(mass),
+                    f"links.{kind}{leg}.com.x": float(centre),
+                    f"links.{kind}{leg}.inertia": float(inertia),
+                }
+        corners = g.platform
+        centre = corners.mean(0)
+        plate = rho * self.sections.platform_thickness * abs(g.platform_area)
+        spread = float(np.sum((corners - centre) ** 2))
+        mass = plate + 3.0 * self.joint_masses.C
+        result |= {
+            "links.platform.mass": mass,
+            "links.platform.com.x": float(centre[0]),
+            "links.platform.com.y": float(centre[1]),
+            "links.platform.inertia": plate * spread / 12.0 + self.joint_masses.C * spread,
+        }
+        return result
+
+
+def load_robot(path: str | Path) -> Robot:
+    """Read a robot from TOML, and the dimensions from the SDFormat file it names.
+
+    Raises
+    ------
+    InputError
+        One line with file, key and reason.
+    """
+    path = Path(path)
+    data, _ = read_toml(path)
+    return make_robot(data, path)
+
+
+def make_robot(
+    data: Mapping[str, Any], source: str | Path = "robot", geometry: Geometry | None = None
+) -> Robot:
+    """Build a robot from the tables of its TOML file; `geometry` replaces the SDFormat file's dimensions."""
+    path = Path(source)
+    robot = validate(Robot, data, path)
+    robot._source = path
+    robot._geometry = geometry
+    if robot.drives.roots == "servo" and robot.drives.servo_stiffness is None:
+        raise InputError(path, "drives.servo_stiffness", 'is missing; roots = "servo" needs it [N m/rad]')
+    _ = robot.geometry  # so that errors of the SDFormat file come here
+    return robot
+
+
+def changed(robot: Robot, **tables: Mapping[str, Any] | float | None) -> Robot:
+    """Return a robot with some values replaced: ``changed(robot, model={"elements": 4}, duration=1.0)``."""
+    data = robot.model_dump()
+    for name, value in tables.items():
+        data[name] = data[name] | dict(value) if isinstance(value, Mapping) else value
+    return make_robot(data, robot.source, robot.geometry)

@@ -1,0 +1,95 @@
+"""Everything about one robot on one branch: motion, modes, quasi-static response, stress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.three_rrr.branch import Branch, follow, start_assembly
+from linkages.three_rrr.direct import Assemblies, assemblies
+from linkages.three_rrr.kinematics import Motion, loop_errors
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.modes import DENSE, frequencies, modes, track
+from linkages.three_rrr.response import Response, quasi_static_response
+from linkages.three_rrr.robot import Robot, changed
+from linkages.three_rrr.stress import LinkStress, link_stress
+
+Array = NDArray[np.floating]
+
+POSES = 361
+TRACKED = 6  # modes that are followed and drawn
+_SPARE = 4  # further modes, for those that cross
+
+
+@dataclass(frozen=True)
+class FlexibleStudy:
+    """Results over one motion; frequencies in Hz, see the modules for the rest.
+
+    Attributes
+    ----------
+    model : Model
+        With locked roots (servo if the robot says so).
+    frequencies : (N, n) array
+        Rising at each pose.
+    tracked, shapes, mac : arrays
+        Modes followed from the first pose, see `linkages.three_rrr.modes.track`.
+    free : (m,) array
+        Frequencies at t = 0 with free roots, the three zeros of the rigid motion among them.
+    """
+
+    robot: Robot
+    model: Model
+    assemblies: Assemblies
+    branch: Branch
+    motion: Motion
+    loop_error: float
+    frequencies: Array
+    tracked: Array
+    shapes: Array
+    mac: Array
+    free: Array
+    static: Response
+    stress: list[LinkStress]
+
+
+def run_study(
+    robot: Robot, progress: Callable[[float], None] | None = None, poses: int = POSES
+) -> FlexibleStudy:
+    """Follow the robot's branch (`robot.branch`, or the first assembly) and compute everything along it.
+
+    Raises
+    ------
+    BranchError
+        If there is no such assembly. A branch that ends at a fold is studied up to nearly there.
+    """
+    found = assemblies(robot.geometry, robot.phi0)
+    theta = None if robot.branch is None else float(np.deg2rad(robot.branch))
+    start = start_assembly(robot.geometry, robot.phi0, theta)
+    branch = follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration).trimmed()
+    state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
+    held = changed(robot, drives={"roots": "locked"}) if robot.drives.roots == "free" else robot
+    model = Model(held)
+    count = model.size if model.size <= DENSE else 24
+    values, shapes = modes(model, state, count, progress)
+    tracked, forms, quality = track(model, branch, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED)
+    free = frequencies(Model(changed(robot, drives={"roots": "free"})), state.part(slice(0, 1)), count)[0]
+    static = quasi_static_response(model, state)
+    error = float(np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))))
+    return FlexibleStudy(
+        held,
+        model,
+        found,
+        branch,
+        state,
+        error,
+        values,
+        tracked,
+        forms,
+        quality,
+        free,
+        static,
+        link_stress(model, static),
+    )

@@ -1,0 +1,166 @@
+"""The elastic response against the speed of the drives, until the first resonance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigvals
+
+from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.modes import frequencies
+from linkages.three_rrr.response import generalised_alpha, quasi_static
+from linkages.three_rrr.robot import Robot, changed
+from linkages.three_rrr.rotating import velocity_terms
+
+Array = NDArray[np.floating]
+
+RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum counts as a resonance
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Peaks over the motion for drives at `factors` times their speeds.
+
+    Attributes
+    ----------
+    factors : (n,) array
+        Those run: none beyond the first resonance.
+    static, dynamic : (n,) arrays
+        Largest displacement of the platform's centre [m], quasi-static and with vibration.
+    static_turn, dynamic_turn : (n,) arrays
+        Largest elastic turning of the platform [rad].
+    resonance : int or None
+        Index of the first resonance among `factors`.
+    """
+
+    factors: Array
+    static: Array
+    dynamic: Array
+    static_turn: Array
+    dynamic_turn: Array
+    resonance: int | None
+
+    @property
+    def amplification(self) -> Array:
+        """Dynamic over quasi-static peak displacement (n,)."""
+        return self.dynamic / self.static
+
+
+def faster(branch: Branch, factor: float) -> Branch:
+    """Return the same path at another speed."""
+    return Branch(
+        branch.geometry,
+        branch.phi0,
+        branch.phidot * factor,
+        branch.times / factor,
+        branch.x,
+        branch.status,
+        branch.singularities,
+    )
+
+
+def speed_sweep(
+    robot: Robot,
+    branch: Branch,
+    factors: Array,
+    damping_ratio: float = 0.01,
+    steps_per_period: float = 40.0,
+    progress: Callable[[float], None] | None = None,
+) -> Sweep:
+    """Run the whole motion at each speed, starting on the quasi-static solution, until a resonance is passed.
+
+    Parameters
+    ----------
+    damping_ratio : float
+        Damping of the first mode, proportional to the stiffness (assumed); without any, resonances have no
+        height.
+    steps_per_period : float
+        Time steps in the shortest period of the first mode over the motion.
+    """
+    coarse = branch.motion(np.linspace(0.0, branch.times[-1], 181))
+    first = float(frequencies(Model(robot), coarse, 1).max())
+    damped = changed(robot, damping={"mass": 0.0, "stiffness": damping_ratio / (np.pi * first)})
+    model = Model(damped)
+    rows = []
+    for index, factor in enumerate(factors):
+        quick = faster(branch, float(factor))
+        steps = int(np.ceil(quick.times[-1] * first * steps_per_period))
+        times = np.linspace(0.0, quick.times[-1], max(steps, 200) + 1)
+        result = generalised_alpha(model, quick, times, start="quasi-static", radius=0.8)
+        still = model.platform_displacement(result.motion, quasi_static(model, result.motion))
+        rows.append([*_peaks(still), *_peaks(result.platform)])
+        static, static_turn, dynamic, dynamic_turn = np.array(rows).T
+        peak = _first_peak(dynamic / static)
+        if progress is not None:
+            progress(1.0 if peak is not None else (index + 1) / len(factors))
+        if peak is not None:
+            break
+    return Sweep(np.array(factors[: len(rows)]), static, dynamic, static_turn, dynamic_turn, peak)
+
+
+def _peaks(platform: Array) -> tuple[float, float]:
+    return float(np.max(np.hypot(platform[:, 0], platform[:, 1]))), float(np.max(np.abs(platform[:, 2])))
+
+
+def _first_peak(ratio: Array) -> int | None:
+    for i in range(1, len(ratio) - 1):
+        if ratio[i] >= RESONANCE and ratio[i] >= ratio[i - 1] and ratio[i] > ratio[i + 1]:
+            return i
+    return None
+
+
+def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 24) -> tuple[Array, Array]:
+    """How much the velocity-dependent terms matter at each speed factor.
+
+    Returns
+    -------
+    (n,), (n,) arrays
+        Largest relative change, over poses along the motion, of the first natural frequency (of the spinning,
+        gyroscopic system) and of the quasi-static displacements.
+    """
+    model = Model(robot)
+    state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
+    frequency, displacement = [], []
+    k, m = model.matrices(state)
+    plain = 2.0 * np.pi * frequencies(model, state, 1)[:, 0]
+    for factor in factors:
+        fast = _scaled(state, float(factor))
+        f = model.load(fast)
+        u = np.linalg.solve(k, f[..., None])[..., 0]
+        gyro, stiff = velocity_terms(model, fast, u)
+        u_full = np.linalg.solve(k + stiff, f[..., None])[..., 0]
+        displacement.append(np.max(np.abs(u_full - u)) / np.max(np.abs(u)))
+        change = [
+            abs(_first_frequency(k[n] + stiff[n], gyro[n], m[n]) / plain[n] - 1.0) for n in range(len(state))
+        ]
+        frequency.append(max(change))
+    return np.array(frequency), np.array(displacement)
+
+
+def _scaled(state: Motion, factor: float) -> Motion:
+    """Return the same poses passed `factor` times as fast."""
+    return Motion(
+        state.time / factor,
+        state.phi,
+        state.dphi * factor,
+        state.ddphi * factor**2,
+        state.x,
+        state.dx * factor,
+        state.ddx * factor**2,
+        state.psi,
+        state.dpsi * factor,
+        state.ddpsi * factor**2,
+    )
+
+
+def _first_frequency(k: Array, g: Array, m: Array) -> float:
+    """Smallest |Im| among the eigenvalues of M s^2 + G s + K [rad/s]."""
+    size = len(k)
+    zero, one = np.zeros((size, size)), np.eye(size)
+    values = eigvals(np.block([[zero, one], [-np.linalg.solve(m, k), -np.linalg.solve(m, g)]]))
+    return float(np.min(np.abs(values.imag)[np.abs(values.imag) > 1e-9 * np.max(np.abs(values))]))

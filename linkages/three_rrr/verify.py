@@ -1,0 +1,285 @@
+"""Comparison of the kinematics and the finite-element model with Drake's rigid plant.
+
+Drake's plant is the mechanism's spanning tree, from the SDFormat file, with the loops' joints cut. Its
+loops are closed here with Drake's own positions, Jacobians and bias accelerations, independently of
+`linkages.three_rrr.kinematics`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
+from scipy.linalg import subspace_angles
+
+from linkages.engines.drake.plant import add_tree, state_indices
+from linkages.model.mechanism import load_mechanism
+from linkages.system.tree import spanning_tree
+from linkages.three_rrr.geometry import LEGS, drawn_angles
+from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.model import Model
+from linkages.three_rrr.robot import Robot, changed
+
+Array = NDArray[np.floating]
+
+_V = JacobianWrtVariable.kV
+_RANK = 1e-9  # scaled stiffness eigenvalues below this fraction of the largest count as zero
+
+
+@dataclass(frozen=True)
+class Verification:
+    """Largest differences between this package and Drake over some poses.
+
+    Attributes
+    ----------
+    zero_modes : int
+        Zero modes of the model with free roots; three are right. The worst count over the poses.
+    zero_eigenvalue : float
+        Largest |x' K x| of the rigid velocity space over the largest eigenvalue of K (scaled displacements).
+    principal_angle : float
+        Largest angle between the zero modes and Drake's rigid velocities [rad].
+    mass_error : float
+        Largest relative difference of the projected mass matrices.
+    position, velocity, acceleration, torque : float
+        Largest differences: platform and couplers [rad, m and their rates], drive torques [N m].
+    poses : int
+        Number of poses compared.
+    """
+
+    zero_modes: int
+    zero_eigenvalue: float
+    principal_angle: float
+    mass_error: float
+    position: float
+    velocity: float
+    acceleration: float
+    torque: float
+    poses: int
+
+
+class RigidPlant:
+    """Drake's plant of the robot, with the loops closed by Newton's method."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.geometry = robot.geometry
+        mechanism = load_mechanism(robot.mechanism_path, robot.rigid_properties())
+        drives = [f"A{leg}" for leg in LEGS]
+        self.tree = spanning_tree(mechanism, (), drives)
+        self.plant: Any = MultibodyPlant(0.0)
+        instance = add_tree(self.plant, self.tree)
+        gravity: Any = np.zeros(3)
+        self.plant.mutable_gravity_field().set_gravity_vector(gravity)
+        self.plant.Finalize()
+        self.context: Any = self.plant.CreateDefaultContext()
+        _, self.order = state_indices(self.plant, self.tree, instance)
+        self.driven = self.order[[self.tree.coordinates.index(name) for name in drives]]
+        self.free = np.setdiff1d(np.arange(self.plant.num_velocities()), self.driven)
+        self.basis = mechanism.basis
+        self.drawn = drawn_angles(mechanism)
+        self.link_angle = {link.name: link.angle for link in mechanism.links}
+        self.world = self.plant.world_frame()
+        self.cuts = [
+            (
+                self._frame(j.parent),
+                self._point(j.parent, j.on_parent),
+                self._frame(j.child),
+                self._point(j.child, j.on_child),
+            )
+            for j in (mechanism.joint[name] for name in self.tree.loops)
+        ]
+
+    def _frame(self, link: str) -> Any:
+        return self.plant.world_frame() if link == "world" else self.plant.GetFrameByName(link)
+
+    def _point(self, link: str, drawn: Array) -> Array:
+        """Return a drawn point in the link's frame."""
+        body = self.tree.mechanism.link[link]
+        return body.rotation.T @ (self.tree.mechanism.basis[:, :2] @ (drawn - body.origin))
+
+    def position(self, link: str, point: Array) -> Array:
+        """Plane position (2,) of a point of a link [m]."""
+        where = self.plant.CalcPointsPositions(self.context, self._frame(link), point, self.world)[:, 0]
+        return self.basis[:, :2].T @ where
+
+    def jacobian(self, link: str, point: Array) -> Array:
+        """Plane velocity of a point of a link and its angular velocity per generalised velocity (3, 7)."""
+        frame = self._frame(link)
+        j = self.plant.CalcJacobianSpatialVelocity(self.context, _V, frame, point, self.world, self.world)
+        return np.vstack([self.basis[:, :2].T @ j[3:], self.basis[:, 2] @ j[:3]])
+
+    def bias(self, link: str, point: Array) -> Array:
+        """Plane and angular acceleration (3,) of a point at zero generalised accelerations."""
+        frame = self._frame(link)
+        a = self.plant.CalcBiasSpatialAcceleration(self.context, _V, frame, point, self.world, self.world)
+        return np.append(self.basis[:, :2].T @ a.translational(), self.basis[:, 2] @ a.rotational())
+
+    def angle(self, link: str) -> float:
+        """Absolute angle of a link's x axis [rad]."""
+        x_axis = self.plant.GetBodyByName(link).EvalPoseInWorld(self.context).rotation().matrix()[:, 0]
+        return float(np.arctan2(self.basis[:, 1] @ x_axis, self.basis[:, 0] @ x_axis))
+
+    def _loops(self) -> tuple[Array, Array, Array]:
+        """Gaps (m,), their Jacobian (m, 7) and bias accelerations (m,) of the cut joints."""
+        gaps, rows, biases = [], [], []
+        for parent, p, child, c in self.cuts:
+            names = parent.name(), child.name()
+            gaps.append(self.position(names[1], c) - self.position(names[0], p))
+            rows.append((self.jacobian(names[1], c) - self.jacobian(names[0], p))[:2])
+            biases.append((self.bias(names[1], c) - self.bias(names[0], p))[:2])
+        return np.concatenate(gaps), np.vstack(rows), np.concatenate(biases)
+
+    def solve(self, phi: Array, dphi: Array, ddphi: Array, guess: dict[str, float]) -> tuple[Array, Array]:
+        """Close the loops; sets the context, returns generalised velocities and accelerations (7,) each.
+
+        Parameters
+        ----------
+        guess : dict
+            Angle of each coupler and the platform from which Newton's method starts [rad].
+        """
+        q = np.zeros(self.plant.num_positions())
+        q[self.driven] = phi - self.drawn
+        for name, place in zip(self.tree.coordinates, self.order, strict=True):
+            edge_link = next(link for link, edge in self.tree.edges.items() if edge.joint == name)
+            if place not in self.driven:
+                joint = self.tree.mechanism.joint[name]
+                inner = joint.parent if edge_link == joint.child else joint.child
+                sign = joint.sign if edge_link == joint.child else -joint.sign
+                reference = {**guess, **{f"crank{leg}": phi[leg - 1] for leg in LEGS}}
+                drawn = self.link_angle[edge_link] - self.link_angle[inner]
+                q[place] = sign * (reference[edge_link] - reference[inner] - drawn)
+        for _ in range(20):
+            self.plant.SetPositions(self.context, q)
+            gap, rows, _ = self._loops()
+            step = np.linalg.solve(rows[:, self.free], -gap)
+            q[self.free] += step
+            if np.max(np.abs(step)) < 1e-15:
+                break
+        self.plant.SetPositions(self.context, q)
+        _, rows, _ = self._loops()
+        v, a = np.zeros(len(q)), np.zeros(len(q))
+        v[self.driven], a[self.driven] = dphi, ddphi
+        v[self.free] = np.linalg.solve(rows[:, self.free], -rows[:, self.driven] @ dphi)
+        self.plant.SetVelocities(self.context, v)
+        _, rows, bias = self._loops()
+        a[self.free] = np.linalg.solve(rows[:, self.free], -rows[:, self.driven] @ ddphi - bias)
+        return v, a
+
+    def velocity_space(self) -> Array:
+        """Generalised velocities (7, 3) for a unit speed of each drive."""
+        _, rows, _ = self._loops()
+        space = np.zeros((rows.shape[1], 3))
+        space[self.driven] = np.eye(3)
+        space[self.free] = np.linalg.solve(rows[:, self.free], -rows[:, self.driven])
+        return space
+
+    def drive_torques(self, a: Array) -> Array:
+        """Torques (3,) of the drives from Drake's inverse dynamics, the loops' reactions eliminated [N m]."""
+        tau = self.plant.CalcInverseDynamics(self.context, a, MultibodyForces(self.plant))
+        return self.velocity_space().T @ tau
+
+    def nodal_jacobian(self, model: Model) -> Array:
+        """Velocities (full, 7) of the model's nodes per generalised velocity, from Drake's Jacobians."""
+        result = np.zeros((model.full, self.plant.num_velocities()))
+        n = model.count
+        for leg in range(3):
+            base = model.leg * leg
+            for kind, length, place in (
+                ("crank", self.geometry.crank[leg], base),
+                ("coupler", self.geometry.coupler[leg], base + 3 * n + 1),
+            ):
+                link = f"{kind}{leg + 1}"
+                joint = self.tree.mechanism.joint[f"{'A' if kind == 'crank' else 'B'}{leg + 1}"]
+                root = self._point(link, joint.on_child)
+                nxt = self.tree.mechanism.joint[f"{'B' if kind == 'crank' else 'C'}{leg + 1}"]
+                axis = (self._point(link, nxt.on_parent) - root) / length
+                result[place] = self.jacobian(link, root)[2]
+                for node in range(1, n + 1):
+                    at = place + 3 * node - 2
+                    result[at : at + 3] = self.jacobian(link, root + axis * length * node / n)
+        return result
+
+
+def verify(robot: Robot, state: Motion) -> Verification:
+    """Compare with Drake at the given poses; the model is the robot's with free roots."""
+    free = changed(robot, drives={"roots": "free"}, model={"platform": "triangle", "beam": "euler-bernoulli"})
+    model = Model(free)
+    plant = RigidPlant(robot)
+    torques = Model(changed(free, load={"force": [0.0, 0.0], "moment": 0.0})).drive_torques(state)
+    worst = dict.fromkeys(("zero", "angle", "mass", "position", "velocity", "acceleration", "torque"), 0.0)
+    counts = []
+    for n in range(len(state)):
+        guess = {f"coupler{leg}": float(state.psi[n, leg - 1]) for leg in LEGS}
+        guess["platform"] = float(state.x[n, 0])
+        v, a = plant.solve(state.phi[n], state.dphi[n], state.ddphi[n], guess)
+        found = _kinematics(plant, state, n, v, a)
+        found["torque"] = float(np.max(np.abs(plant.drive_torques(a) - torques[n])))
+        count, found["zero"], found["angle"], found["mass"] = _modal(
+            plant, model, state.part(slice(n, n + 1))
+        )
+        counts.append(count)
+        worst = {key: max(worst[key], found[key]) for key in worst}
+    return Verification(
+        max(counts, key=lambda c: abs(c - 3)),
+        worst["zero"],
+        worst["angle"],
+        worst["mass"],
+        worst["position"],
+        worst["velocity"],
+        worst["acceleration"],
+        worst["torque"],
+        len(state),
+    )
+
+
+def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) -> dict[str, float]:
+    """Largest differences of position, velocity and acceleration at one pose."""
+    origin = np.zeros(3)
+    platform = plant.jacobian("platform", origin)
+    angle = np.array([plant.angle(f"coupler{leg}") for leg in LEGS] + [plant.angle("platform")])
+    turn = np.angle(np.exp(1j * (angle - np.append(state.psi[n], state.x[n, 0]))))
+    rates = [plant.jacobian(f"coupler{leg}", origin)[2] for leg in LEGS]
+    speeds = np.array([row @ v for row in rates] + [platform[2] @ v, *(platform[:2] @ v)])
+    biases = [plant.bias(f"coupler{leg}", origin)[2] for leg in LEGS]
+    own = plant.bias("platform", origin)
+    accelerations = [row @ a + b for row, b in zip(rates, biases, strict=True)]
+    accelerations += [platform[2] @ a + own[2], *(platform[:2] @ a + own[:2])]
+    return {
+        "position": float(
+            max(np.max(np.abs(turn)), np.max(np.abs(plant.position("platform", origin) - state.x[n, 1:])))
+        ),
+        "velocity": float(np.max(np.abs(speeds - np.append(state.dpsi[n], state.dx[n])))),
+        "acceleration": float(
+            np.max(np.abs(np.array(accelerations) - np.append(state.ddpsi[n], state.ddx[n])))
+        ),
+    }
+
+
+def _modal(plant: RigidPlant, model: Model, state: Motion) -> tuple[int, float, float, float]:
+    """Zero modes, stiffness of the rigid space, principal angle and mass error at one pose.
+
+    Displacements are scaled by the square roots of the stiffness diagonal, so that lengths and angles
+    compare.
+    """
+    k, m = (matrix[0] for matrix in model.full_matrices(state))
+    scale = 1.0 / np.sqrt(np.diag(k))
+    scaled = scale[:, None] * k * scale
+    values, vectors = np.linalg.eigh(scaled)
+    count = int(np.sum(np.abs(values) < _RANK * values[-1]))
+    space = plant.velocity_space()
+    rigid = plant.nodal_jacobian(model) @ space
+    unit, _ = np.linalg.qr(rigid / scale[:, None])
+    softness = float(np.max(np.abs(unit.T @ scaled @ unit)) / values[-1])
+    kernel = vectors[:, np.argsort(np.abs(values))[:3]] * scale[:, None]
+    angle = float(np.max(subspace_angles(_scaled(kernel, m), _scaled(rigid, m))))
+    drake = space.T @ plant.plant.CalcMassMatrix(plant.context) @ space
+    ours = rigid.T @ m @ rigid
+    return count, softness, angle, float(np.max(np.abs(ours - drake)) / np.max(np.abs(drake)))
+
+
+def _scaled(space: Array, mass: Array) -> Array:
+    """Displacements measured by kinetic energy, so that the angle between spaces does not depend on units."""
+    return np.linalg.cholesky(mass).T @ space

@@ -1,0 +1,101 @@
+"""Derivatives of everything a problem evaluates, by differences in one population."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optim.algorithms.nlp import Array, Problem, Values
+
+
+def stack(values: Values) -> Array:
+    """Objectives, inequalities and equalities side by side, (m, no + ni + ne)."""
+    return np.hstack([values.objectives, values.inequalities, values.equalities])
+
+
+def jacobian(
+    problem: Problem, evaluate: Callable[[Array], Values], x: Array, scale: Array, step: float
+) -> Array | None:
+    """Differentiate the objectives, inequalities and equalities at a design.
+
+    The problem's own where it has them; else differences of second order from two further designs for each
+    variable: central ones inside, one-sided ones where a bound is nearer than the step. Of first order where there is
+    a value on one side only: an evaluation failed, or was not made beyond a constraint. Where there is a value on
+    neither side, as in a corner between constraints, the difference is taken beside the design: at one of those that
+    were evaluated for the other variables.
+
+    Parameters
+    ----------
+    problem : Problem
+    evaluate : callable
+        Values of designs, called once with 2 n of them; in a corner once more.
+    x : (n,) array
+    scale : (n,) array
+        Size of the variables; the difference step is `step` times this.
+    step : float
+
+    Returns
+    -------
+    (no + ni + ne, n) array or None
+        None where a derivative cannot be had: there is no value on either side, nor beside. At a design without
+        objectives, because it violates constraints, their derivatives are zero.
+    """
+    if problem.jacobian is not None:
+        return np.asarray(problem.jacobian(x), dtype=float)
+    near, far = _offsets(x, problem.lower, problem.upper, step * scale)
+    moving = np.flatnonzero(near != far)
+    designs = np.repeat(x[None, :], 2 * len(moving) + 1, axis=0)
+    rows = np.arange(len(moving))
+    designs[1 + rows, moving] += near[moving]
+    designs[1 + len(moving) + rows, moving] += far[moving]
+    # the offsets as they are after rounding
+    near, far = designs[1 + rows, moving] - x[moving], designs[1 + len(moving) + rows, moving] - x[moving]
+    values = evaluate(designs)
+    table = stack(values)
+    table[~np.isfinite(table)] = np.nan
+    centre, at_near, at_far = table[0], table[1 : 1 + len(moving)], table[1 + len(moving) :]
+    if values.failed[0]:
+        return None
+    with np.errstate(invalid="ignore"):
+        a, b = near[:, None], far[:, None]
+        slopes = (at_near * b**2 - at_far * a**2 - centre * (b**2 - a**2)) / (a * b * (b - a))
+        slopes = np.where(np.isnan(at_near), (at_far - centre) / b, slopes)
+        slopes = np.where(np.isnan(at_far), (at_near - centre) / a, slopes)
+    slopes[:, np.isnan(centre)] = 0.0
+    for k in np.flatnonzero(~np.isfinite(slopes).all(axis=1)):
+        beside = _beside(evaluate, designs[1:], table[1:], int(moving[k]), np.array([near[k], far[k]]))
+        if beside is None:
+            return None
+        slopes[k] = np.where(np.isfinite(slopes[k]), slopes[k], beside)
+    result = np.zeros((table.shape[1], len(x)))
+    result[:, moving] = slopes.T
+    return result
+
+
+def _beside(
+    evaluate: Callable[[Array], Values], designs: Array, table: Array, variable: int, offsets: Array
+) -> Array | None:
+    """Slopes (no + ni + ne,) of a variable by either offset (2,) from the first of the designs that has them."""
+    known = np.flatnonzero(np.isfinite(table).all(axis=1))
+    if len(known) == 0:
+        return None
+    moved = np.repeat(designs[known], 2, axis=0)
+    moved[:, variable] += np.tile(offsets, len(known))
+    steps = moved[:, variable] - np.repeat(designs[known, variable], 2)
+    slopes = (stack(evaluate(moved)) - np.repeat(table[known], 2, axis=0)) / steps[:, None]
+    good = np.flatnonzero(np.isfinite(slopes).all(axis=1))
+    return np.asarray(slopes[good[0]]) if len(good) else None
+
+
+def _offsets(x: Array, lower: Array, upper: Array, step: Array) -> tuple[NDArray[np.float64], Array]:
+    """Two offsets of each variable that stay within its bounds; equal ones where it is fixed."""
+    step = np.minimum(step, (upper - lower) / 4.0)  # so that two steps fit on one side
+    near, far = -step, step.copy()
+    at_lower, at_upper = x - step < lower, x + step > upper
+    near[at_lower], far[at_lower] = step[at_lower], 2.0 * step[at_lower]
+    near[at_upper], far[at_upper] = -step[at_upper], -2.0 * step[at_upper]
+    fixed = upper <= lower
+    near[fixed] = far[fixed] = 0.0
+    return near, far

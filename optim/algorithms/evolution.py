@@ -1,0 +1,124 @@
+"""Differential evolution, SciPy's, as a control of the other algorithms.
+
+R. Storn, K. Price, Differential evolution, Journal of Global Optimization 11 (1997) 341-359; constraints by the
+rules of J. Lampinen, A constraint handling approach for the differential evolution algorithm, Proc. CEC 2002.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.optimize import Bounds, NonlinearConstraint, differential_evolution
+from scipy.stats import qmc
+
+from linkages.files.toml import NonNegative, Table
+from optim.algorithms.archive import Archive
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result
+
+
+class DifferentialEvolution(Table):
+    """Settings of differential evolution."""
+
+    population: int = Field(30, ge=5, description="designs of a generation")
+    generations: int = Field(50, ge=2, description="generations at most, the first one among them")
+    strategy: Literal["best1bin", "rand1bin", "currenttobest1bin", "rand2bin", "best2bin"] = Field(
+        "best1bin", description="how a trial design is made"
+    )
+    mutation: Annotated[float, Field(gt=0.0, le=2.0)] = Field(0.7, description="weight of a difference")
+    recombination: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        0.9, description="probability of each variable to come from the trial"
+    )
+    convergence: NonNegative = Field(
+        0.0, description="stop when the population's objectives spread less, relatively"
+    )
+    tolerance: NonNegative = Field(1e-6, description="violation up to which a constraint counts as satisfied")
+
+
+def evolve(
+    problem: Problem,
+    settings: DifferentialEvolution,
+    seed: int = 0,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
+    """Minimise one objective; whole generations are evaluated in one call.
+
+    Parameters
+    ----------
+    problem : Problem
+        With finite bounds. Its start is a member of the first generation, else a Latin hypercube.
+    settings : DifferentialEvolution
+    seed : int
+    progress : callable, optional
+        Called after each generation from the second on, with the state of the random generator; if it raises
+        KeyboardInterrupt, the best design so far is returned.
+    """
+    archive = Archive(problem)
+    random = np.random.default_rng(seed)
+    lower, upper, n = problem.lower, problem.upper, problem.size
+    generations = 1
+
+    def constraints(designs: Array) -> Array:
+        values = archive(np.atleast_2d(designs.T))
+        equalities = np.where(values.failed[:, None], np.inf, np.abs(values.equalities))
+        residuals = np.hstack([values.inequalities, equalities]).T - settings.tolerance
+        return residuals if designs.ndim == 2 else residuals[:, 0]
+
+    def objective(designs: Array) -> Array:
+        return archive(np.atleast_2d(designs.T)).objectives[:, 0]
+
+    def after(intermediate_result: Any) -> None:
+        nonlocal generations
+        generations += 1
+        if progress is not None:
+            row = [archive.best(settings.tolerance)]
+            state = {
+                "random": random.bit_generator.state,
+                "population": intermediate_result.population.tolist(),
+            }
+            progress(
+                Progress(
+                    generations, settings.generations, archive.designs[row], archive.values.take(row), state
+                )
+            )
+
+    first = lower + qmc.LatinHypercube(n, rng=random).random(settings.population) * (upper - lower)
+    if problem.start is not None:
+        first[0] = np.clip(problem.start, lower, upper)
+    constrained = bool(problem.inequalities or problem.equalities)
+    interrupted = converged = False
+    try:
+        result = differential_evolution(
+            objective,
+            Bounds(lower, upper),
+            strategy=settings.strategy,
+            maxiter=settings.generations - 1,
+            tol=settings.convergence,
+            mutation=settings.mutation,
+            recombination=settings.recombination,
+            rng=random,
+            callback=after,
+            polish=False,
+            init=np.clip(first, lower, upper),
+            updating="deferred",
+            constraints=NonlinearConstraint(constraints, -np.inf, 0.0) if constrained else (),
+            vectorized=True,
+        )
+        converged = bool(result.success)
+    except KeyboardInterrupt:
+        if not len(archive):
+            raise  # there is nothing to return
+        interrupted = True
+    row = np.array([archive.best(settings.tolerance)])
+    values = archive.values.take(row)
+    if interrupted:
+        status = Ending.INTERRUPTED
+    elif values.failed[0]:
+        status = Ending.EVALUATION_FAILED
+    elif not values.feasible(settings.tolerance)[0]:
+        status = Ending.INFEASIBLE
+    else:
+        status = Ending.CONVERGED if converged else Ending.BUDGET_USED
+    return Result(archive.designs[row], values, status, generations, len(archive))

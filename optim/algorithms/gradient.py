@@ -1,0 +1,284 @@
+"""Generalised reduced gradient method.
+
+Of the variables and slacks ``y``, as many as there are constraints are basic: they follow from the others by the
+equations ``c(x) + s = 0``. What remains is a problem in the nonbasic variables, whose gradient is the *reduced
+gradient*
+
+    r = g_N - A_N^T (B^-T g_B) = Z^T g,    Z = [I; -B^-1 A_N]
+
+with the Jacobian ``A = [B A_N]``. Each iteration
+
+1. minimises the model ``r.v + v.H.v / 2`` over the steps v of the nonbasic variables that keep all variables
+   within their bounds to first order; `H` is a BFGS approximation of the reduced Hessian,
+2. chooses the basis for that step: independent columns, variables that have room,
+3. searches along the step, and at every trial point corrects the basic variables by Newton's method until the
+   equations hold; a basic variable that meets a bound is exchanged there.
+
+So all iterates are feasible and each is better than the last. While the start is not feasible (phase I) the
+objective is the sum of the violations.
+
+J. Abadie, J. Carpentier, Generalization of the Wolfe reduced gradient method to the case of nonlinear constraints,
+in: R. Fletcher (ed.), Optimization, Academic Press 1969, 37-47. L. S. Lasdon, A. D. Waren, A. Jain, M. Ratner,
+Design and testing of a generalized reduced gradient code for nonlinear programming, ACM Transactions on
+Mathematical Software 4 (1978) 34-50. They move the superbasic variables only and release bounds by the sign of
+their multipliers; here the bounds are part of the model, so that degenerate points need no special rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from pydantic import Field
+
+from linkages.files.toml import Positive, Table
+from optim.algorithms.archive import Archive
+from optim.algorithms.line_search import Found, search
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result
+from optim.algorithms.phases import Phase, merit, phase_at
+from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
+from optim.algorithms.restoration import Restored, choose_partition
+from optim.algorithms.standard_form import Partition, Slopes, StandardForm
+
+#: First step, relative to the scales.
+FIRST_STEP = 0.1
+#: Curvature of the model of phase I times the violation: at the start, and its range. It falls after good steps and
+#: rises after bad ones.
+FIRST_SOFTNESS, SOFTNESS = 1e-3, (1e-6, 1e3)
+#: The reduced Hessian is forgotten when it is worse conditioned.
+WORST_CONDITION = 1e14
+#: Step, relative to the scales, off a point where the violation seems least: it may be a saddle.
+PUSH = 1e-2
+#: The objective stands still if it falls by less than this, relatively, in so many iterations.
+STANDSTILL, PATIENCE = 1e-12, 5
+
+
+class ReducedGradient(Table):
+    """Settings of the generalised reduced gradient method."""
+
+    iterations: int = Field(200, ge=1, description="iterations at most")
+    tolerance: Positive = Field(
+        1e-7, description="of the reduced gradient, relative to 1 + |objective|, scaled"
+    )
+    feasibility: Positive = Field(1e-9, description="tolerance of the constraints, relative to their scales")
+    step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
+    starts: int = Field(
+        1, ge=1, description="the nominal design and so many more less one, a Latin hypercube"
+    )
+
+
+def reduced_gradient(
+    problem: Problem,
+    settings: ReducedGradient,
+    seed: int = 0,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
+    """Minimise the first objective from the problem's start (the middle of the bounds if it has none).
+
+    Parameters
+    ----------
+    problem : Problem
+        With finite bounds, or a start.
+    settings : ReducedGradient
+    seed : int
+        Not used: the method draws no random numbers.
+    progress : callable, optional
+        Called after each iteration; if it raises KeyboardInterrupt, the best design so far is returned.
+    """
+    run = _Search(problem, settings)
+    try:
+        status = run.run(progress)
+    except KeyboardInterrupt:
+        if not len(run.archive):
+            raise  # there is nothing to return
+        status = Ending.INTERRUPTED
+    return run.result(status)
+
+
+def start_of(problem: Problem) -> Array:
+    """Start of a local method: the problem's, within the bounds; else their middle."""
+    start = (problem.lower + problem.upper) / 2.0 if problem.start is None else problem.start
+    return np.clip(np.asarray(start, dtype=float), problem.lower, problem.upper)
+
+
+class _Search:
+    """One run: the point, its partition, the reduced Hessian."""
+
+    form: StandardForm
+    point: Restored
+
+    def __init__(self, problem: Problem, settings: ReducedGradient) -> None:
+        self.problem, self.settings = problem, settings
+        self.archive = Archive(problem)
+        self.x = start_of(problem)
+        self.iteration = 0
+        self.error = np.inf  # in the conditions of optimality
+        self.hessian: Array | None = None
+        self.fresh = True  # nothing was learnt yet
+        self.softness = FIRST_SOFTNESS
+        # nonbasic variables and reduced gradient of the last point, in the partition of this one
+        self.last: tuple[Array, Array] | None = None
+
+    def run(self, progress: Callable[[Progress], None] | None) -> Ending:
+        """Iterate until something ends the search."""
+        if self.archive(self.x).failed[0]:
+            return Ending.EVALUATION_FAILED
+        self.form = form = StandardForm(self.problem, self.archive, self.x, self.settings.step)
+        self._place(np.clip(self.x / form.width, form.lower[: form.n], form.upper[: form.n]))
+        still, pushed, first = 0, False, True
+        while self.iteration < self.settings.iterations:
+            slopes = form.slopes(self.point.y[: form.n])
+            if slopes is None:
+                return Ending.EVALUATION_FAILED
+            phase = phase_at(form, self.point.y, slopes, self.settings.feasibility)
+            if first and not phase.first:
+                self.hessian = self.last = None
+            first = phase.first
+            if not first:  # what is violated by less than the tolerance is set on its bound
+                self.point = self.point._replace(y=np.clip(self.point.y, phase.low, phase.high))
+            before = merit(form, phase, self.point.y, self.point.f)
+            status = self._iterate(slopes, phase)
+            if status is Ending.INFEASIBLE and not pushed:
+                pushed = True
+                self._push()
+                continue
+            if status is not None:
+                return status
+            fall = before - merit(form, phase, self.point.y, self.point.f)
+            still = still + 1 if fall <= STANDSTILL * (1.0 + abs(before)) else 0
+            if still >= PATIENCE:
+                return Ending.INFEASIBLE if first else Ending.NO_PROGRESS
+            self.iteration += 1
+            self.x = form.design(self.point.y[: form.n])
+            if progress is not None:
+                progress(self._progress(first))
+        return Ending.BUDGET_USED
+
+    def result(self, status: Ending) -> Result:
+        """Where the search stands."""
+        return Result(self.x[None, :], self.archive(self.x), status, self.iteration, len(self.archive))
+
+    def _progress(self, first: bool) -> Progress:
+        basis = self.point.partition.basic.tolist()
+        state = {"phase": 1 if first else 2, "error": float(self.error), "basis": basis}
+        return Progress(
+            self.iteration, self.settings.iterations, self.x[None, :], self.archive(self.x), state
+        )
+
+    def _place(self, x: Array) -> bool:
+        """Start at scaled variables, with the slacks as basis; False where there is no value."""
+        n, m = self.form.n, self.form.m
+        f, c = self.form.evaluate(x)
+        if not np.isfinite(c if m else f).all():
+            return False
+        slacks = Partition(np.arange(n, n + m), np.arange(n))
+        self.point = Restored(np.concatenate([x, -c]), f, np.zeros(m), slacks)
+        self.hessian = self.last = None
+        return True
+
+    def _push(self) -> None:
+        """Leave what may be a saddle of the violation, by unequal steps away from the nearer bounds."""
+        n, x = self.form.n, self.point.y[: self.form.n]
+        lower, upper = self.form.lower[:n], self.form.upper[:n]
+        inward = np.where(upper - x >= x - lower, 1.0, -1.0)
+        self._place(np.clip(x + PUSH * (1.0 + np.arange(n) / n) * inward, lower, upper))
+
+    def _iterate(self, slopes: Slopes, phase: Phase) -> Ending | None:
+        """Take one step, or say why there is none."""
+        Z = self._tangents(slopes, phase)
+        r = Z.T @ phase.gradient
+        if not phase.first:
+            self._learn(Z, r)
+        y, nonbasic = self.point.y, self.point.partition.nonbasic
+        free = phase.high[nonbasic] > phase.low[nonbasic]
+        low, high = np.minimum(phase.low - y, 0.0), np.maximum(phase.high - y, 0.0)
+        for _ in range(2):
+            H = self._model(Z, r, phase)[np.ix_(free, free)]
+            step = bounded_minimum(H, r[free], Z[:, free], low, high)
+            gaps = np.where(step.multipliers > 0.0, -low, high)
+            slack = np.where(step.multipliers != 0.0, gaps, 0.0) * np.abs(step.multipliers)
+            self.error = max(np.abs(H @ step.v).max(initial=0.0), slack.max(initial=0.0))
+            slope = float(r[free] @ step.v)
+            if phase.first and -slope <= self.settings.tolerance * merit(self.form, phase, y, self.point.f):
+                return Ending.INFEASIBLE
+            if not phase.first and self.error <= self.settings.tolerance * (1.0 + abs(self.point.f)):
+                return Ending.CONVERGED
+            direction = Z[:, free] @ step.v
+            room = np.minimum(y + direction - phase.low, phase.high - y - direction)
+            if phase.first:
+                room[phase.gradient != 0.0] = 1.0  # a violated slack need not stop at its bound
+            partition = choose_partition(slopes.A, room, self.point.partition)
+            found = search(
+                self.form,
+                slopes.A,
+                self.point,
+                partition,
+                direction,
+                slope,
+                phase,
+                self.settings.feasibility,
+            )
+            if found is not None:
+                self._move(found, Z, r)
+                return None
+            if self.fresh:
+                break
+            self.hessian = None  # what was learnt about the curvature may be wrong: once more without it
+        return Ending.INFEASIBLE if phase.first else Ending.NO_PROGRESS
+
+    def _tangents(self, slopes: Slopes, phase: Phase) -> Array:
+        """Directions along the constraints; with another partition if its basis has become singular."""
+        try:
+            return self.point.partition.tangents(slopes.A)
+        except np.linalg.LinAlgError:
+            n, m = self.form.n, self.form.m
+            room = np.minimum(self.point.y - phase.low, phase.high - self.point.y)
+            slacks = Partition(np.arange(n, n + m), np.arange(n))
+            self.point = self.point._replace(partition=choose_partition(slopes.A, room, slacks))
+            self.hessian = self.last = None
+            return self.point.partition.tangents(slopes.A)
+
+    def _model(self, Z: Array, r: Array, phase: Phase) -> Array:
+        """Hessian of the model: in phase I soft, so that the step reaches the bounds; else what was learnt.
+
+        What nothing is known about is steepest descent in the space of the scaled variables.
+        """
+        self.fresh = phase.first or self.hessian is None
+        if self.hessian is None or phase.first:
+            if phase.first:
+                size = self.softness / merit(self.form, phase, self.point.y, self.point.f)
+            else:
+                size = max(float(np.linalg.norm(r)) / FIRST_STEP, 1e-8)
+            self.hessian = size * self._metric(Z)
+        return self.hessian
+
+    def _metric(self, Z: Array) -> Array:
+        """Squared length of a step in the scaled variables, as a quadratic form of the nonbasic ones."""
+        X = Z[: self.form.n]
+        return X.T @ X + 1e-8 * np.eye(self.form.n)
+
+    def _learn(self, Z: Array, r: Array) -> None:
+        """Update the Hessian by the last step."""
+        if self.last is None or self.hessian is None:
+            return
+        y, r_last = self.last
+        step, change = self.point.y[self.point.partition.nonbasic] - y, r - r_last
+        curvature = float(step @ change)
+        moved = step != 0.0
+        if self.fresh and curvature > 0.0:
+            metric = self._metric(Z)
+            size = change[moved] @ np.linalg.solve(metric[np.ix_(moved, moved)], change[moved]) / curvature
+            self.hessian = float(size) * metric
+        self.hessian = damped_bfgs(self.hessian, step, change)
+        if not np.all(np.isfinite(self.hessian)) or np.linalg.cond(self.hessian) > WORST_CONDITION:
+            self.hessian = None
+
+    def _move(self, found: Found, Z: Array, r: Array) -> None:
+        """Go to a new point; what was learnt goes over to the nonbasic variables of its partition."""
+        nonbasic = found.point.partition.nonbasic
+        T = np.linalg.inv(Z[nonbasic])
+        if self.hessian is not None:
+            self.hessian = T.T @ self.hessian @ T
+        self.last = (self.point.y[nonbasic], T.T @ r)
+        self.point = found.point
+        self.softness = float(np.clip(self.softness * (10.0 if found.trials > 2 else 0.3), *SOFTNESS))

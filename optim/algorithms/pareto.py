@@ -1,0 +1,163 @@
+"""Several objectives: domination, the front, how good it is, where its knee lies."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optim.algorithms.nlp import Array, Values
+
+Indices = NDArray[np.intp]
+
+
+def dominates(values: Values, tolerance: float = 0.0) -> NDArray[np.bool_]:
+    """Which design is better than which, (m, m): True at [i, j] where i dominates j.
+
+    Constrained domination: a feasible design dominates an infeasible one, of two infeasible ones that which
+    violates the constraints less; of two feasible ones that which is nowhere worse and somewhere better
+    (K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Transactions on
+    Evolutionary Computation 6 (2002) 182-197, definition 1).
+
+    Parameters
+    ----------
+    values : Values
+        Of m designs.
+    tolerance : float
+        Violation up to which a constraint counts as satisfied.
+    """
+    feasible = values.feasible(tolerance)
+    f, violation = values.objectives, values.violation
+    nowhere_worse = np.ones((len(f), len(f)), dtype=bool)
+    somewhere_better = np.zeros_like(nowhere_worse)
+    for column in f.T:
+        nowhere_worse &= column[:, None] <= column[None, :]
+        somewhere_better |= column[:, None] < column[None, :]
+    both = feasible[:, None] & feasible[None, :]
+    return np.where(
+        both,
+        nowhere_worse & somewhere_better,
+        np.where(
+            feasible[:, None] | feasible[None, :],
+            feasible[:, None] & ~feasible[None, :],
+            violation[:, None] < violation[None, :],
+        ),
+    )
+
+
+def ranks(values: Values, tolerance: float = 0.0) -> Indices:
+    """Sort designs into fronts, (m,): 0 what nothing dominates, 1 what only front 0 dominates, ..."""
+    better = dominates(values, tolerance)
+    dominators = better.sum(axis=0)
+    rank = np.full(len(values), -1, dtype=np.intp)
+    level = 0
+    while np.any(rank < 0):
+        front = (rank < 0) & (dominators == 0)
+        rank[front] = level
+        dominators = dominators - better[front].sum(axis=0)
+        level += 1
+    return rank
+
+
+def crowding(objectives: Array) -> Array:
+    """Crowding distance of designs of one front, (m,): infinite at the ends (Deb et al. 2002, section III B)."""
+    distance = np.zeros(len(objectives))
+    if not np.all(np.isfinite(objectives)):
+        return distance  # failed evaluations: none is better than another
+    for column in objectives.T:
+        order = np.argsort(column, kind="stable")
+        span = column[order[-1]] - column[order[0]]
+        distance[order[[0, -1]]] = np.inf
+        if span > 0.0:
+            distance[order[1:-1]] += (column[order[2:]] - column[order[:-2]]) / span
+    return distance
+
+
+def by_domination(values: Values, tolerance: float = 0.0) -> Indices:
+    """Sort designs: by front, within a front the less crowded first; equal ones in their order."""
+    rank = ranks(values, tolerance)
+    distance = np.zeros(len(values))
+    for level in range(int(rank.max(initial=-1)) + 1):
+        members = rank == level
+        distance[members] = crowding(values.objectives[members])
+    return np.lexsort((-distance, rank))
+
+
+def front(values: Values, tolerance: float = 0.0) -> Indices:
+    """Rows of the designs that nothing dominates, feasible ones if there are any, by the first objective.
+
+    Of designs with equal objectives the first one stands for all.
+    """
+    if len(values) == 0:
+        return np.empty(0, dtype=np.intp)
+    feasible = np.flatnonzero(values.feasible(tolerance))
+    if len(feasible) == 0:
+        return np.array([np.argmin(values.violation)])
+    f = values.objectives[feasible]
+    # the first of a lexicographic order is dominated by none: take it, drop what it dominates or equals, and so on
+    members: list[int] = []
+    left = np.lexsort(f.T[::-1])
+    while len(left):
+        members.append(int(left[0]))
+        left = left[np.any(f[left] < f[left[0]], axis=1)]
+    return feasible[members]
+
+
+def hypervolume(objectives: Array, reference: Array) -> float:
+    """Volume that a front dominates, up to a reference point that is worse in every objective.
+
+    By slices along the last objective (E. Zitzler, L. Thiele, Multiobjective evolutionary algorithms, IEEE
+    Transactions on Evolutionary Computation 3 (1999) 257-271 define the measure).
+
+    Parameters
+    ----------
+    objectives : (m, no) array
+    reference : (no,) array
+    """
+    inside = objectives[np.all(objectives < reference, axis=1)]
+    if len(inside) == 0:
+        return 0.0
+    if inside.shape[1] == 1:
+        return float(reference[0] - inside.min())
+    order = np.argsort(inside[:, -1], kind="stable")
+    inside = inside[order]
+    heights = np.diff(np.append(inside[:, -1], reference[-1]))
+    return float(
+        sum(
+            height * hypervolume(inside[: i + 1, :-1], reference[:-1])
+            for i, height in enumerate(heights)
+            if height > 0.0
+        )
+    )
+
+
+def knee(objectives: Array) -> int | None:
+    """Row of a front that lies farthest from the plane through its extremes, towards the better side.
+
+    Each objective is measured by its range on the front (I. Das, On characterizing the "knee" of the Pareto
+    curve, Structural Optimization 18 (1999) 107-115).
+
+    Parameters
+    ----------
+    objectives : (m, no) array
+        Of a front.
+
+    Returns
+    -------
+    int or None
+        None where there is no knee: fewer designs than objectives plus one, an objective that does not vary,
+        extremes that do not span a plane, or a front that lies nowhere on the better side.
+    """
+    m, no = objectives.shape
+    span = np.ptp(objectives, axis=0)
+    if m <= no or np.any(span <= 0.0):
+        return None
+    scaled = (objectives - objectives.min(axis=0)) / span
+    # the extreme of an objective is where it is best; of equal ones that with the least sum
+    extremes = scaled[[np.lexsort((scaled.sum(axis=1), column))[0] for column in scaled.T]]
+    try:
+        normal = np.linalg.solve(extremes, np.ones(no))
+    except np.linalg.LinAlgError:
+        return None
+    distance = (1.0 - scaled @ normal) / np.linalg.norm(normal)
+    best = int(np.argmax(distance))
+    return best if np.all(normal > 0.0) and distance[best] > 1e-9 else None

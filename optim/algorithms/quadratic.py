@@ -1,0 +1,85 @@
+"""Quadratic models: their minimum within bounds, and what a step teaches about the curvature."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+
+from optim.algorithms.nlp import Array
+
+
+class Step(NamedTuple):
+    """Minimum of a quadratic model.
+
+    Attributes
+    ----------
+    v : (k,) array
+    multipliers : (rows,) array
+        Of ``low <= Z v <= high``: positive where `low` holds the step back, negative where `high` does.
+    """
+
+    v: Array
+    multipliers: Array
+
+
+def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> Step:
+    """Minimise ``r.v + v.H.v / 2`` subject to ``low <= Z v <= high``.
+
+    Written in ``z = L^T v + L^-1 r`` with ``H = L L^T`` this is a least-distance problem, which is one of
+    nonnegative least squares (C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, SIAM 1995, ch. 23).
+
+    Parameters
+    ----------
+    H : (k, k) array
+        Symmetric, positive definite.
+    r : (k,) array
+    Z : (rows, k) array
+    low, high : (rows,) arrays
+        ``low <= 0 <= high``: no step at all is allowed; infinite where there is no bound.
+    """
+    if len(r) == 0 or not np.any(r):
+        return Step(np.zeros(len(r)), np.zeros(len(Z)))
+    L = np.linalg.cholesky(H)
+    free = solve_triangular(L, r, lower=True)  # z of v = 0: the farthest that the solution can be
+    size = float(np.linalg.norm(free))
+    below, above = np.flatnonzero(np.isfinite(low)), np.flatnonzero(np.isfinite(high))
+    E = solve_triangular(L, np.vstack([Z[below], -Z[above]]).T, lower=True)
+    gaps = np.concatenate([low[below], -high[above]])
+    M = np.vstack([E, (gaps + E.T @ free)[None, :] / size])
+    norms = np.linalg.norm(M, axis=0)
+    norms[norms == 0.0] = 1.0
+    target = np.zeros(len(M))
+    target[-1] = 1.0
+    weights = np.zeros(M.shape[1])
+    if M.shape[1]:
+        weights, _ = nnls(M / norms, target, maxiter=100 * M.shape[1])
+    residual = target - (M / norms) @ weights
+    u = weights / norms / residual[-1] * size
+    # E u = z at the solution; v from the multipliers keeps stationarity exact
+    v = solve_triangular(L.T, E @ u - free, lower=False)
+    multipliers = np.zeros(len(Z))
+    np.add.at(multipliers, below, u[: len(below)])
+    np.subtract.at(multipliers, above, u[len(below) :])
+    return Step(v, multipliers)
+
+
+def damped_bfgs(H: Array, s: Array, y: Array) -> Array:
+    """Update the Hessian by the step `s` and the change `y` of the gradient; it stays positive definite.
+
+    Damped where the curvature along the step is not positive enough: M. J. D. Powell, A fast algorithm for
+    nonlinearly constrained optimization calculations, Lecture Notes in Mathematics 630 (1978) 144-157.
+    """
+    Hs = H @ s
+    sHs = float(s @ Hs)
+    if sHs <= 0.0:
+        return H
+    curvature = float(s @ y)
+    if curvature < 0.2 * sHs:
+        theta = 0.8 * sHs / (sHs - curvature)
+        y = theta * y + (1.0 - theta) * Hs
+        curvature = float(s @ y)
+    H = H - np.outer(Hs, Hs) / sHs + np.outer(y, y) / curvature
+    return (H + H.T) / 2.0

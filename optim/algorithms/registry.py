@@ -1,0 +1,214 @@
+"""All algorithms by name: what they need, what they are set by.
+
+An algorithm is a function ``(problem, settings, seed, progress) -> Result`` that depends on nothing else: run again
+with the same arguments it asks for the same designs in the same order. So a run that was stopped is continued by
+running it again on the stored values.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import qmc
+
+from linkages.errors import InputError, nearest
+from linkages.files.toml import Table, validate
+from optim.algorithms.archive import Archive, by_feasibility
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result, Values
+
+Solver = Callable[[Problem, Any, int, Callable[[Progress], None] | None], Result]
+#: Violation up to which a start's result counts as feasible when the best one is taken.
+TOLERANCE = 1e-6
+
+
+class Algorithm(NamedTuple):
+    """An algorithm, by the names of what it is made of: what nobody asks for is not imported.
+
+    Attributes
+    ----------
+    module, function, settings : str
+        Where the function and its table of settings are.
+    summary : str
+    local : bool
+        Searches from a start; its settings have a key `starts`.
+    several : bool
+        Takes several objectives.
+    """
+
+    module: str
+    function: str
+    settings: str
+    summary: str
+    local: bool = False
+    several: bool = False
+
+    @property
+    def table(self) -> type[Table]:
+        """Its settings."""
+        table: type[Table] = getattr(import_module(self.module), self.settings)
+        return table
+
+    @property
+    def solver(self) -> Solver:
+        """The function."""
+        solver: Solver = getattr(import_module(self.module), self.function)
+        return solver
+
+
+ALGORITHMS = {
+    "ga": Algorithm("optim.algorithms.ga", "genetic", "Genetic", "genetic algorithm with elitism, on pygad"),
+    "nsga2": Algorithm(
+        "optim.algorithms.ga",
+        "nondominated_sorting",
+        "NondominatedSorting",
+        "genetic algorithm for several objectives, on pygad",
+        several=True,
+    ),
+    "grg": Algorithm(
+        "optim.algorithms.gradient",
+        "reduced_gradient",
+        "ReducedGradient",
+        "generalised reduced gradient",
+        local=True,
+    ),
+    "snopt": Algorithm(
+        "optim.algorithms.snopt",
+        "snopt",
+        "Snopt",
+        "sequential quadratic programming, Drake's SNOPT",
+        local=True,
+    ),
+    "differential-evolution": Algorithm(
+        "optim.algorithms.evolution", "evolve", "DifferentialEvolution", "differential evolution, SciPy's"
+    ),
+}
+
+
+def settings_of(name: str, data: Mapping[str, Any], source: Path | str = "settings") -> Table:
+    """Read the settings of an algorithm from the values of a table.
+
+    Raises
+    ------
+    InputError
+        If there is no such algorithm, or a value is wrong.
+    """
+    return validate(_find(name, source).table, data, Path(source))
+
+
+def optimise(
+    name: str,
+    problem: Problem,
+    settings: Table | None = None,
+    seed: int = 0,
+    progress: Callable[[Progress], None] | None = None,
+) -> Result:
+    """Run an algorithm.
+
+    Parameters
+    ----------
+    name : str
+        Key of `ALGORITHMS`.
+    problem : Problem
+    settings : Table, optional
+        Of this algorithm; its defaults if left out.
+    seed : int
+        Not negative.
+    progress : callable, optional
+        Called after each iteration; may raise KeyboardInterrupt to stop.
+
+    Raises
+    ------
+    InputError
+        If there is no such algorithm, or it cannot solve such a problem.
+    """
+    algorithm = _find(name, "algorithm")
+    settings = algorithm.table() if settings is None else settings
+    if len(problem.objectives) > 1 and not algorithm.several:
+        several = ", ".join(key for key, other in ALGORITHMS.items() if other.several)
+        raise InputError(
+            "algorithm",
+            name,
+            f"takes one objective and this problem has {len(problem.objectives)}: use {several}",
+        )
+    if seed < 0:
+        raise InputError("seed", str(seed), "it should be 0 or a positive number")
+    starts = getattr(settings, "starts", 1)
+    bounded = bool(np.all(np.isfinite(problem.lower) & np.isfinite(problem.upper)))
+    if not bounded and (not algorithm.local or starts > 1 or problem.start is None):
+        raise InputError("algorithm", name, "needs finite bounds of all variables")
+    if np.any(problem.lower > problem.upper):
+        worst = int(np.argmax(problem.lower - problem.upper))
+        raise InputError("problem", f"variable {worst + 1}", "its lower bound is above its upper bound")
+    if algorithm.local and starts > 1:
+        return _multistart(algorithm.solver, problem, settings, starts, seed, progress)
+    return algorithm.solver(problem, settings, seed, progress)
+
+
+def start_designs(problem: Problem, count: int, seed: int) -> Array:
+    """Choose starts of a local method, (count, n): the nominal design or the middle, then a Latin hypercube."""
+    first = (problem.lower + problem.upper) / 2.0 if problem.start is None else problem.start
+    if count == 1:
+        return np.atleast_2d(first)
+    sample = qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed)).random(count - 1)
+    return np.vstack([first, problem.lower + sample * (problem.upper - problem.lower)])
+
+
+def _multistart(
+    solver: Solver,
+    problem: Problem,
+    settings: Any,
+    starts: int,
+    seed: int,
+    progress: Callable[[Progress], None] | None,
+) -> Result:
+    """Run a local method from several starts, and take the best result."""
+    archive = Archive(problem)  # of all starts: none evaluates what another one did
+    problem = dataclasses.replace(problem, evaluate=archive)
+    runs: list[Result] = []
+    for i, start in enumerate(start_designs(problem, starts, seed)):
+        report = None if progress is None else _report(progress, runs, i, starts)
+        runs.append(solver(dataclasses.replace(problem, start=start), settings, seed, report))
+        if runs[-1].status is Ending.INTERRUPTED:
+            break
+    best = runs[int(by_feasibility(Values.join([run.values for run in runs]), TOLERANCE)[0])]
+    return Result(
+        best.x,
+        best.values,
+        Ending.INTERRUPTED if runs[-1].status is Ending.INTERRUPTED else best.status,
+        sum(run.iterations for run in runs),
+        len(archive),
+        tuple(runs),
+    )
+
+
+def _report(
+    progress: Callable[[Progress], None], runs: list[Result], start: int, starts: int
+) -> Callable[[Progress], None]:
+    """Progress of one start as that of all: the best of all, iterations as parts of all starts' budgets."""
+
+    def report(step: Progress) -> None:
+        values = Values.join([*(run.values for run in runs), step.values])
+        row = int(by_feasibility(values, TOLERANCE)[0])
+        designs = np.vstack([*(run.x for run in runs), np.atleast_2d(step.best)])
+        progress(
+            Progress(
+                start * step.iterations + step.iteration,
+                starts * step.iterations,
+                designs[[row]],
+                values.take([row]),
+                {"start": start, **step.state},
+            )
+        )
+
+    return report
+
+
+def _find(name: str, source: Path | str) -> Algorithm:
+    if name not in ALGORITHMS:
+        raise InputError(source, name, f"no such algorithm; {nearest(name, ALGORITHMS)}")
+    return ALGORITHMS[name]

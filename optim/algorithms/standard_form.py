@@ -1,0 +1,133 @@
+"""A problem as the reduced gradient method sees it: scaled, and every constraint an equation with a slack."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optim.algorithms.archive import Archive
+from optim.algorithms.derivatives import jacobian
+from optim.algorithms.nlp import Array, Problem
+
+
+class Slopes(NamedTuple):
+    """First derivatives at a point, scaled.
+
+    Attributes
+    ----------
+    f : (n + m,) array
+        Gradient of the objective with respect to variables and slacks (zero there).
+    A : (m, n + m) array
+        Jacobian ``[J I]`` of the equations ``c(x) + s = 0``.
+    """
+
+    f: Array
+    A: Array
+
+
+class StandardForm:
+    """Minimise f(x) subject to ``c(x) + s = 0`` and ``lower <= (x, s) <= upper``.
+
+    The slack of an inequality lies in [0, inf), that of an equality in [0, 0]. A variable is measured by the
+    distance of its bounds (by its own start where they are infinite), the objective and each constraint by their
+    largest change over such a distance, to first order at the start.
+
+    Parameters
+    ----------
+    problem : Problem
+    archive : Archive
+        Evaluates the problem.
+    start : (n,) array
+        Where the scales are measured.
+    step : float
+        Of the differences, relative to the scales of the variables.
+
+    Attributes
+    ----------
+    n, m : int
+        Numbers of variables and of constraints.
+    lower, upper : (n + m,) arrays
+        Scaled bounds of variables and slacks.
+    width : (n,) array
+        Scales of the variables.
+    """
+
+    def __init__(self, problem: Problem, archive: Archive, start: Array, step: float) -> None:
+        self.problem, self.archive, self._step = problem, archive, step
+        self.n = problem.size
+        self.m = len(problem.inequalities) + len(problem.equalities)
+        width = problem.upper - problem.lower
+        known = np.isfinite(width) & (width > 0.0)
+        self.width = np.where(known, np.where(known, width, 1.0), np.maximum(1.0, np.abs(start)))
+        self._size, self._objective_size = np.ones(self.m), 1.0
+        ni = len(problem.inequalities)
+        slack_upper = np.where(np.arange(self.m) < ni, np.inf, 0.0)
+        self.lower = np.concatenate([problem.lower / self.width, np.zeros(self.m)])
+        self.upper = np.concatenate([problem.upper / self.width, slack_upper])
+        # scaling must not move a design off its bounds: the scaled bounds are mapped back to the given ones
+        self._x_lower, self._x_upper = problem.lower, problem.upper
+        slopes = self.slopes(start / self.width)
+        if slopes is not None:
+            largest = np.abs(slopes.A[:, : self.n]).max(axis=1, initial=0.0)
+            self._size = np.where(largest > 0.0, largest, 1.0)
+            self._objective_size = float(np.abs(slopes.f).max()) or 1.0
+
+    def design(self, x: Array) -> Array:
+        """Unscaled design (n,) of scaled variables."""
+        design = x * self.width
+        design = np.where(x <= self.lower[: self.n], self._x_lower, design)
+        return np.where(x >= self.upper[: self.n], self._x_upper, design)
+
+    def evaluate(self, x: Array) -> tuple[float, Array]:
+        """Scaled objective and constraints (m,) of scaled variables.
+
+        Both are infinite where the evaluation failed, the objective alone where it was not asked for: constraints
+        are violated.
+        """
+        values = self.archive(self.design(x)[None, :])
+        if values.failed[0]:
+            return np.inf, np.full(self.m, np.inf)
+        constraints = np.concatenate([values.inequalities[0], values.equalities[0]])
+        return float(values.objectives[0, 0]) / self._objective_size, constraints / self._size
+
+    def slopes(self, x: Array) -> Slopes | None:
+        """Differentiate at scaled variables; None where there are no values."""
+        J = jacobian(self.problem, self.archive, self.design(x), self.width, self._step)
+        if J is None or not np.all(np.isfinite(J)):
+            return None
+        J = J * self.width
+        f = np.concatenate([J[0] / self._objective_size, np.zeros(self.m)])
+        return Slopes(f, np.hstack([J[len(self.problem.objectives) :] / self._size[:, None], np.eye(self.m)]))
+
+    def violation(self, s: Array) -> Array:
+        """By how much slacks violate their bounds: negative below, positive above, (m,)."""
+        low, high = self.lower[self.n :], self.upper[self.n :]
+        return np.minimum(s - low, 0.0) + np.maximum(s - high, 0.0)
+
+
+class Partition(NamedTuple):
+    """Basic variables, which the equations determine, and the others.
+
+    Attributes
+    ----------
+    basic : (m,) array of int
+    nonbasic : (n,) array of int
+    """
+
+    basic: NDArray[np.intp]
+    nonbasic: NDArray[np.intp]
+
+    def exchange(self, row: int, column: int) -> Partition:
+        """Swap the basic variable of a row with the nonbasic one of a column."""
+        basic, nonbasic = self.basic.copy(), self.nonbasic.copy()
+        basic[row], nonbasic[column] = nonbasic[column], basic[row]
+        return Partition(basic, nonbasic)
+
+    def tangents(self, A: Array) -> Array:
+        """Directions that keep the equations to first order, (n + m, n): unity in the nonbasic variables."""
+        Z = np.zeros((A.shape[1], len(self.nonbasic)))
+        Z[self.nonbasic, np.arange(len(self.nonbasic))] = 1.0
+        Z[self.basic] = -np.linalg.solve(A[:, self.basic], A[:, self.nonbasic])
+        return Z

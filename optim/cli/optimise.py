@@ -1,0 +1,191 @@
+"""``linkages optimise``: solves design problems; can be stopped, and gone on with."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linkages.cli.common import add_out, output_folder, progress_bar, written
+from linkages.errors import InputError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from optim.problem.study import Study
+
+HELP = "find the best design of a linkage; can be stopped, and gone on with"
+
+_EXAMPLES = """examples:
+  linkages optimise sevenbar_force.toml
+  linkages optimise sevenbar_force.toml --seed 3 --out results/force --resume
+  linkages optimise sevenbar_force.toml sevenbar_acceleration.toml --seeds 1:10 --out results/both
+  linkages optimise fourbar_jitter_steady.toml --start results/fourbar_surrogate
+  linkages optimise mine.toml --cluster tcp://host:8786
+"""
+
+STORE, RESULT, TABLE = "study.sqlite", "result.json", "results.csv"
+FIGURE, FRONT = "convergence.png", "front.png"
+
+
+@dataclass(frozen=True)
+class Job:
+    """One study with one seed, where it begins (n,) if not at the nominal design, and its folder."""
+
+    study: Study
+    seed: int
+    start: NDArray[np.float64] | None
+    folder: Path
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument(
+        "files", nargs="+", metavar="FILE", help="study (.toml), a path or the name of a shipped one"
+    )
+    seeds = parser.add_mutually_exclusive_group()
+    seeds.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
+    seeds.add_argument("--seeds", metavar="A:B", help="run every seed from A to B")
+    parser.add_argument(
+        "--resume", action="store_true", help="go on with what was begun in the output folder"
+    )
+    parser.add_argument(
+        "--start",
+        type=Path,
+        metavar="RESULT",
+        help="begin from the best design in this folder of another study",
+    )
+    add_out(parser)
+    parser.add_argument(
+        "--threads", type=int, metavar="N", help="threads of the compiled engine; default: all"
+    )
+    parser.add_argument("--cluster", metavar="ADDRESS", help="evaluate on a Dask cluster, tcp://host:8786")
+    parser.add_argument("--no-verify", action="store_true", help="do not run the optimum again on Drake")
+    parser.add_argument("--no-plots", action="store_true", help="draw no figures")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Solve every study with every seed; returns the exit status."""
+    from optim.search.interrupt import Interrupt
+    from optim.search.run import Stopped
+
+    if options.threads is not None and options.threads < 1:
+        raise InputError("--threads", str(options.threads), "must be at least 1")
+    root, jobs = _jobs(options)
+    results: list[dict[str, Any]] = []
+    with ExitStack() as stack:
+        executor: Executor | None = None
+        workers = 0
+        if options.cluster:
+            from optim.evaluate.cluster import cluster
+
+            executor, workers = stack.enter_context(cluster(options.cluster))
+        stop = stack.enter_context(Interrupt())
+        try:
+            for job in jobs:
+                results.append(_solve(job, options, executor, workers, stop))
+                if stop():
+                    break
+        except Stopped as stopped:
+            print(f"{job.study.source.stem}, seed {job.seed}: {stopped}", file=sys.stderr)
+        except KeyboardInterrupt:
+            stop.wanted = True
+        if stop() and len(results) < len(jobs):
+            print("what was computed is kept; go on with --resume", file=sys.stderr)
+            return 130
+    if len(jobs) > 1:
+        from optim.report.table import format_table, write_table
+
+        write_table(results, root / TABLE)
+        print(format_table(results) + "\n")
+    print(written(root))
+    return 0
+
+
+def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
+    """Output folder, and every study with every seed, checked before the first begins."""
+    from optim.problem.shipped import find_study
+    from optim.problem.study import load_study
+    from optim.search.start import start_of
+    from optim.search.task import settings_of
+
+    studies = [load_study(find_study(file)) for file in options.files]
+    for study in studies:
+        settings_of(study)
+    names = [study.source.stem for study in studies]
+    if len(set(names)) < len(names):
+        raise InputError("command line", names[0], "two studies of one name; rename a file")
+    pairs = [(study, seed) for study in studies for seed in _seeds(options, study)]
+    root = output_folder(options, names[0] if len(studies) == 1 else "optimise")
+    one = len(pairs) == 1
+    starts = {s.source.stem: start_of(s, options.start) if options.start else None for s in studies}
+    jobs = [
+        Job(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}")
+        for s, seed in pairs
+    ]
+    for job in jobs:
+        store = job.folder / STORE
+        if store.exists() and not options.resume:
+            raise InputError(
+                "--out", str(store), "is there already; go on with --resume, or give another --out"
+            )
+        try:
+            job.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as problem:
+            raise InputError("--out", str(job.folder), f"cannot be written ({problem.strerror})") from None
+    return root, jobs
+
+
+def _seeds(options: argparse.Namespace, study: Study) -> range:
+    first = last = study.file.seed if options.seed is None else options.seed
+    if options.seeds is not None:
+        a, colon, b = options.seeds.partition(":")
+        if not (colon and a.isdecimal() and b.isdecimal() and int(a) <= int(b)):
+            raise InputError("--seeds", options.seeds, "write A:B, for instance 1:10")
+        first, last = int(a), int(b)
+    if not 0 <= first <= last < 2**32:
+        raise InputError("--seed", str(first), "must be between 0 and 2^32 - 1")
+    return range(first, last + 1)
+
+
+def _solve(
+    job: Job, options: argparse.Namespace, executor: Executor | None, workers: int, stop: Any
+) -> dict[str, Any]:
+    """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
+    import numpy as np
+
+    from optim.evaluate.evaluator import Evaluator
+    from optim.report.observe import Observer
+    from optim.report.result import format_result, summarize, write_json
+    from optim.search.run import run as run_task
+    from optim.search.task import described, task_of
+
+    study = job.study
+    evaluate = Evaluator(study, executor, 2 * workers, options.threads)
+    task = task_of(study, job.seed, evaluate, job.start)
+    figure = None if options.no_plots else job.folder / FIGURE
+    with Observer(study, job.seed, figure) as observe:
+        outcome = run_task(task, job.folder / STORE, options.resume, observe, stop)
+    references = evaluate(np.array([*study.designs.values()])) if study.designs else None
+    result = summarize(study, outcome, described(study), job.seed, task.versions, references, job.start)
+    write_json(job.folder / RESULT, result)
+    if result["front"] and not options.no_plots:
+        from optim.report.figures import write_front
+
+        write_front(study, result, job.folder / FRONT)
+    print(format_result(study, result) + "\n")
+    if not options.no_verify:
+        from optim.search.trust import format_verification, verify
+
+        print("running the optimum again on Drake (--no-verify skips this) ...", file=sys.stderr)
+        result["verification"] = verify(study, result["best"], options.threads, progress_bar("Drake"))
+        write_json(job.folder / RESULT, result)
+        print(format_verification(result["verification"]) + "\n")
+    return result

@@ -1,0 +1,99 @@
+"""``linkages study``: looks into the store of a study, also while it runs; asks which variables matter."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from linkages.cli.common import add_out, output_folder, written
+from linkages.errors import InputError
+
+HELP = "show or export what an optimisation has computed; which variables matter"
+
+_EXAMPLES = """examples:
+  linkages study show results/sevenbar_force/study.sqlite
+  linkages study export results/sevenbar_force/study.sqlite --out designs.csv
+  linkages study sensitivity sevenbar_force.toml --samples 512
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    show = actions.add_parser("show", help="print a summary of a store")
+    export = actions.add_parser("export", help="write every design of a store to a table")
+    for action in (show, export):
+        action.add_argument("file", type=Path, metavar="FILE", help="a study.sqlite")
+    export.add_argument(
+        "--out", type=Path, metavar="TABLE", help=".csv or .parquet; default: evaluations.csv beside FILE"
+    )
+    sensitivity = actions.add_parser(
+        "sensitivity", help="Sobol's indices over the bounds, and one variable at a time"
+    )
+    sensitivity.add_argument(
+        "file", metavar="FILE", help="study (.toml), a path or the name of a shipped one"
+    )
+    sensitivity.add_argument(
+        "--samples",
+        type=int,
+        default=256,
+        metavar="N",
+        help="a power of two; N (variables + 2) designs are run; default: %(default)s",
+    )
+    sensitivity.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
+    sensitivity.add_argument(
+        "--threads", type=int, metavar="N", help="threads of the compiled engine; default: all"
+    )
+    add_out(sensitivity)
+    sensitivity.add_argument("--no-plots", action="store_true", help="draw no figures")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what is asked; returns the exit status."""
+    if options.action == "sensitivity":
+        return _sensitivity(options)
+    from optim.report.export import export
+    from optim.store.store import read_store
+
+    with read_store(options.file) as store:
+        if options.action == "show":
+            from optim.report.show import format_store
+
+            print(format_store(store))
+            return 0
+        out = options.out or options.file.with_name("evaluations.csv")
+        rows = export(store, out)
+    print(f"{rows} designs written to {out}")
+    return 0
+
+
+def _sensitivity(options: argparse.Namespace) -> int:
+    """Write ``sensitivity.json`` and the figures, print the table."""
+    from linkages.files.writing import OutputFolder
+    from optim.evaluate.evaluator import Evaluator
+    from optim.problem.shipped import find_study
+    from optim.problem.study import load_study
+    from optim.report.result import write_json
+    from optim.search.sensitivity import format_sensitivity, study_sensitivity
+
+    if options.samples < 2 or options.samples & (options.samples - 1):
+        raise InputError("--samples", str(options.samples), "must be a power of two, 2 at least")
+    if options.threads is not None and options.threads < 1:
+        raise InputError("--threads", str(options.threads), "must be at least 1")
+    study = load_study(find_study(options.file))
+    seed = study.file.seed if options.seed is None else options.seed
+    if not 0 <= seed < 2**32:
+        raise InputError("--seed", str(seed), "must be between 0 and 2^32 - 1")
+    out = output_folder(options, f"{study.source.stem}_sensitivity")
+    with OutputFolder(out) as folder:
+        report = study_sensitivity(study, Evaluator(study, threads=options.threads), options.samples, seed)
+        write_json(folder / "sensitivity.json", report)
+        if not options.no_plots:
+            from optim.report.sensitivity_figures import write_indices, write_one_at_a_time
+
+            write_indices(study, report, folder / "sobol.png")
+            write_one_at_a_time(study, report, folder / "one_at_a_time.png")
+    print(format_sensitivity(study, report) + "\n")
+    print(written(out))
+    return 0

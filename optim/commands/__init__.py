@@ -1,7 +1,0 @@
-"""The commands that this package adds to ``linkages``, through entry points of the group ``linkages.commands``.
-
-| module   | command                                                            |
-|----------|--------------------------------------------------------------------|
-| optimise | ``linkages optimise``: solve design problems                       |
-| study    | ``linkages study show`` and ``export``: look into a study's store  |
-"""

@@ -1,0 +1,173 @@
+"""Designs -> runs at every operating point -> objectives and constraints; failures are explicit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
+from optim.evaluate.requests import Batch, Statistics, joined, run_batch
+from optim.problem.outputs import IDEAL
+from optim.problem.schema import Quantity, Term
+from optim.problem.study import OperatingPoint, Study, quantities
+
+Array = NDArray[np.float64]
+
+#: From minimum, maximum, mean and rms, (m, nw), and lengths of the windows, (nw,) [s].
+_FUNCTIONALS: dict[str, Callable[[Array, Array, Array, Array, Array], Array]] = {
+    "peak": lambda low, high, mean, rms, span: np.maximum(np.abs(low), np.abs(high)),
+    "max": lambda low, high, mean, rms, span: high,
+    "min": lambda low, high, mean, rms, span: low,
+    "range": lambda low, high, mean, rms, span: high - low,
+    "mean": lambda low, high, mean, rms, span: mean,
+    "rms": lambda low, high, mean, rms, span: rms,
+    "integral": lambda low, high, mean, rms, span: mean * span,
+}
+
+
+class Evaluator:
+    """Evaluates designs of a study.
+
+    Parameters
+    ----------
+    study : Study
+    executor : Executor, optional
+        Where batches run; default: here.
+    parts : int
+        Batches that a population is divided into; it does not change the values.
+    threads : int, optional
+        Of the compiled engine.
+    engine : callable, optional
+        Runs a batch; default `run_batch`.
+    """
+
+    def __init__(
+        self,
+        study: Study,
+        executor: Executor | None = None,
+        parts: int = 1,
+        threads: int | None = None,
+        engine: Callable[[Batch], Statistics] | None = None,
+    ) -> None:
+        self.study = study
+        self.executor = executor
+        self.parts = max(parts, 1)
+        self.threads = threads
+        self.engine = engine or run_batch
+        terms = [term for _, _, quantity in quantities(study.file) for term in quantity.terms or ()]
+        self.outputs = tuple(dict.fromkeys(term.output for term in terms))
+        self._used = tuple(dict.fromkeys(term.window for term in terms))
+
+    def __call__(self, designs: Array) -> Evaluations:
+        """Evaluate designs (m, n); a design's values do not depend on the others."""
+        study = self.study
+        if self.outputs:
+            points = self._run(designs)
+        else:  # formulas alone
+            nothing = np.empty((len(designs), 0, 0))
+            blank = [""] * len(designs)
+            points = [Statistics(nothing, nothing, nothing, nothing, [OK] * len(designs), blank)]
+        table = np.column_stack(
+            [
+                self._formula(name, designs) if quantity.terms is None else self._quantity(quantity, points)
+                for _, name, quantity in quantities(study.file)
+            ]
+        )
+        status, reason = [], []
+        for i, row in enumerate(table):
+            verdict = self._verdict(i, row, points)
+            status.append(verdict[0])
+            reason.append(verdict[1])
+        table[[state != OK for state in status]] = np.nan
+        split = len(study.file.objectives)
+        return Evaluations(table[:, :split], table[:, split:], tuple(status), tuple(reason))
+
+    # -- runs --------------------------------------------------------------------------------------
+
+    def _run(self, designs: Array) -> list[Statistics]:
+        """Run designs at every operating point."""
+        size = max(1, -(-len(designs) // self.parts))
+        batches = [
+            self._batch(point, designs[i : i + size])
+            for point in self.study.points
+            for i in range(0, len(designs), size)
+        ]
+        run: Callable[..., Iterable[Statistics]] = map if self.executor is None else self.executor.map
+        engine: Callable[[Batch], Statistics] = self.engine
+        if any(output.startswith(IDEAL) for output in self.outputs):
+            from optim.evaluate.ideal_runs import run_parts
+
+            engine = partial(run_parts, engine)
+        found = list(run(engine, batches))
+        each = len(found) // len(self.study.points)
+        return [joined(found[i : i + each]) for i in range(0, len(found), each)]
+
+    def _batch(self, point: OperatingPoint, designs: Array) -> Batch:
+        linked = [[link(self.study.named(design)) for link in point.links] for design in designs]
+        values = np.column_stack([designs, np.array(linked).reshape(len(designs), len(point.links))])
+        windows = np.vstack([point.windows[name] for name in self._used])
+        return Batch(point, values, self.outputs, windows, self.threads)
+
+    def _rows(self, term: Term, point: OperatingPoint) -> slice:
+        """Windows of a term among those of the batch."""
+        before = 0
+        for name in self._used:
+            count = len(point.windows[name])
+            if name == term.window:
+                return slice(before, before + count)
+            before += count
+        raise KeyError(term.window)
+
+    # -- numbers -----------------------------------------------------------------------------------
+
+    def _quantity(self, quantity: Quantity, points: Sequence[Statistics]) -> Array:
+        """Weighted terms, summed or the extreme one, (m,)."""
+        terms = quantity.terms or ()
+        columns = [[term.weight * x for x in self._term(term, points)] for term in terms]
+        return np.array([_aggregate(quantity.over_terms, row) for row in zip(*columns, strict=True)])
+
+    def _term(self, term: Term, points: Sequence[Statistics]) -> list[float]:
+        k = self.outputs.index(term.output)
+        by_point = []
+        for point, found in zip(self.study.points, points, strict=True):
+            rows = self._rows(term, point)
+            spans = np.ptp(point.windows[term.window], axis=1)
+            with np.errstate(invalid="ignore"):  # runs that failed
+                values = _FUNCTIONALS[term.functional](
+                    found.minimum[:, rows, k],
+                    found.maximum[:, rows, k],
+                    found.mean[:, rows, k],
+                    found.rms[:, rows, k],
+                    spans,
+                )
+            by_point.append([_aggregate(term.over_windows, row) for row in values])
+        return [_aggregate(term.over_points, row) for row in zip(*by_point, strict=True)]
+
+    def _formula(self, name: str, designs: Array) -> Array:
+        found = self.study.formulas[name]
+        return np.array([found(self.study.named(design)) for design in designs])
+
+    def _verdict(self, i: int, row: Array, points: Sequence[Statistics]) -> tuple[str, str]:
+        """Status and reason of design i."""
+        several = len(points) > 1
+        for point, found in zip(self.study.points, points, strict=False):
+            if found.status[i] != OK:
+                return found.status[i], (f"{point.name}: " if several else "") + found.reason[i]
+        for (_, name, _), value in zip(quantities(self.study.file), row, strict=True):
+            if not math.isfinite(value):
+                return NO_VALUE, f"{name} has no finite value"
+        return OK, ""
+
+
+def _aggregate(how: str, values: Iterable[float]) -> float:
+    """Largest, smallest, mean or sum of some numbers; NaN if any is not finite. Sums are exact, in any layout."""
+    numbers = [float(x) for x in values]
+    if not all(math.isfinite(x) for x in numbers):
+        return math.nan
+    total = math.fsum(numbers)
+    return {"max": max(numbers), "min": min(numbers), "mean": total / len(numbers), "sum": total}[how]

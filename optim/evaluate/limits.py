@@ -1,0 +1,88 @@
+"""Limits: quantities of designs as an algorithm sees them, all to be minimised, g <= 0 and h = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import RunError
+from optim.algorithms.nlp import Values
+from optim.evaluate.evaluations import Evaluations
+from optim.problem.study import Study, quantities
+
+Array = NDArray[np.float64]
+
+
+def inequality_names(study: Study) -> tuple[str, ...]:
+    """Names of the inequalities g <= 0, one for each limit."""
+    return tuple(name for name, _, _, _ in limits(study) if not name.endswith(".equals"))
+
+
+def equality_names(study: Study) -> tuple[str, ...]:
+    """Names of the equalities h = 0."""
+    return tuple(name for name, _, _, _ in limits(study) if name.endswith(".equals"))
+
+
+def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
+    """Make of quantities what an algorithm sees: all to be minimised, limits as g <= 0 and h = 0.
+
+    Relative quantities are divided by the nominal design's. A limit L of a value f becomes (f - L)/|L|, or f if
+    L = 0, so that violations of different constraints can be summed.
+
+    Parameters
+    ----------
+    found : Evaluations
+        Of m designs.
+    nominal : Evaluations
+        Of the nominal design alone.
+    """
+    objectives, constraints = in_units(study, found, nominal)
+    signs = [-1.0 if objective.maximise else 1.0 for objective in study.file.objectives.values()]
+    columns: dict[bool, list[Array]] = {False: [], True: []}
+    order = list(study.file.constraints)
+    for key, name, limit, sign in limits(study):
+        excess = sign * (constraints[:, order.index(name)] - limit) / (abs(limit) or 1.0)
+        # of a design that was not run, what is not known counts for nothing
+        columns[key.endswith(".equals")].append(np.where(found.unrun & np.isnan(excess), 0.0, excess))
+    failed = found.failed[:, None]
+    empty = np.empty((len(found), 0))
+    return Values(
+        np.where(failed | found.unrun[:, None], np.inf, objectives * signs),
+        np.where(failed, np.inf, np.column_stack([empty, *columns[False]])),
+        np.where(failed, np.inf, np.column_stack([empty, *columns[True]])),
+        found.failed,
+    )
+
+
+def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Array, Array]:
+    """Objectives and constraints as the file means them: relative ones divided by the nominal design's.
+
+    Raises
+    ------
+    RunError
+        If they are to be divided by what is zero, or is not there.
+    """
+    scales = np.ones(found.objectives.shape[1] + found.constraints.shape[1])
+    reference = np.concatenate([nominal.objectives[0], nominal.constraints[0]])
+    for k, (kind, name, quantity) in enumerate(quantities(study.file)):
+        if not quantity.relative:
+            continue
+        if nominal.failed[0] or reference[k] == 0.0:
+            why = nominal.reason[0] or "it is zero there"
+            raise RunError(
+                f"{study.source.name}: {kind}.{name} is relative to the nominal design, which has no value: {why}"
+            )
+        scales[k] = reference[k]
+    split = found.objectives.shape[1]
+    return found.objectives / scales[:split], found.constraints / scales[split:]
+
+
+def limits(study: Study) -> Iterable[tuple[str, str, float, float]]:
+    """Every limit: its name, its constraint's, value, sign of what must not be positive."""
+    for name, constraint in study.file.constraints.items():
+        for key, sign in (("at_most", 1.0), ("at_least", -1.0), ("equals", 1.0)):
+            limit = getattr(constraint, key)
+            if limit is not None:
+                yield f"{name}.{key}", name, limit, sign

@@ -1,0 +1,161 @@
+"""The tables of a study file."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from linkages.files.toml import Finite, NonNegative, Positive, Table
+from optim.problem.formula import CONSTANTS, FUNCTIONS
+
+FunctionalName = Literal["peak", "max", "min", "range", "mean", "rms", "integral"]
+Aggregate = Literal["max", "mean", "min"]
+
+
+def _check_bound(value: Any) -> Any:
+    """Accept a finite number or a text."""
+    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not number and not isinstance(value, str):
+        raise ValueError(f"is {value!r}; give a number, or a formula between quotes")
+    return value
+
+
+Bound = Annotated[Any, AfterValidator(_check_bound)]
+
+
+class Variable(Table):
+    """A design variable: a value of the experiment or of its SDF file, between bounds."""
+
+    path: str = Field(description="dotted path: joints.A.viscosity, sdf.links.link2.mass")
+    lower: Bound = Field(description="bound: a number, or a formula of constants")
+    upper: Bound = Field(description="bound: a number, or a formula of constants")
+    relative: bool = Field(False, description="whether the bounds are multiples of the nominal value")
+    nominal: Finite | None = Field(None, description="start value; default: the experiment's")
+
+
+class Window(Table):
+    """Times in which functionals look at a run: `count` equal windows between start and end."""
+
+    start: NonNegative = Field(description="[s], or revolutions")
+    end: Positive = Field(description="[s], or revolutions")
+    count: Annotated[int, Field(ge=1, le=10000)] = Field(1, description="number of equal windows")
+    revolutions_of: str | None = Field(
+        None, description="drive whose revolutions start and end count, at its speed in each operating point"
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Window:
+        if self.end <= self.start:
+            raise ValueError(f"end, {self.end:g}, must be after start, {self.start:g}")
+        return self
+
+
+class Point(Table):
+    """An operating point: the experiment with some values replaced."""
+
+    set: dict[str, Any] = Field({}, description="values by dotted path")
+    linked: dict[str, Any] = Field(
+        {}, description="formulas of the variables by dotted path; also of what a variable sets elsewhere"
+    )
+
+
+class Term(Table):
+    """A functional of one output."""
+
+    functional: FunctionalName = Field(
+        description="peak: largest magnitude; range: max - min; integral over time"
+    )
+    output: str = Field(
+        description="a column of the run (slider7.ax, A.force, O1.torque), + .jitter: less the ideal linkage's;"
+        " JOINT.film_thickness; DRIVE.power; of the ideal linkage, without a run: ideal.COLUMN,"
+        " ideal.JOINT.turning_rate"
+    )
+    weight: Finite = Field(1.0, description="factor of this term")
+    window: str = Field("run", description='a name in [windows], or "run": all of it')
+    over_windows: Aggregate = Field("max", description="of several windows")
+    over_points: Aggregate = Field("max", description="of several operating points")
+
+
+class Quantity(Table):
+    """A number that belongs to a design: functionals, weighted and summed, or a formula of the variables."""
+
+    terms: Annotated[list[Term], Field(min_length=1)] | None = Field(None, description="weighted functionals")
+    over_terms: Literal["sum", "max", "min"] = Field("sum", description="of several weighted terms")
+    formula: str | None = Field(None, description="of the variables and constants")
+    relative: bool = Field(False, description="whether it is divided by the nominal design's value")
+    unit: str = Field("", description="for tables and figures")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Quantity:
+        if (self.terms is None) == (self.formula is None):
+            raise ValueError("give either terms or formula")
+        return self
+
+
+class Objective(Quantity):
+    """A quantity to be made small, or large."""
+
+    maximise: bool = Field(False, description="whether large is good")
+
+
+class Constraint(Quantity):
+    """A quantity with limits, in its unit, or in multiples of the nominal value if relative."""
+
+    at_most: Finite | None = Field(None, description="upper limit")
+    at_least: Finite | None = Field(None, description="lower limit")
+    equals: Finite | None = Field(None, description="prescribed value")
+    hard: bool = Field(
+        False, description="of a formula: beyond it no design is run, not even for differences; it may jam"
+    )
+
+    @model_validator(mode="after")
+    def _limited(self) -> Constraint:
+        sided = self.at_most is not None or self.at_least is not None
+        if sided == (self.equals is not None):
+            raise ValueError("give at_most, at_least or both, or equals alone")
+        if self.at_most is not None and self.at_least is not None and self.at_least >= self.at_most:
+            raise ValueError("at_least must be below at_most")
+        return self
+
+
+class StudyFile(Table):
+    """A design problem and how it is solved. SI units."""
+
+    experiment: str = Field(description="experiment file, beside this file or a shipped one")
+    title: str = Field("", description="one line for tables and figures")
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(1, description="of the random numbers")
+    set: dict[str, Any] = Field({}, description="values that replace the experiment's, by dotted path")
+    constants: dict[str, Finite] = Field({}, description="names for formulas")
+    variables: Annotated[dict[str, Variable], Field(min_length=1)] = Field(
+        description="design variables by name"
+    )
+    linked: dict[str, Any] = Field({}, description="formulas of the variables by dotted path")
+    windows: dict[str, Window] = Field({}, description="times by name")
+    points: dict[str, Point] = Field({}, description="operating points by name; default: the experiment")
+    objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(
+        description="what to minimise, by name"
+    )
+    constraints: dict[str, Constraint] = Field({}, description="what to keep, by name")
+    designs: dict[str, dict[str, Any]] = Field(
+        {},
+        description="reference designs by name, for tables and figures: values of variables by dotted path",
+    )
+    algorithm: dict[str, Any] = Field(description="name, and its settings")
+
+    @model_validator(mode="after")
+    def _names(self) -> StudyFile:
+        taken: set[str] = set(CONSTANTS) | set(FUNCTIONS)
+        for name in (*self.constants, *self.variables):
+            if not name.isidentifier():
+                raise ValueError(f'"{name}" cannot be used in formulas; use letters, digits and _')
+            if name in taken:
+                raise ValueError(f'"{name}" is taken; choose another name')
+            taken.add(name)
+        if "run" in self.windows:
+            raise ValueError('the window "run" is all of the run; choose another name')
+        both = set(self.objectives) & set(self.constraints)
+        if both:
+            raise ValueError(f'"{min(both)}" names an objective and a constraint')
+        return self

@@ -1,0 +1,26 @@
+"""Finds the studies that come with the package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from linkages.files import shipped as data
+
+
+def studies_folder() -> Path:
+    """Folder of the shipped studies."""
+    return Path(__file__).resolve().parents[1] / "studies"
+
+
+def find_study(name: str | Path) -> Path:
+    """Return the file as given if it exists, else a shipped study of that name, else the path as given."""
+    path = Path(name)
+    shipped = studies_folder() / path.with_suffix(".toml").name
+    bare = path.parent in (Path(), Path("optim/studies"))
+    return shipped if bare and not path.exists() and shipped.exists() else path
+
+
+def find_experiment(name: str, study: Path) -> Path:
+    """Return the experiment of a study: beside it, else a shipped one."""
+    beside = study.parent / name
+    return beside if beside.exists() else data.find_file(name)

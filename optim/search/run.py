@@ -1,0 +1,303 @@
+"""Runs an algorithm over a store, so that it can be stopped at any moment and gone on with.
+
+To go on is to replay: the algorithm starts from its seed again, and evaluations that the store holds are not computed
+anew. Each iteration is compared with the one stored. So an interrupted study ends with the same bytes as any other.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, RunError
+from linkages.files.lock import Lock
+from linkages.files.toml import leaves
+from optim.algorithms import nlp
+from optim.evaluate.evaluations import Evaluations
+from optim.store.store import Iteration, Store, create, open_store
+
+Array = NDArray[np.float64]
+
+FEASIBLE = 1e-6  # sum of violations, relative to their limits, that counts as none
+
+Observer = Callable[[Iteration, nlp.Values], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """An optimisation: what is asked, and how it is answered.
+
+    Attributes
+    ----------
+    description : dict
+        JSON types: all that determines the numbers, algorithm and seed among them.
+    versions : dict
+        Of the packages that determine the numbers.
+    variables, objectives, constraints : tuples of str
+        Names of what the store keeps.
+    nominal : (n,) array
+        Evaluated first: what relative quantities are divided by.
+    start : (n,) array
+        Where a search begins: a member of a first generation, the first start of a local method.
+    inequalities, equalities : tuples of str
+        Names of what the algorithm sees.
+    evaluate : callable
+        Evaluations of designs (m, n); those of a design do not depend on the others.
+    values : callable
+        From evaluations and those of the nominal design to what the algorithm sees.
+    optimise : callable
+        The algorithm with its settings and seed.
+    """
+
+    description: dict[str, Any]
+    versions: dict[str, str]
+    variables: tuple[str, ...]
+    objectives: tuple[str, ...]
+    constraints: tuple[str, ...]
+    lower: Array
+    upper: Array
+    nominal: Array
+    start: Array
+    evaluate: Callable[[Array], Evaluations]
+    values: Callable[[Evaluations, Evaluations], nlp.Values]
+    optimise: Callable[[nlp.Problem, Callable[[nlp.Progress], None]], nlp.Result]
+    inequalities: tuple[str, ...] = ()
+    equalities: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A finished run: what the algorithm found, with evaluations of it and of the nominal design.
+
+    `failures` counts the designs without values by status, those among them that were infeasible and not run.
+    """
+
+    result: nlp.Result
+    found: Evaluations
+    nominal: Evaluations
+    evaluations: int
+    failures: dict[str, int]
+    elapsed: float
+
+
+class Stopped(Exception):  # noqa: N818 (it is not an error)
+    """The run was stopped after an iteration; the store holds all of it."""
+
+    def __init__(self, iteration: int) -> None:
+        super().__init__(f"stopped after iteration {iteration}")
+        self.iteration = iteration
+
+
+def run(
+    task: Task,
+    path: Path,
+    resume: bool = False,
+    observe: Observer | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Outcome:
+    """Run a task, or go on with it.
+
+    Parameters
+    ----------
+    task : Task
+    path : Path
+        The store, ``study.sqlite``.
+    resume : bool
+        Whether the store may be there already; it must be of the same task.
+    observe : callable, optional
+        Called after every iteration, with it and the values of the nominal design.
+    stop : callable, optional
+        Asked after every iteration whether to stop.
+
+    Raises
+    ------
+    InputError
+        If the store is in use, damaged, of another task or version, or there already and not to be resumed.
+    RunError
+        If the disk is full, or the replay differs from what the store holds.
+    Stopped
+        If `stop` said so.
+    """
+    with Lock(path.with_name(path.name + ".lock"), path), _opened(task, path, resume) as store:
+        recorder = _Recorder(task, store, observe, stop)
+        nominal = recorder.evaluate(task.nominal[None])
+        problem = nlp.Problem(
+            task.lower,
+            task.upper,
+            recorder.values,
+            task.objectives,
+            task.inequalities,
+            task.equalities,
+            task.start,
+        )
+        try:
+            result = task.optimise(problem, recorder.progress)
+        except _Leave as leave:
+            raise leave.why from None
+        if result.status == "interrupted":  # an algorithm may end so at a second Ctrl-C
+            raise KeyboardInterrupt
+        found = recorder.evaluate(np.atleast_2d(result.x))
+        count, failures = store.count()
+        return Outcome(result, found, nominal, count, failures, recorder.elapsed)
+
+
+def _opened(task: Task, path: Path, resume: bool) -> Store:
+    """Create the store, or open it and check that it is this task's."""
+    if not path.exists():
+        meta = {
+            "task": task.description,
+            "versions": task.versions,
+            "variables": task.variables,
+            "objectives": task.objectives,
+            "constraints": task.constraints,
+            "elapsed": 0.0,
+        }
+        return create(path, meta)
+    store = open_store(path)
+    try:
+        _check_same(task, store)
+        if not resume:
+            raise InputError(
+                path,
+                "",
+                f"holds {store.count()[0]} evaluations of this study; go on with --resume, or give another --out",
+            )
+    except BaseException:
+        store.close()
+        raise
+    return store
+
+
+def _check_same(task: Task, store: Store) -> None:
+    """Check that the store is of the same problem, algorithm, seed and versions.
+
+    Raises
+    ------
+    InputError
+        Naming the first difference.
+    """
+    old, new = _flat(store.meta("task")), _flat(json.loads(json.dumps(task.description)))
+    for key in (*new, *old):
+        if key not in old or key not in new or old[key] != new[key]:
+            raise InputError(
+                store.path,
+                key,
+                f"belongs to another problem: there {_short(old.get(key))}, here {_short(new.get(key))};"
+                " give another --out",
+            )
+    there = store.meta("versions")
+    for package in sorted({*there, *task.versions}):
+        a, b = there.get(package, "not there"), task.versions.get(package, "not there")
+        if a != b and package != "python":
+            raise InputError(
+                store.path,
+                "",
+                f"was written with {package} {a}, this is {b}: the numbers would mix; install that version,"
+                " or give another --out",
+            )
+
+
+def _flat(data: dict[str, Any]) -> dict[str, Any]:
+    return dict(leaves(data))
+
+
+def _short(value: Any) -> str:
+    text = "nothing" if value is None else json.dumps(value)
+    return text if len(text) < 60 else text[:57] + "..."
+
+
+class _Leave(BaseException):
+    """Carries an exception through algorithms and libraries that catch every `Exception`."""
+
+    def __init__(self, why: Exception) -> None:
+        super().__init__(str(why))
+        self.why = why
+
+
+@dataclass
+class _Recorder:
+    """Evaluates each design once, keeps it, and compares the replay with what is kept."""
+
+    task: Task
+    store: Store
+    observe: Observer | None
+    stop: Callable[[], bool]
+    _known: dict[bytes, tuple[Array, Array, str, str]] = field(default_factory=dict)
+    _asked: set[bytes] = field(default_factory=set)
+    _steps: int = 0
+
+    def __post_init__(self) -> None:
+        self._since = time.monotonic() - self.store.meta("elapsed")
+        self._remember(*self.store.evaluations())
+
+    @property
+    def elapsed(self) -> float:
+        """Time spent on the study, by this process and those before [s]."""
+        return time.monotonic() - self._since
+
+    def evaluate(self, designs: Array) -> Evaluations:
+        """Return evaluations (m): what is known, and for the rest anew, in one population."""
+        designs = np.ascontiguousarray(designs, dtype=np.float64)
+        keys = [design.tobytes() for design in designs]
+        fresh = {key: i for i, key in reversed(list(enumerate(keys))) if key not in self._known}
+        if fresh:
+            rows = designs[sorted(fresh.values())]
+            found = self.task.evaluate(rows)
+            self.store.add(rows, found, self.elapsed)
+            self._remember(rows, found)
+        self._asked.update(keys)
+        f, g, status, reason = zip(*(self._known[key] for key in keys), strict=True)
+        return Evaluations(np.array(f), np.array(g).reshape(len(keys), -1), status, reason)
+
+    def values(self, designs: Array) -> nlp.Values:
+        """Evaluate for the algorithm."""
+        try:
+            return self._values(designs)
+        except Exception as why:
+            raise _Leave(why) from why
+
+    def _values(self, designs: Array) -> nlp.Values:
+        return self.task.values(self.evaluate(designs), self.evaluate(self.task.nominal[None]))
+
+    def progress(self, at: nlp.Progress) -> None:
+        """Keep an iteration, or compare it with the one that is kept."""
+        try:
+            self._progress(at)
+        except Exception as why:
+            raise _Leave(why) from why
+
+    def _progress(self, at: nlp.Progress) -> None:
+        self._steps += 1
+        row = Iteration(
+            self._steps,
+            at.iteration,
+            at.iterations,
+            len(self._asked),
+            np.atleast_2d(at.best),
+            at.values.objectives,
+            at.values.violation,
+            json.dumps(at.state, sort_keys=True),
+        )
+        kept = self.store.iteration(row.step)
+        if kept is None:
+            self.store.add_iteration(row, self.elapsed)
+        elif not kept.same(row):
+            raise RunError(
+                f"{self.store.path}: iteration {at.iteration} does not come out as it is kept there, because it was"
+                " computed by other code or on another machine; what it holds is kept: give another --out"
+            )
+        if self.observe is not None:
+            self.observe(row, self._values(self.task.nominal[None]))
+        if self.stop():
+            raise Stopped(at.iteration)
+
+    def _remember(self, designs: Array, found: Evaluations) -> None:
+        rows = zip(found.objectives, found.constraints, found.status, found.reason, strict=True)
+        self._known |= {design.tobytes(): row for design, row in zip(designs, rows, strict=True)}

@@ -1,0 +1,214 @@
+"""Which variables matter: Sobol's indices over the bounds, and one variable at a time from the nominal design."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import RunError
+from linkages.files.versions import versions
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import in_units
+from optim.problem.study import Study, label
+
+Array = NDArray[np.float64]
+Function = Callable[[Array], Array]
+
+#: A quantity that varies by less than this, relative to its size, does not depend on the variables: rounding.
+CONSTANT = 1e-9
+
+_STEPS = 21  # of one variable at a time; odd
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol's indices of nq quantities to n variables, and half-widths of their 95 % confidence intervals.
+
+    Attributes
+    ----------
+    first, first_confidence : (nq, n) arrays
+        Share of the variance that a variable explains alone; NaN where the quantity does not vary.
+    total, total_confidence : (nq, n) arrays
+        Share of the variance that vanishes if all other variables are known: with interactions.
+    mean, deviation : (nq,) arrays
+        Of the quantity over the bounds.
+    evaluations, failed : int
+        Designs, and those without values: each takes its sample, n + 2 designs, out of the estimate.
+    """
+
+    first: Array
+    first_confidence: Array
+    total: Array
+    total_confidence: Array
+    mean: Array
+    deviation: Array
+    evaluations: int
+    failed: int
+
+
+def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: int) -> Indices:
+    """Estimate Sobol's indices of functions of independent variables, uniform between bounds.
+
+    By SALib: A. Saltelli et al., Variance based sensitivity analysis of model output, Computer Physics
+    Communications 181 (2010) 259-270, on scrambled Sobol points; confidence by resampling.
+
+    Parameters
+    ----------
+    evaluate : callable
+        From designs (m, n) to quantities (m, nq), NaN where a design has failed.
+    lower, upper : (n,) arrays
+    samples : int
+        A power of two, 2 at least; costs samples*(n + 2) evaluations.
+    seed : int
+
+    Raises
+    ------
+    RunError
+        If fewer than half of the samples are left by failures.
+    """
+    from SALib.analyze import sobol as analysis
+    from SALib.sample import sobol as sampling
+
+    n = len(lower)
+    problem = {
+        "num_vars": n,
+        "names": [f"x{k}" for k in range(n)],
+        "bounds": np.column_stack([lower, upper]).tolist(),
+    }
+    designs = sampling.sample(problem, samples, calc_second_order=False, seed=seed)
+    values = evaluate(designs)
+    good = np.isfinite(values).all(axis=1)
+    whole = good.reshape(samples, n + 2).all(axis=1)
+    if 2 * whole.sum() < samples:
+        raise RunError(
+            f"{np.sum(~good)} of {len(designs)} designs failed: too many for indices; choose narrower bounds"
+        )
+    kept = values[np.repeat(whole, n + 2)]
+    nq = kept.shape[1]
+    found = np.full((4, nq, n), np.nan)
+    for k, y in enumerate(kept.T):
+        if np.ptp(y) <= CONSTANT * np.abs(y).max():
+            continue
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", category=FutureWarning)  # of pandas, within SALib
+            result = analysis.analyze(problem, y, calc_second_order=False, seed=seed)
+        found[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
+    first, first_width, total, total_width = found
+    return Indices(
+        first,
+        first_width,
+        total,
+        total_width,
+        kept.mean(axis=0),
+        kept.std(axis=0),
+        len(designs),
+        int(np.sum(~good)),
+    )
+
+
+def one_at_a_time(
+    evaluate: Function, lower: Array, upper: Array, nominal: Array, steps: int
+) -> tuple[Array, Array]:
+    """Vary each variable between its bounds while the others are nominal.
+
+    Returns
+    -------
+    grid : (n, steps) array
+        Values of each variable.
+    found : (n, steps, nq) array
+        Quantities there; NaN where a design has failed.
+    """
+    grid = np.linspace(lower, upper, steps, axis=1)
+    designs = np.tile(nominal, (len(lower) * steps, 1))
+    for k, line in enumerate(grid):
+        designs[k * steps : (k + 1) * steps, k] = line
+    found = evaluate(designs)
+    return grid, found.reshape(len(lower), steps, -1)
+
+
+def inert(found: Array) -> NDArray[np.bool_]:
+    """Which variables change nothing, (nq, n), from `one_at_a_time`'s (n, steps, nq)."""
+    low, high = np.nanmin(found, axis=1), np.nanmax(found, axis=1)
+    return ((high - low) <= CONSTANT * np.maximum(np.abs(low), np.abs(high))).T
+
+
+def study_sensitivity(study: Study, evaluate: Evaluator, samples: int, seed: int) -> dict[str, Any]:
+    """Make the content of ``sensitivity.json``: how objectives and constraints depend on the variables.
+
+    SI units; relative quantities are multiples of the nominal design's. None where there is no number.
+
+    Raises
+    ------
+    RunError
+        As `sobol`; or if quantities are relative to a nominal design that failed.
+    """
+    nominal = evaluate(study.nominal[None])
+    names = [*study.file.objectives, *study.file.constraints]
+
+    def values(designs: Array) -> Array:
+        return np.column_stack(in_units(study, evaluate(designs), nominal))
+
+    indices = sobol(values, study.lower, study.upper, samples, seed)
+    grid, found = one_at_a_time(values, study.lower, study.upper, study.nominal, _STEPS)
+    unmoved = inert(found)
+    quantities: dict[str, Any] = {}
+    for k, name in enumerate(names):
+        quantities[name] = {
+            "mean": float(indices.mean[k]),
+            "standard_deviation": float(indices.deviation[k]),
+            "variables": {
+                path: {
+                    "first": _number(indices.first[k, i]),
+                    "first_confidence": _number(indices.first_confidence[k, i]),
+                    "total": _number(indices.total[k, i]),
+                    "total_confidence": _number(indices.total_confidence[k, i]),
+                    "inert": bool(unmoved[k, i]),
+                    "one_at_a_time": [_number(x) for x in found[i, :, k]],
+                }
+                for i, path in enumerate(study.paths)
+            },
+        }
+    return {
+        "study": study.source.stem,
+        "title": study.title,
+        "seed": seed,
+        "samples": samples,
+        "evaluations": indices.evaluations,
+        "failed": indices.failed,
+        "grid": {path: line.tolist() for path, line in zip(study.paths, grid, strict=True)},
+        "quantities": quantities,
+        "versions": versions() | {"SALib": importlib.metadata.version("SALib")},
+    }
+
+
+def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
+    """Format indices as lines of text."""
+    lines = [
+        report["title"],
+        f"Sobol's indices over the bounds: {report['evaluations']} designs ({report['failed']} failed),"
+        f" seed {report['seed']}; +- 95 % confidence",
+    ]
+    for name, entry in report["quantities"].items():
+        lines += [
+            "",
+            f"{label(study, name):34s}{'first order':>20s}{'total':>20s}"
+            f"   mean {entry['mean']:.5g}, standard deviation {entry['standard_deviation']:.2g}",
+        ]
+        for path, one in entry["variables"].items():
+            cells = "".join(_cell(one[kind], one[f"{kind}_confidence"]) for kind in ("first", "total"))
+            lines.append(f"{path:34s}{cells}" + ("   inert" if one["inert"] else ""))
+    return "\n".join(lines)
+
+
+def _cell(value: float | None, confidence: float | None) -> str:
+    return f"{'-':>20s}" if value is None else f"{value:12.3f} +-{confidence:5.3f}"
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

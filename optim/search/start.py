@@ -1,0 +1,72 @@
+"""A start for a search: the answer of another study, so that a cheap one can go before a dear one."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, nearest
+from optim.problem.study import Study
+
+Array = NDArray[np.float64]
+
+
+def start_of(study: Study, path: Path, source: str = "--start") -> Array:
+    """Read the best design of a finished study as a start for this one.
+
+    Parameters
+    ----------
+    study : Study
+        What is to be solved.
+    path : Path
+        A ``result.json`` of ``linkages optimise``, or the folder that holds it.
+    source : str
+        What errors name.
+
+    Returns
+    -------
+    (n,) array
+        Values of this study's variables, SI units; what the other study did not vary is nominal.
+
+    Raises
+    ------
+    InputError
+        If there is no such result, it varies what this study does not, or its design is outside the bounds here.
+    """
+    file = path / "result.json" if path.is_dir() else path
+    found = _variables(file, source)
+    for key in found:
+        if key not in study.paths:
+            raise InputError(
+                source, str(file), f"varies {key}, {study.source.name} does not; {nearest(key, study.paths)}"
+            )
+    start = study.nominal.copy()
+    for k, key in enumerate(study.paths):
+        start[k] = found.get(key, start[k])
+        if not study.lower[k] <= start[k] <= study.upper[k]:
+            bounds = f"{study.lower[k]:g} and {study.upper[k]:g}"
+            raise InputError(
+                source, str(file), f"{key} is {start[k]:g}, in {study.source.name} between {bounds}"
+            )
+    return start
+
+
+def _variables(file: Path, source: str) -> dict[str, float]:
+    """Read the best design's variables by dotted path."""
+    try:
+        best: Any = json.loads(file.read_text(encoding="utf-8"))["best"]
+        found = {key: float(value) for key, value in best["variables"].items()}
+    except OSError:
+        raise InputError(
+            source, str(file), "cannot be read; give the output folder of a finished linkages optimise"
+        ) from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(source, str(file), "is not a result.json of linkages optimise") from None
+    if not all(map(math.isfinite, found.values())):
+        raise InputError(source, str(file), "has a value that is not finite")
+    return found

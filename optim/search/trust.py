@@ -1,0 +1,183 @@
+"""Whether an optimum can be trusted: run again on Drake, more tightly; with dry contact, from unseen starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.model.experiment import Experiment
+from optim.evaluate.drake_runs import run_on_drake
+from optim.evaluate.evaluations import INFEASIBLE, OK
+from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.limits import in_units
+from optim.evaluate.requests import Batch, Statistics
+from optim.problem.study import Study, quantities
+
+Array = NDArray[np.float64]
+
+_TIGHTER = 0.1  # ratio of tolerances between a study's runs and those that check them
+_PHASES = 10
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and are no fractions of a turn
+
+
+def verify(
+    study: Study,
+    best: dict[str, Any],
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
+
+    Parameters
+    ----------
+    study : Study
+    best : dict
+        The optimum as in ``result.json``.
+    threads : int, optional
+        Of the compiled engine.
+    progress : callable, optional
+        Called with the part of Drake's simulated time that is done.
+
+    Returns
+    -------
+    dict
+        ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
+        values of the ``study`` and of ``drake``, and ``difference``, that of the study from Drake's relative to
+        Drake's (None if that is zero). ``phases``: see `unseen_phases`, None if it does not apply.
+    """
+    report: dict[str, Any] = {"engine": "drake", "tolerance": f"{_TIGHTER:g} of the study's"}
+    if best["status"] != OK:
+        why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"
+        return report | {"status": f"the optimum {why}", "phases": None}
+    tight = _with(study, lambda experiment: {"solver.accuracy": _TIGHTER * experiment.solver.accuracy})
+    design = np.array([[best["variables"][path] for path in study.paths]])
+    relative = any(quantity.relative for _, _, quantity in quantities(study.file))
+    total = (2 if relative else 1) * sum(point.experiment.duration for point in study.points)
+    done = 0.0
+
+    def engine(batch: Batch) -> Statistics:
+        nonlocal done
+        found = run_on_drake(batch, progress and (lambda time: progress((done + time) / total)))
+        done += len(batch.values) * batch.point.experiment.duration
+        return found
+
+    evaluate = Evaluator(tight, engine=engine)
+    found = evaluate(design)
+    nominal = evaluate(study.nominal[None]) if relative else found
+    if progress is not None:
+        progress(1.0)
+    for name, evaluations in (("", found), ("nominal design: ", nominal)):
+        if evaluations.failed[0]:
+            return report | {"status": name + evaluations.reason[0], "phases": None}
+    objectives, constraints = in_units(study, found, nominal)
+    report |= {
+        "status": OK,
+        "objectives": _compared(best["objectives"], objectives[0]),
+        "constraints": _compared(best["constraints"], constraints[0]),
+    }
+    return report | {"phases": unseen_phases(tight, design[0], threads)}
+
+
+def unseen_phases(study: Study, design: Array, threads: int | None = None) -> dict[str, Any] | None:
+    """Objectives from other starts of the drives than the study's; impacts depend on where they begin.
+
+    All drives are turned by what they turn in the same time, so that the machine passes the same positions.
+
+    Returns
+    -------
+    dict or None
+        ``angles`` by which the first drive is turned [rad]; for each objective values of the ``best`` and of the
+        ``nominal`` design at each (undivided, if relative; None where it failed), and ``change``, that of their mean
+        over the phases where neither failed. None without dry contact, or where no drive has a speed and a start
+        angle that the design leaves alone.
+    """
+    if not all(
+        _touches(point.experiment) and _turns(point.experiment, point.paths) for point in study.points
+    ):
+        return None
+    angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
+    runs = []
+    for angle in angles:
+        turned = _with(study, partial(_turned, angle=angle))
+        runs.append(Evaluator(turned, threads=threads)(np.vstack([design, study.nominal])).objectives)
+    values = np.array(runs)  # (phases, 2, no)
+    both = np.isfinite(values).all(axis=(1, 2))
+    report: dict[str, Any] = {"angles": angles, "objectives": {}}
+    for k, name in enumerate(study.file.objectives):
+        best, nominal = values[both, :, k].mean(axis=0) if both.any() else (math.nan, math.nan)
+        report["objectives"][name] = {
+            "best": [_number(x) for x in values[:, 0, k]],
+            "nominal": [_number(x) for x in values[:, 1, k]],
+            "change": _relative(best, nominal),
+        }
+    return report
+
+
+def format_verification(report: dict[str, Any]) -> str:
+    """Format a verification as lines of text."""
+    if report["status"] != OK:
+        return f"not verified on Drake: {report['status']}"
+    lines = [f"{'verified on Drake':34s}{'study':>13s}{'Drake':>18s}{'difference':>13s}"]
+    for kind in ("objectives", "constraints"):
+        for name, entry in report[kind].items():
+            difference = entry["difference"]
+            cell = f"{'-':>13s}" if difference is None else f"{difference:13.1e}"
+            lines.append(f"{name:34s}{entry['study']:13.5g}{entry['drake']:18.5g}{cell}")
+    if report["phases"] is not None:
+        head = f"from {len(report['phases']['angles'])} unseen starts"
+        lines += ["", f"{head:34s}{'change of the mean':>44s}"]
+        for name, entry in report["phases"]["objectives"].items():
+            change = entry["change"]
+            lines.append(f"{name:34s}" + (f"{'-':>44s}" if change is None else f"{100.0 * change:+43.1f}%"))
+    return "\n".join(lines)
+
+
+def _with(study: Study, changes: Callable[[Experiment], dict[str, Any]]) -> Study:
+    """Return the study with values replaced at every operating point."""
+    points = (
+        replace(point, experiment=point.experiment.replaced(changes(point.experiment)))
+        for point in study.points
+    )
+    return replace(study, points=tuple(points))
+
+
+def _touches(experiment: Experiment) -> bool:
+    return any(experiment.joints[name].can_touch for name in experiment.play)
+
+
+def _turns(experiment: Experiment, paths: tuple[str, ...]) -> bool:
+    """Whether there are drives of constant speed, and no design sets where they start."""
+    speeds = [drive.speed for drive in experiment.drives.values() if drive.prescribed]
+    return bool(speeds) and all(speeds) and not any(path.startswith("drives.") for path in paths)
+
+
+def _turned(experiment: Experiment, angle: float) -> dict[str, Any]:
+    """Start angles after the first drive has turned by an angle."""
+    drives = {name: drive for name, drive in experiment.drives.items() if drive.prescribed}
+    first = next(iter(drives.values())).speed or 0.0
+    return {
+        f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first
+        for name, drive in drives.items()
+    }
+
+
+def _compared(before: dict[str, float], drake: Array) -> dict[str, Any]:
+    return {
+        name: {"study": value, "drake": float(x), "difference": _relative(value, float(x))}
+        for (name, value), x in zip(before.items(), drake, strict=True)
+    }
+
+
+def _relative(value: float, reference: float) -> float | None:
+    """Return (value - reference)/|reference|, or None where that is no number."""
+    return _number((value - reference) / abs(reference)) if reference else None
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
