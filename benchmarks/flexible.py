@@ -1,4 +1,4 @@
-"""Cost of the flexible robot: ``python benchmarks/flexible.py [--figure FILE.png]``.
+"""Cost of the 3-RRR robot with flexible links: ``python benchmarks/flexible.py [--figure FILE.png]``.
 
 Prints the time of the modal map of 360 poses with one element in each link (21 unknowns; wanted: 0.15 s),
 with 16 elements (first 10 modes; wanted: 10 s), and dense against sparse for several numbers of elements.
@@ -17,7 +17,7 @@ from linkages.files.shipped import data_folder
 from linkages.three_rrr import modes as modes_module
 from linkages.three_rrr.branch import follow, start_assembly
 from linkages.three_rrr.direct import assemblies, count
-from linkages.three_rrr.model import Model
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies, modes
 from linkages.three_rrr.robot import changed, load_robot
 
@@ -54,14 +54,14 @@ def main() -> None:
     start = start_assembly(g, robot.phi0, np.deg2rad(98.05))
     branch = follow(g, robot.phi0, robot.phidot, start, robot.duration)
     state = branch.motion(np.linspace(0.0, robot.duration, POSES))
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     frequencies(model, state.part(slice(0, 2)))  # builds the tables
     print(
         f"modal map, {POSES} poses x {model.size} unknowns, all frequencies: "
         f"{best(lambda: frequencies(model, state)):.3f} s"
     )
     print(f"  the same with shapes: {best(lambda: modes(model, state)):.3f} s")
-    fine = Model(changed(robot, model={"elements": 16}))
+    fine = FiniteElementModel(changed(robot, model={"elements": 16}))
     frequencies(fine, state.part(slice(0, 2)), MODES)
     print(
         f"16 elements, {POSES} poses x {fine.size} unknowns, {MODES} modes: "
@@ -84,11 +84,11 @@ def main() -> None:
     )
     rows = []
     for n in (1, 2, 3, 4, 6, 8, 16, 32, 64):
-        model_n = Model(changed(robot, model={"elements": n}))
+        model_n = FiniteElementModel(changed(robot, model={"elements": n}))
         some = state.part(slice(0, 36 if n <= 8 else 8))
         frequencies(model_n, some.part(slice(0, 1)), 3)
 
-        def run(model_n: Model = model_n, some: object = some) -> object:
+        def run(model_n: FiniteElementModel = model_n, some: object = some) -> object:
             return modes(model_n, some, MODES)  # type: ignore[arg-type]
 
         dense = with_solver(10**9, run, 2) / len(some) if n <= 16 else np.nan
@@ -100,12 +100,11 @@ def main() -> None:
 
 
 def draw(rows: np.ndarray, path: Path) -> None:
-    import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    from linkages.plots.three_rrr.figures import COLORS, STYLE
+    from linkages.plots.style import COLORS, figure_style
 
-    with mpl.rc_context(STYLE):
+    with figure_style():
         figure = Figure(figsize=(6.3, 3.4), layout="constrained")
         axis = figure.subplots()
         axis.loglog(rows[:, 0], rows[:, 2], "o-", color=COLORS[0], label="dense, batched")

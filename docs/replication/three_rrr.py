@@ -1,27 +1,21 @@
-"""The paper's printed numbers beside ours, as a table; every number of ours is computed when it is made.
-
-``python -m replication.three_rrr [FILE]`` writes the table (to standard output without a file).
-"""
+"""The flexible 3-RRR robot of Lu et al. (2010): what the paper prints beside ours, computed when the page is made."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.files.shipped import find_file
 from linkages.three_rrr.branch import follow, shortest, travel
 from linkages.three_rrr.direct import assemblies, count
-from linkages.three_rrr.model import Model
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import Response, generalised_alpha, quasi_static_response, recursion
-from linkages.three_rrr.robot import Robot, changed, load_robot
+from linkages.three_rrr.results import RobotResults, analyse
+from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.stress import PlatformStress, link_stress, platform_stress
-from linkages.three_rrr.study import FlexibleStudy, run_study
 
 Array = NDArray[np.floating]
 
@@ -66,27 +60,27 @@ class StressBound:
     scale: float
 
 
-def stress_bound(study: FlexibleStudy) -> StressBound:
+def stress_bound(results: RobotResults) -> StressBound:
     """Compute how far the platform can move elastically at the printed stresses."""
-    robot = study.robot
+    robot = results.robot
     e, d = robot.material.youngs_modulus, robot.sections.crank_diameter
     length = float(robot.geometry.crank[1])
     crank = PRINTED_CRANK * length**2 / (3.0 * e * 0.5 * d)  # sigma = E (d/2) 3 delta/l^2 of a cantilever
     axial = PRINTED_COUPLER / e * float(robot.geometry.coupler[1])
-    scale = PRINTED_CRANK / float(study.stress[2].largest.max())
-    moved = scale * float(np.max(np.hypot(study.static.platform[:, 0], study.static.platform[:, 1])))
+    scale = PRINTED_CRANK / float(results.stress[2].largest.max())
+    moved = scale * float(np.max(np.hypot(results.static.platform[:, 0], results.static.platform[:, 1])))
     return StressBound(crank, axial, moved, scale)
 
 
 def rows(robot: Robot) -> list[Row]:
-    """All rows for the robot of the paper."""
-    study = run_study(robot)
-    other = min(study.assemblies.x, key=lambda x: abs(np.angle(np.exp(1j * (x[0] - np.deg2rad(-87.51))))))
-    second = run_study(changed(robot, branch=float(np.rad2deg(other[0]))))
-    return [*_kinematics(robot, study), *_modes(robot, study, second), *_response(study, second)]
+    """Compute the table for the robot of the paper."""
+    results = analyse(robot)
+    other = min(results.assemblies.x, key=lambda x: abs(np.angle(np.exp(1j * (x[0] - np.deg2rad(-87.51))))))
+    second = analyse(changed(robot, branch=float(np.rad2deg(other[0]))))
+    return [*_kinematics(robot, results), *_modes(robot, results, second), *_response(results, second)]
 
 
-def _kinematics(robot: Robot, study: FlexibleStudy) -> list[Row]:
+def _kinematics(robot: Robot, results: RobotResults) -> list[Row]:
     times = np.linspace(0.0, robot.duration, 4001)
     number = count(robot.geometry, robot.phi0 + times[:, None] * robot.phidot)
     share = 100.0 * np.mean(number == 4)
@@ -119,18 +113,20 @@ def _kinematics(robot: Robot, study: FlexibleStudy) -> list[Row]:
         Row(
             "velocities and accelerations, figs. 7 and 8",
             "curves only",
-            f"largest dθ/dt {np.max(np.abs(study.motion.dx[:, 0])):.4f} rad/s, speed "
-            f"{1e3 * np.max(np.linalg.norm(study.motion.dx[:, 1:], axis=1)):.2f} mm/s, acceleration "
-            f"{1e3 * np.max(np.linalg.norm(study.motion.ddx[:, 1:], axis=1)):.2f} mm/s²",
+            f"largest dθ/dt {np.max(np.abs(results.motion.dx[:, 0])):.4f} rad/s, speed "
+            f"{1e3 * np.max(np.linalg.norm(results.motion.dx[:, 1:], axis=1)):.2f} mm/s, acceleration "
+            f"{1e3 * np.max(np.linalg.norm(results.motion.ddx[:, 1:], axis=1)):.2f} mm/s²",
             "smooth, as the paper says; eq. (3) is singular at "
-            f"{sum(s.type == 1 for s in study.branch.singularities)} instants, the rows used here are not",
+            f"{sum(s.type == 1 for s in results.branch.singularities)} instants, the rows used here are not",
         ),
     ]
 
 
-def _modes(robot: Robot, study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
-    fine = frequencies(Model(changed(robot, model={"elements": 16})), study.motion.part(slice(0, 1)), 6)[0]
-    lowest = study.frequencies[:, 0]
+def _modes(robot: Robot, results: RobotResults, second: RobotResults) -> list[Row]:
+    fine = frequencies(
+        FiniteElementModel(changed(robot, model={"elements": 16})), results.motion.part(slice(0, 1)), 6
+    )[0]
+    lowest = results.frequencies[:, 0]
     return [
         Row(
             "modal frequencies, fig. 9",
@@ -139,29 +135,29 @@ def _modes(robot: Robot, study: FlexibleStudy, second: FlexibleStudy) -> list[Ro
             "over the revolution"
             f" (other assembly {second.frequencies[:, 0].min():.2f} to "
             f"{second.frequencies[:, 0].max():.2f} Hz);"
-            f" first six at t = 0: {', '.join(f'{f:.1f}' for f in study.frequencies[0, :6])} Hz",
+            f" first six at t = 0: {', '.join(f'{f:.1f}' for f in results.frequencies[0, :6])} Hz",
             "steel assumed; dense beyond the first, as the paper says",
         ),
         Row(
             "one element per link",
             "sufficient (implied)",
-            f"first mode {100.0 * (study.frequencies[0, 0] / fine[0] - 1.0):+.2f} %, fourth to sixth "
-            f"{100.0 * np.min(study.frequencies[0, 3:6] / fine[3:6] - 1.0):+.1f} to "
-            f"{100.0 * np.max(study.frequencies[0, 3:6] / fine[3:6] - 1.0):+.1f} % against 16 elements",
+            f"first mode {100.0 * (results.frequencies[0, 0] / fine[0] - 1.0):+.2f} %, fourth to sixth "
+            f"{100.0 * np.min(results.frequencies[0, 3:6] / fine[3:6] - 1.0):+.1f} to "
+            f"{100.0 * np.max(results.frequencies[0, 3:6] / fine[3:6] - 1.0):+.1f} % against 16 elements",
             "good for the first mode only: one element overestimates bending of a pinned rod by "
             f"{100.0 * (np.sqrt(120.0) / np.pi**2 - 1.0):.2f} %",
         ),
     ]
 
 
-def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
+def _response(results: RobotResults, second: RobotResults) -> list[Row]:
     times = np.linspace(0.0, _FROM_REST, 8001)
-    shaken = generalised_alpha(study.model, study.branch, times, radius=1.0)
+    shaken = generalised_alpha(results.model, results.branch, times, radius=1.0)
     peak = np.max(np.abs(shaken.platform), axis=0)
-    still = [np.max(np.abs(s.static.platform), axis=0) for s in (study, second)]
-    bound = stress_bound(study)
-    right = recursion(study.model, study.branch, times)
-    printed = recursion(study.model, study.branch, times, printed=True)
+    still = [np.max(np.abs(s.static.platform), axis=0) for s in (results, second)]
+    bound = stress_bound(results)
+    right = recursion(results.model, results.branch, times)
+    printed = recursion(results.model, results.branch, times, printed=True)
     gain = float(np.max(np.abs(printed.platform)) / np.max(np.abs(right.platform)))
     result = []
     for k, (name, unit, scale) in enumerate(
@@ -189,12 +185,12 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
             "the printed displacements and stresses cannot go together",
         )
     )
-    drift = float(np.sqrt(2.0 * PRINTED_ERROR[1] / abs(study.motion.ddx[0, 2])))
+    drift = float(np.sqrt(2.0 * PRINTED_ERROR[1] / abs(results.motion.ddx[0, 2])))
     result.append(
         Row(
             "24 equations, crank roots free",
             "all modes used in eq. (13)",
-            f"{int(np.sum(study.free < 1e-3 * study.free.max()))} zero modes, for which F/p² has "
+            f"{int(np.sum(results.free < 1e-3 * results.free.max()))} zero modes, for which F/p² has "
             "no value; a mechanism that "
             f"nothing drives lags {1e3 * PRINTED_ERROR[1]:.4g} mm behind its prescribed motion "
             f"{drift:.2g} s after t = 0",
@@ -210,23 +206,25 @@ def _response(study: FlexibleStudy, second: FlexibleStudy) -> list[Row]:
             "misprint or error: carry the state with one basis",
         )
     )
-    return [*result, *_stresses(study, shaken)]
+    return [*result, *_stresses(results, shaken)]
 
 
-def _stresses(study: FlexibleStudy, shaken: Response) -> list[Row]:
-    dynamic = link_stress(study.model, shaken)
+def _stresses(results: RobotResults, shaken: Response) -> list[Row]:
+    dynamic = link_stress(results.model, shaken)
     result = []
     for index, name, value in ((2, "A₂B₂", PRINTED_CRANK), (3, "B₂C₂", PRINTED_COUPLER)):
         result.append(
             Row(
                 f"largest stress of {name}",
                 f"{1e-3 * value:.4g} kPa",
-                f"{1e-3 * study.stress[index].largest.max():.3g} kPa quasi-static, "
+                f"{1e-3 * results.stress[index].largest.max():.3g} kPa quasi-static, "
                 f"{1e-3 * dynamic[index].largest.max():.3g} kPa started from rest",
                 "printed axial stress lacks E, inertia loads have the wrong sign; material assumed here",
             )
         )
-    plate: PlatformStress = platform_stress(study.model, quasi_static_response(study.model, study.motion))
+    plate: PlatformStress = platform_stress(
+        results.model, quasi_static_response(results.model, results.motion)
+    )
     result += [
         Row(
             "platform, normal stress",
@@ -244,22 +242,22 @@ def _stresses(study: FlexibleStudy, shaken: Response) -> list[Row]:
         Row(
             "where the stress is largest",
             "input rods, at an end",
-            f"crank 2 at {1e3 * _place(study, 2):.0f} mm (its root); coupler 2 at "
-            f"{1e3 * _place(study, 3):.0f} mm of "
-            f"{1e3 * study.robot.geometry.coupler[1]:.0f} mm",
+            f"crank 2 at {1e3 * _place(results, 2):.0f} mm (its root); coupler 2 at "
+            f"{1e3 * _place(results, 3):.0f} mm of "
+            f"{1e3 * results.robot.geometry.coupler[1]:.0f} mm",
             "right for the crank; a pinned coupler bends most near mid-span",
         ),
     ]
     return result
 
 
-def _place(study: FlexibleStudy, index: int) -> float:
-    link = study.stress[index]
+def _place(results: RobotResults, index: int) -> float:
+    link = results.stress[index]
     return float(link.s[np.unravel_index(np.argmax(link.largest), link.largest.shape)[1]])
 
 
-def markdown(robot: Robot) -> str:
-    """Return the table as a Markdown page."""
+def page(robot: Robot, table: Sequence[Row]) -> str:
+    """Return the page with the table of the robot's `rows`."""
     m = robot.material
     lines = [
         "# Replication: the flexible 3-RRR robot",
@@ -272,13 +270,12 @@ def markdown(robot: Robot) -> str:
         "crank roots held; "
         f"{robot.model.elements} element in each link.",
         "",
-        "This page is written by `python -m replication.three_rrr "
-        "docs/replication_3rrr.md`; its numbers are computed.",
+        "This page is written by `python docs/make_replication_3rrr.py`; its numbers are computed.",
         "",
         "| quantity | printed | ours | verdict |",
         "|---|---|---|---|",
     ]
-    lines += [f"| {r.quantity} | {r.printed} | {r.ours} | {r.verdict} |" for r in rows(robot)]
+    lines += [f"| {r.quantity} | {r.printed} | {r.ours} | {r.verdict} |" for r in table]
     lines += [
         "",
         "The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and "
@@ -290,17 +287,3 @@ def markdown(robot: Robot) -> str:
         "model's own ratio of platform displacement to crank stress over the revolution.",
     ]
     return "\n".join(lines) + "\n"
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Write the table to a file, or to standard output."""
-    page = markdown(load_robot(find_file("three_rrr.toml")))
-    if arguments:
-        Path(arguments[0]).write_text(page, encoding="utf-8")
-    else:
-        sys.stdout.write(page)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

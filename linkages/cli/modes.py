@@ -1,4 +1,4 @@
-"""``linkages modes``: numbers, figures and an animation of the flexible robot."""
+"""``linkages modes``: numbers, figures and an animation of the 3-RRR robot with flexible links."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from linkages.errors import Status
 from linkages.files.writing import OutputFolder
 
 if TYPE_CHECKING:
-    from linkages.three_rrr.study import FlexibleStudy
+    from linkages.three_rrr.results import RobotResults
 
 HELP = "flexible 3-RRR robot: kinematics, modes, stress"
 
@@ -40,10 +40,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Study the robot; returns the exit status."""
+    """Analyse the robot; returns the exit status."""
     from linkages.files.shipped import find_file
+    from linkages.three_rrr.results import analyse
     from linkages.three_rrr.robot import changed, load_robot
-    from linkages.three_rrr.study import run_study
 
     path = find_file(options.file)
     robot = load_robot(path)
@@ -52,33 +52,33 @@ def run(options: argparse.Namespace) -> int:
     if options.branch is not None:
         robot = changed(robot, branch=options.branch)
     out = output_folder(options, path.stem)
-    study = run_study(robot, progress_bar("modes"))
-    result = summarize(study)
+    results = analyse(robot, progress_bar("modes"))
+    summary = summarize(results)
     if options.verify:
         import numpy as np
 
         from linkages.three_rrr.verify import verify
 
-        poses = study.branch.motion(np.linspace(0.0, study.branch.times[-1], 25))
+        poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
         found = asdict(verify(robot, poses))
-        result["verify"] = found
+        summary["verify"] = found
     with OutputFolder(out) as folder:
-        (folder / "modes.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        (folder / "modes.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.three_rrr.figures import write_figures
 
-            write_figures(study, folder, progress_bar("figures"))
+            write_figures(results, folder, progress_bar("figures"))
         if not options.no_animation:
             from linkages.plots.three_rrr.animation import write_animation
 
-            write_animation(study, folder / "animation.html")
-    print(format_table(result))
+            write_animation(results, folder / "animation.html")
+    print(format_table(summary))
     print(f"\n{written(out)}")
-    if study.branch.status is not Status.OK:
+    if results.branch.status is not Status.OK:
         print(
             "the branch ends at a fold (singularity of type 2) at "
-            f"t = {study.branch.singularities[-1].time:.6g} s, "
-            f"studied up to {study.branch.times[-1]:.6g} s; "
+            f"t = {results.branch.singularities[-1].time:.6g} s, "
+            f"analysed up to {results.branch.times[-1]:.6g} s; "
             "shorten the duration or follow another branch",
             file=sys.stderr,
         )
@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def summarize(study: FlexibleStudy) -> dict[str, Any]:
+def summarize(results: RobotResults) -> dict[str, Any]:
     """Return the content of ``modes.json``, SI units."""
     import importlib.metadata
 
@@ -94,25 +94,25 @@ def summarize(study: FlexibleStudy) -> dict[str, Any]:
 
     from linkages.three_rrr.branch import travel
 
-    robot, branch = study.robot, study.branch
-    peak = np.max(np.abs(study.static.platform), axis=0)
+    robot, branch = results.robot, results.branch
+    peak = np.max(np.abs(results.static.platform), axis=0)
     metrics = ("path", "rotation", "pivots")
     return {
         "title": robot.title,
         "status": branch.status.value,
         "duration": float(branch.times[-1]),
-        "assemblies": [{"theta": float(t), "x": float(x), "y": float(y)} for t, x, y in study.assemblies.x],
-        "assemblies_certified": study.assemblies.certified,
-        "loop_error": study.loop_error,
+        "assemblies": [{"theta": float(t), "x": float(x), "y": float(y)} for t, x, y in results.assemblies.x],
+        "assemblies_certified": results.assemblies.certified,
+        "loop_error": results.loop_error,
         "branch": {"theta": float(branch.x[0, 0]), "travel": {m: travel(branch, m) for m in metrics}},  # type: ignore[arg-type]
         "singularities": [asdict(s) for s in branch.singularities],
         "elements": robot.model.elements,
-        "locked_frequencies": study.frequencies[0].tolist(),
-        "free_frequencies": study.free.tolist(),
-        "ranges": [[float(f.min()), float(f.max())] for f in study.frequencies.T],
-        "tracked_ranges": [[float(f.min()), float(f.max())] for f in study.tracked.T],
+        "locked_frequencies": results.frequencies[0].tolist(),
+        "free_frequencies": results.free.tolist(),
+        "ranges": [[float(f.min()), float(f.max())] for f in results.frequencies.T],
+        "tracked_ranges": [[float(f.min()), float(f.max())] for f in results.tracked.T],
         "elastic_displacement": dict(zip(("x", "y", "angle"), map(float, peak), strict=True)),
-        "stress": {s.name: float(s.largest.max()) for s in study.stress},
+        "stress": {s.name: float(s.largest.max()) for s in results.stress},
         "provenance": {
             "robot": robot.model_dump(),
             "versions": {name: importlib.metadata.version(name) for name in ("numpy", "scipy")},

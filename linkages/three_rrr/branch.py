@@ -13,7 +13,17 @@ from scipy.optimize import brentq
 from linkages.errors import RunError, Status
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
-from linkages.three_rrr.kinematics import Motion, determinants, jacobians, loop_errors, motion, newton, radius
+from linkages.three_rrr.kinematics import (
+    Motion,
+    arms,
+    determinants,
+    jacobians,
+    loop_errors,
+    motion,
+    newton,
+    radius,
+    turned,
+)
 
 Array = NDArray[np.floating]
 
@@ -190,11 +200,8 @@ def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
     elif metric == "rotation":
         speed = np.abs(state.dx[:, 0])
     else:
-        from linkages.three_rrr.kinematics import arms, turned
-
-        velocity = state.dx[:, None, 1:] + state.dx[:, :1, None] * turned(
-            arms(branch.geometry, state.x[:, 0])
-        )
+        r = arms(branch.geometry, state.x[:, 0])
+        velocity = state.dx[:, None, 1:] + state.dx[:, :1, None] * turned(r)
         speed = np.mean(np.linalg.norm(velocity, axis=-1), axis=1)
     return float(trapezoid(speed, times))
 
@@ -224,7 +231,7 @@ def _state(geometry: Geometry, phi0: Array, phidot: Array, times: Array, x: Arra
 
 
 def _at(geometry: Geometry, phi0: Array, phidot: Array, time: float, guess: Array) -> Motion:
-    """Motion at one time; the pose is not closed if Newton's method fails; singular ones get zero rates."""
+    """Motion at one time; not closed if Newton's method fails, with zero rates at a singular pose."""
     phi = (phi0 + time * phidot)[None]
     x, _ = newton(geometry, phi, np.array(guess, dtype=float)[None])
     jx, _ = jacobians(geometry, phi, x)
@@ -247,7 +254,7 @@ def _accepted(geometry: Geometry, state: Motion, guess: Array, sign: float) -> b
 
 
 def _type_one(geometry: Geometry, phi0: Array, phidot: Array, times: Array, x: Array) -> list[Singularity]:
-    """Find the times at which a leg aligns, located between continuation points."""
+    """Locate the times at which a leg aligns between continuation points."""
     _, sine = determinants(geometry, phi0 + times[:, None] * phidot, x)
     found = []
     for leg in range(3):

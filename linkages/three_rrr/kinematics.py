@@ -46,9 +46,19 @@ class Motion:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def angles(self) -> Array:
+        """Angles (N, 7) of the bodies: phi_1, psi_1, phi_2, psi_2, phi_3, psi_3, theta [rad]."""
+        return np.concatenate([legwise(self.phi, self.psi), self.x[:, :1]], axis=1)
+
     def part(self, index: slice | NDArray[np.int64]) -> Motion:
         """Return the motion at some of its poses."""
         return Motion(**{name: getattr(self, name)[index] for name in self.__dataclass_fields__})
+
+
+def legwise(crank: Array, coupler: Array) -> Array:
+    """Interleave values (N, 3) of the cranks and of the couplers, leg by leg: (N, 6)."""
+    return np.stack([crank, coupler], axis=-1).reshape(len(crank), 6)
 
 
 def turned(v: Array) -> Array:

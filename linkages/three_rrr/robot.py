@@ -18,16 +18,18 @@ from linkages.three_rrr.geometry import LEGS, Geometry, from_mechanism
 
 Array = NDArray[np.floating]
 
+Kind = Literal["crank", "coupler"]
+KINDS: tuple[Kind, ...] = ("crank", "coupler")
 Three = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 
 class Drives(Table):
-    """Cranks at constant speeds from their start angles, and what their motors are to elastic motion."""
+    """Cranks at constant speeds from their start angles, and how their roots are held against elastic rotation."""
 
     phi0: Three = Field(description="crank angles at t = 0 [deg], absolute")
     phidot: Three = Field(description="crank speeds [rad/s]")
     roots: Literal["locked", "free", "servo"] = Field(
-        "locked", description="elastic turning of the crank roots"
+        "locked", description="elastic rotation of the crank roots"
     )
     servo_stiffness: Positive | None = Field(None, description="of each drive, if roots are servo [N m/rad]")
 
@@ -112,7 +114,7 @@ class Robot(Table):
 
     @cached_property
     def geometry(self) -> Geometry:
-        """Dimensions, from the SDFormat file unless they were given."""
+        """Dimensions: those of the SDFormat file, unless others were given."""
         return self._geometry if self._geometry is not None else from_mechanism(self.load_mechanism())
 
     @property
@@ -125,7 +127,7 @@ class Robot(Table):
         """Crank speeds (3,) [rad/s]."""
         return np.array(self.drives.phidot)
 
-    def rod(self, kind: Literal["crank", "coupler"]) -> tuple[float, float]:
+    def rod(self, kind: Kind) -> tuple[float, float]:
         """Area [m2] and second moment of area [m4] of a crank or coupler."""
         d = self.sections.crank_diameter if kind == "crank" else self.sections.coupler_diameter
         return np.pi * d**2 / 4.0, np.pi * d**4 / 64.0
@@ -141,9 +143,9 @@ class Robot(Table):
         """
         g, rho = self.geometry, self.material.density
         result: dict[str, float] = {}
-        for kind, lengths, extra in (("crank", g.crank, 0.0), ("coupler", g.coupler, self.joint_masses.B)):
+        for kind, lengths, extra in zip(KINDS, (g.crank, g.coupler), (0.0, self.joint_masses.B), strict=True):
             for leg, length in zip(LEGS, lengths, strict=True):
-                rod = rho * self.rod(kind)[0] * length  # type: ignore[arg-type]
+                rod = rho * self.rod(kind)[0] * length
                 mass = rod + extra
                 centre = 0.5 * length * rod / mass
                 inertia = rod * length**2 / 3.0 - mass * centre**2

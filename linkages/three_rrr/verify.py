@@ -19,9 +19,9 @@ from scipy.linalg import subspace_angles
 from linkages.engines.drake.plant import add_tree, state_indices
 from linkages.model.mechanism import load_mechanism
 from linkages.system.tree import spanning_tree
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import LEGS, drawn_angles
 from linkages.three_rrr.kinematics import Motion
-from linkages.three_rrr.model import Model
 from linkages.three_rrr.robot import Robot, changed
 
 Array = NDArray[np.floating]
@@ -181,7 +181,7 @@ class RigidPlant:
         tau = self.plant.CalcInverseDynamics(self.context, a, MultibodyForces(self.plant))
         return self.velocity_space().T @ tau
 
-    def nodal_jacobian(self, model: Model) -> Array:
+    def nodal_jacobian(self, model: FiniteElementModel) -> Array:
         """Velocities (full, 7) of the model's nodes per generalised velocity, from Drake's Jacobians."""
         result = np.zeros((model.full, self.plant.num_velocities()))
         n = model.count
@@ -206,33 +206,23 @@ class RigidPlant:
 def verify(robot: Robot, state: Motion) -> Verification:
     """Compare with Drake at the given poses; the model is the robot's with free roots."""
     free = changed(robot, drives={"roots": "free"}, model={"platform": "triangle", "beam": "euler-bernoulli"})
-    model = Model(free)
+    model = FiniteElementModel(free)
     plant = RigidPlant(robot)
-    torques = Model(changed(free, load={"force": [0.0, 0.0], "moment": 0.0})).drive_torques(state)
-    worst = dict.fromkeys(("zero", "angle", "mass", "position", "velocity", "acceleration", "torque"), 0.0)
-    counts = []
+    torques = FiniteElementModel(changed(free, load={"force": [0.0, 0.0], "moment": 0.0})).drive_torques(
+        state
+    )
+    counts: list[int] = []
+    worst: dict[str, float] = {}
     for n in range(len(state)):
         guess = {f"coupler{leg}": float(state.psi[n, leg - 1]) for leg in LEGS}
         guess["platform"] = float(state.x[n, 0])
         v, a = plant.solve(state.phi[n], state.dphi[n], state.ddphi[n], guess)
         found = _kinematics(plant, state, n, v, a)
         found["torque"] = float(np.max(np.abs(plant.drive_torques(a) - torques[n])))
-        count, found["zero"], found["angle"], found["mass"] = _modal(
-            plant, model, state.part(slice(n, n + 1))
-        )
+        count, modal = _modal(plant, model, state.part(slice(n, n + 1)))
         counts.append(count)
-        worst = {key: max(worst[key], found[key]) for key in worst}
-    return Verification(
-        max(counts, key=lambda c: abs(c - 3)),
-        worst["zero"],
-        worst["angle"],
-        worst["mass"],
-        worst["position"],
-        worst["velocity"],
-        worst["acceleration"],
-        worst["torque"],
-        len(state),
-    )
+        worst = {key: max(worst.get(key, 0.0), value) for key, value in (found | modal).items()}
+    return Verification(zero_modes=max(counts, key=lambda c: abs(c - 3)), poses=len(state), **worst)
 
 
 def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) -> dict[str, float]:
@@ -258,8 +248,8 @@ def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) ->
     }
 
 
-def _modal(plant: RigidPlant, model: Model, state: Motion) -> tuple[int, float, float, float]:
-    """Zero modes, stiffness of the rigid space, principal angle and mass error at one pose.
+def _modal(plant: RigidPlant, model: FiniteElementModel, state: Motion) -> tuple[int, dict[str, float]]:
+    """Count the zero modes; stiffness of the rigid space, principal angle and mass error at one pose.
 
     Displacements are scaled by the square roots of the stiffness diagonal, so that lengths and angles
     compare.
@@ -277,7 +267,8 @@ def _modal(plant: RigidPlant, model: Model, state: Motion) -> tuple[int, float, 
     angle = float(np.max(subspace_angles(_scaled(kernel, m), _scaled(rigid, m))))
     drake = space.T @ plant.plant.CalcMassMatrix(plant.context) @ space
     ours = rigid.T @ m @ rigid
-    return count, softness, angle, float(np.max(np.abs(ours - drake)) / np.max(np.abs(drake)))
+    mass = float(np.max(np.abs(ours - drake)) / np.max(np.abs(drake)))
+    return count, {"zero_eigenvalue": softness, "principal_angle": angle, "mass_error": mass}
 
 
 def _scaled(space: Array, mass: Array) -> Array:

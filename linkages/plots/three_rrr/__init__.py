@@ -1,1 +1,9 @@
-"""."""
+"""Figures and the animation of the 3-RRR robot, drawn from its results; matplotlib is imported where figures are drawn.
+
+| module     | what it draws                                                                           |
+|------------|-----------------------------------------------------------------------------------------|
+| figures    | the paper's figures 5 to 12; `write_figures` writes these and those of `parameters`     |
+| parameters | maps over the drive angles; convergence with the elements; the effect of speed          |
+| drawing    | the robot as lines, at rest and deformed                                                |
+| animation  | a mode over the moving pose, as one HTML file                                           |
+"""

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.flexible.rotation import rotations
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, pivots, unit
-from linkages.three_rrr.model import Model
-from linkages.three_rrr.rotating import gather
-from linkages.three_rrr.turning import angles, element_rotations
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,13 +21,13 @@ _SHARE = 0.12  # largest drawn deflection as a part of the robot's size
 _POINTS = 13  # points drawn in each element
 
 
-def rest_lines(model: Model, state: Motion, index: int) -> list[tuple[Array, str]]:
+def rest_lines(model: FiniteElementModel, state: Motion, index: int) -> list[tuple[Array, str]]:
     """Lines (n, 2) [m] of the undeformed links and the platform at one pose, with their names."""
     return displaced_lines(model, state.part(slice(index, index + 1)), np.zeros(model.full))
 
 
 def shape_lines(
-    model: Model, state: Motion, index: int, shape: Array, scale: float | None = None
+    model: FiniteElementModel, state: Motion, index: int, shape: Array, scale: float | None = None
 ) -> list[tuple[Array, str]]:
     """Lines of the robot deformed by a shape (size,) of its unknowns, visibly large by default."""
     one = state.part(slice(index, index + 1))
@@ -43,17 +42,17 @@ def shape_lines(
     return displaced_lines(model, one, scale * full)
 
 
-def displaced_lines(model: Model, one: Motion, full: Array) -> list[tuple[Array, str]]:
+def displaced_lines(model: FiniteElementModel, one: Motion, full: Array) -> list[tuple[Array, str]]:
     """Lines of the robot at a single pose with displacements (full,) [m, rad]."""
     b, c = pivots(model.geometry, one.phi, one.x)
-    angle = angles(one)
+    angle = one.angles
     lines = []
     s = np.linspace(0.0, 1.0, _POINTS)
     for link in model.links:
         leg, coupler = divmod(link.angle, 2)
         start = b[0, leg] if coupler else model.geometry.base[leg]
-        rotation = element_rotations(angle[:, link.angle])
-        local = np.einsum("ij,ej->ei", rotation[0], gather(link, full[None])[0])
+        rotation = rotations(angle[:, link.angle])
+        local = link.gather(full[None], rotation)[0]
         shapes = link.beam.shapes(s)[0]
         moved = np.einsum("nci,ei->enc", shapes, local) @ rotation[0, :2, :2]
         along = (np.arange(len(link.dofs))[:, None] + s) * link.beam.length
@@ -65,7 +64,7 @@ def displaced_lines(model: Model, one: Motion, full: Array) -> list[tuple[Array,
 
 
 def draw_pose(
-    axis: Axes, model: Model, state: Motion, index: int, color: str = OUTLINE, **style: Any
+    axis: Axes, model: FiniteElementModel, state: Motion, index: int, color: str = OUTLINE, **style: Any
 ) -> None:
     """Draw the undeformed robot, in millimetres."""
     for line, name in rest_lines(model, state, index):

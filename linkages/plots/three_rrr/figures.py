@@ -1,4 +1,4 @@
-"""Figures of the flexible robot: the paper's figures 5-12."""
+"""The paper's figures 5 to 12, and the list of all figures of the robot."""
 
 from __future__ import annotations
 
@@ -10,29 +10,31 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.plots.style import COLORS, figure_style
+from linkages.plots.style import COLORS, LINES, figure_style
 from linkages.plots.three_rrr.drawing import OUTLINE, draw_pose, shape_lines
+from linkages.plots.three_rrr.parameters import (
+    WIDTH,
+    convergence_figure,
+    map_figure,
+    speed_figure,
+    velocity_figure,
+)
 from linkages.three_rrr.modes import DENSE
 from linkages.three_rrr.response import generalised_alpha
+from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.stress import platform_stress
-from linkages.three_rrr.study import FlexibleStudy
 
 Array = NDArray[np.floating]
 
-STYLES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
-
-_WIDTH = 6.3
 _WINDOW = 0.12  # s, in which the vibration after a start from rest is drawn
 _SHAPE_POSES = 3
 
 
 def write_figures(
-    study: FlexibleStudy, folder: Path, progress: Callable[[float], None] | None = None
+    results: RobotResults, folder: Path, progress: Callable[[float], None] | None = None
 ) -> list[Path]:
-    """Draw all figures of a study as PNG files; returns their paths."""
-    from linkages.plots.three_rrr.maps import convergence_figure, map_figure, speed_figure, velocity_figure
-
-    jobs: list[tuple[str, Callable[[FlexibleStudy], Figure]]] = [
+    """Draw all figures as PNG files; returns their paths."""
+    jobs: list[tuple[str, Callable[[RobotResults], Figure]]] = [
         ("fig05_pose", _pose),
         ("fig06_path", _path),
         ("fig07_velocity", _velocity),
@@ -50,48 +52,49 @@ def write_figures(
     with figure_style():
         for index, (name, draw) in enumerate(jobs):
             path = folder / f"{name}.png"
-            draw(study).savefig(path)
+            draw(results).savefig(path)
             written.append(path)
             if progress is not None:
                 progress((index + 1) / len(jobs))
     return written
 
 
-def _over_time(study: FlexibleStudy, curves: list[tuple[str, Array]]) -> Figure:
+def _over_time(results: RobotResults, curves: list[tuple[str, Array]]) -> Figure:
     """One panel above the other over time."""
-    figure = Figure(figsize=(_WIDTH, 1.55 * len(curves) + 0.4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 1.55 * len(curves) + 0.4), layout="constrained")
     axes = figure.subplots(len(curves), 1, sharex=True)
     for axis, (label, values), color in zip(axes, curves, COLORS, strict=False):
-        axis.plot(study.motion.time, values, color=color, lw=1.2)
+        axis.plot(results.motion.time, values, color=color, lw=1.2)
         axis.set_ylabel(label)
     axes[-1].set_xlabel("time [s]")
     figure.align_ylabels(axes)
     return figure
 
 
-def _pose(study: FlexibleStudy) -> Figure:
-    x = study.motion.x
+def _pose(results: RobotResults) -> Figure:
+    x = results.motion.x
     angle = np.rad2deg(np.unwrap(x[:, 0]))
-    return _over_time(study, [("θ [deg]", angle), ("x [mm]", 1e3 * x[:, 1]), ("y [mm]", 1e3 * x[:, 2])])
+    return _over_time(results, [("θ [deg]", angle), ("x [mm]", 1e3 * x[:, 1]), ("y [mm]", 1e3 * x[:, 2])])
 
 
-def _velocity(study: FlexibleStudy) -> Figure:
-    v = study.motion.dx
+def _velocity(results: RobotResults) -> Figure:
+    v = results.motion.dx
     return _over_time(
-        study, [("dθ/dt [rad/s]", v[:, 0]), ("dx/dt [mm/s]", 1e3 * v[:, 1]), ("dy/dt [mm/s]", 1e3 * v[:, 2])]
+        results,
+        [("dθ/dt [rad/s]", v[:, 0]), ("dx/dt [mm/s]", 1e3 * v[:, 1]), ("dy/dt [mm/s]", 1e3 * v[:, 2])],
     )
 
 
-def _acceleration(study: FlexibleStudy) -> Figure:
-    a = study.motion.ddx
+def _acceleration(results: RobotResults) -> Figure:
+    a = results.motion.ddx
     labels = ("d²θ/dt² [rad/s²]", "d²x/dt² [mm/s²]", "d²y/dt² [mm/s²]")
-    return _over_time(study, list(zip(labels, (a[:, 0], 1e3 * a[:, 1], 1e3 * a[:, 2]), strict=True)))
+    return _over_time(results, list(zip(labels, (a[:, 0], 1e3 * a[:, 1], 1e3 * a[:, 2]), strict=True)))
 
 
-def _path(study: FlexibleStudy) -> Figure:
-    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+def _path(results: RobotResults) -> Figure:
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     axis, whole = figure.subplots(1, 2)
-    x, y = 1e3 * study.motion.x[:, 1], 1e3 * study.motion.x[:, 2]
+    x, y = 1e3 * results.motion.x[:, 1], 1e3 * results.motion.x[:, 2]
     for panel in (axis, whole):
         panel.plot(x, y, color=COLORS[0], lw=1.3, zorder=4)
         panel.plot(x[0], y[0], "o", color=COLORS[1], ms=4, zorder=5, label="start")
@@ -101,21 +104,21 @@ def _path(study: FlexibleStudy) -> Figure:
     axis.set_ylabel("y [mm]")
     axis.set_title("platform's centre", fontsize=9)
     axis.legend()
-    for index, alpha in ((0, 0.9), (len(study.motion) // 3, 0.35)):
-        draw_pose(whole, study.model, study.motion, index, alpha=alpha)
+    for index, alpha in ((0, 0.9), (len(results.motion) // 3, 0.35)):
+        draw_pose(whole, results.model, results.motion, index, alpha=alpha)
     whole.set_title("in the robot at two poses", fontsize=9)
     return figure
 
 
-def _frequencies(study: FlexibleStudy) -> Figure:
-    figure = Figure(figsize=(_WIDTH, 3.6), layout="constrained")
+def _frequencies(results: RobotResults) -> Figure:
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
     axis = figure.subplots()
-    for n in range(study.tracked.shape[1]):
+    for n in range(results.tracked.shape[1]):
         axis.plot(
-            study.motion.time,
-            study.tracked[:, n],
+            results.motion.time,
+            results.tracked[:, n],
             color=COLORS[n],
-            ls=STYLES[n],
+            ls=LINES[n],
             lw=1.4,
             label=f"mode {n + 1}",
         )
@@ -127,23 +130,23 @@ def _frequencies(study: FlexibleStudy) -> Figure:
     return figure
 
 
-def _shapes(study: FlexibleStudy) -> Figure:
+def _shapes(results: RobotResults) -> Figure:
     """Modes (rows) drawn deformed at several poses (columns)."""
-    rows = min(4, study.tracked.shape[1])
-    figure = Figure(figsize=(_WIDTH, 2.2 * rows), layout="constrained")
+    rows = min(4, results.tracked.shape[1])
+    figure = Figure(figsize=(WIDTH, 2.2 * rows), layout="constrained")
     axes = figure.subplots(rows, _SHAPE_POSES, sharex=True, sharey=True)
-    places = np.linspace(0, len(study.motion) - 1, _SHAPE_POSES + 1).astype(int)[:-1]
+    places = np.linspace(0, len(results.motion) - 1, _SHAPE_POSES + 1).astype(int)[:-1]
     for column, index in enumerate(places):
         for mode in range(rows):
             axis: Axes = axes[mode, column]
-            draw_pose(axis, study.model, study.motion, index, color="0.75")
-            lines = shape_lines(study.model, study.motion, index, study.shapes[index, :, mode])
+            draw_pose(axis, results.model, results.motion, index, color="0.75")
+            lines = shape_lines(results.model, results.motion, index, results.shapes[index, :, mode])
             for line, name in lines:
                 axis.plot(*(1e3 * line.T), color=COLORS[mode], lw=1.6 if name == "platform" else 1.3)
             axis.set_aspect("equal")
             axis.grid(False)
             axis.set_title(
-                f"mode {mode + 1}, t = {study.motion.time[index]:.2f} s: {study.tracked[index, mode]:.1f} Hz",
+                f"mode {mode + 1}, t = {results.motion.time[index]:.2f} s: {results.tracked[index, mode]:.1f} Hz",
                 fontsize=7.5,
             )
     for axis in axes[-1]:
@@ -153,26 +156,28 @@ def _shapes(study: FlexibleStudy) -> Figure:
     return figure
 
 
-def _displacement(study: FlexibleStudy) -> Figure:
+def _displacement(results: RobotResults) -> Figure:
     """Left the whole motion, quasi-static; right its first moments with vibration from rest."""
-    figure = Figure(figsize=(_WIDTH, 5.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
     axes = figure.subplots(3, 2, sharex="col")
-    window = min(_WINDOW, float(study.branch.times[-1]))
+    window = min(_WINDOW, float(results.branch.times[-1]))
     vibration = None
-    if study.model.size <= DENSE:
-        vibration = generalised_alpha(study.model, study.branch, np.linspace(0.0, window, 4001), radius=1.0)
+    if results.model.size <= DENSE:
+        vibration = generalised_alpha(
+            results.model, results.branch, np.linspace(0.0, window, 4001), radius=1.0
+        )
     for k, label in enumerate(("x [µm]", "y [µm]", "turning [µrad]")):
-        axes[k, 0].plot(study.motion.time, 1e6 * study.static.platform[:, k], color=COLORS[1], lw=1.2)
+        axes[k, 0].plot(results.motion.time, 1e6 * results.static.platform[:, k], color=COLORS[1], lw=1.2)
         axes[k, 0].set_ylabel(f"elastic {label}")
-        near = study.motion.time <= window * 1.5
+        near = results.motion.time <= window * 1.5
         if vibration is not None:
             time = 1e3 * vibration.motion.time
             axes[k, 1].plot(
                 time, 1e6 * vibration.platform[:, k], color=COLORS[0], lw=0.8, label="started from rest"
             )
         axes[k, 1].plot(
-            1e3 * study.motion.time[near],
-            1e6 * study.static.platform[near, k],
+            1e3 * results.motion.time[near],
+            1e6 * results.static.platform[near, k],
             color=COLORS[1],
             lw=1.6,
             label="quasi-static",
@@ -186,17 +191,17 @@ def _displacement(study: FlexibleStudy) -> Figure:
     return figure
 
 
-def _stress(study: FlexibleStudy) -> Figure:
+def _stress(results: RobotResults) -> Figure:
     """Over time in leg 2 and the platform; along the rods where it is largest."""
-    figure = Figure(figsize=(_WIDTH, 7.0), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 7.0), layout="constrained")
     axes = figure.subplots(3, 2, width_ratios=[1.7, 1])
-    time = study.motion.time
-    for row, link in enumerate((study.stress[2], study.stress[3])):
+    time = results.motion.time
+    for row, link in enumerate((results.stress[2], results.stress[3])):
         pose, _ = np.unravel_index(np.argmax(link.largest), link.largest.shape)
         left, right = axes[row]
         for end, k in enumerate((0, len(link.s) // 2, len(link.s) - 1)):
             label = f"{1e3 * link.s[k]:.0f} mm"
-            left.plot(time, 1e-3 * link.fibre[:, k], color=COLORS[end], ls=STYLES[end], lw=1.2, label=label)
+            left.plot(time, 1e-3 * link.fibre[:, k], color=COLORS[end], ls=LINES[end], lw=1.2, label=label)
         left.set_ylabel(f"{link.name}: outer fibre [kPa]")
         left.set_xlabel("time [s]")
         right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
@@ -205,22 +210,22 @@ def _stress(study: FlexibleStudy) -> Figure:
         _legend_above(left)
         _legend_above(right)
     left, right = axes[2]
-    if study.model.rigid:
+    if results.model.rigid:
         left.text(0.5, 0.5, "the platform is rigid", transform=left.transAxes, ha="center")
     else:
-        plate = platform_stress(study.model, study.static)
+        plate = platform_stress(results.model, results.static)
         curves = (
             (plate.first, "larger principal"),
             (plate.second, "smaller"),
             (plate.largest_shear, "shear"),
         )
         for k, (values, label) in enumerate(curves):
-            left.plot(time, values, color=COLORS[k], ls=STYLES[k], lw=1.2, label=label)
+            left.plot(time, values, color=COLORS[k], ls=LINES[k], lw=1.2, label=label)
         _legend_above(left)
     left.set_ylabel("platform: stress [Pa]")
     left.set_xlabel("time [s]")
     right.axis("off")
-    draw_pose(right, study.model, study.motion, 0, color=OUTLINE)
+    draw_pose(right, results.model, results.motion, 0, color=OUTLINE)
     right.set_aspect("equal")
     right.set_title("robot at t = 0", fontsize=7.5)
     return figure

@@ -115,3 +115,7 @@ def test_branch_ends_at_a_fold_where_the_number_of_assemblies_falls(robot: Robot
         with pytest.raises(BranchError, match="beyond the branch's end") as caught:
             branch.motion(np.array([time + 0.1]))
         assert caught.value.status is Status.SINGULAR
+
+
+def test_branch_times_are_checked(branch: Branch) -> None:
+    assert branch.motion(np.array([0.0, branch.times[-1]])).x.shape == (2, 3)

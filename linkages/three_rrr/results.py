@@ -1,4 +1,4 @@
-"""Everything about one robot on one branch: motion, modes, quasi-static response, stress."""
+"""What is computed for one robot on one branch: motion, modes, quasi-static response, stress."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from linkages.three_rrr.branch import Branch, follow, start_assembly
 from linkages.three_rrr.direct import Assemblies, assemblies
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, loop_errors
-from linkages.three_rrr.model import Model
-from linkages.three_rrr.modes import DENSE, frequencies, modes, track
+from linkages.three_rrr.modes import DENSE, frequencies, modes, tracked_modes
 from linkages.three_rrr.response import Response, quasi_static_response
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.stress import LinkStress, link_stress
@@ -25,23 +25,23 @@ _SPARE = 4  # further modes, for those that cross
 
 
 @dataclass(frozen=True)
-class FlexibleStudy:
+class RobotResults:
     """Results over one motion; frequencies in Hz, see the modules for the rest.
 
     Attributes
     ----------
-    model : Model
-        With locked roots (servo if the robot says so).
+    model : FiniteElementModel
+        With locked roots, or held by servos if the robot says so.
     frequencies : (N, n) array
         Rising at each pose.
     tracked, shapes, mac : arrays
-        Modes followed from the first pose, see `linkages.three_rrr.modes.track`.
+        Modes followed from the first pose, see `linkages.flexible.modes.track`.
     free : (m,) array
         Frequencies at t = 0 with free roots, the three zeros of the rigid motion among them.
     """
 
     robot: Robot
-    model: Model
+    model: FiniteElementModel
     assemblies: Assemblies
     branch: Branch
     motion: Motion
@@ -55,15 +55,17 @@ class FlexibleStudy:
     stress: list[LinkStress]
 
 
-def run_study(
+def analyse(
     robot: Robot, progress: Callable[[float], None] | None = None, poses: int = POSES
-) -> FlexibleStudy:
+) -> RobotResults:
     """Follow the robot's branch (`robot.branch`, or the first assembly) and compute everything along it.
+
+    A branch that ends at a fold is analysed up to nearly there.
 
     Raises
     ------
     BranchError
-        If there is no such assembly. A branch that ends at a fold is studied up to nearly there.
+        If there is no such assembly.
     """
     found = assemblies(robot.geometry, robot.phi0)
     theta = None if robot.branch is None else float(np.deg2rad(robot.branch))
@@ -71,14 +73,16 @@ def run_study(
     branch = follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration).trimmed()
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
     held = changed(robot, drives={"roots": "locked"}) if robot.drives.roots == "free" else robot
-    model = Model(held)
+    model = FiniteElementModel(held)
     count = model.size if model.size <= DENSE else 24
     values, shapes = modes(model, state, count, progress)
-    tracked, forms, quality = track(model, branch, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED)
-    free = frequencies(Model(changed(robot, drives={"roots": "free"})), state.part(slice(0, 1)), count)[0]
+    tracked, forms, quality = tracked_modes(
+        model, branch, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED
+    )
+    free = FiniteElementModel(changed(robot, drives={"roots": "free"}))
     static = quasi_static_response(model, state)
     error = float(np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))))
-    return FlexibleStudy(
+    return RobotResults(
         held,
         model,
         found,
@@ -89,7 +93,7 @@ def run_study(
         tracked,
         forms,
         quality,
-        free,
+        frequencies(free, state.part(slice(0, 1)), count)[0],
         static,
         link_stress(model, static),
     )

@@ -1,4 +1,4 @@
-"""Elements against closed forms: frequencies and their order, static deflection, the patch test."""
+"""Beam elements against closed forms: frequencies and their order, deflection, internal forces, spinning."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from linkages.errors import InputError
-from linkages.flexible.elements import Beam, Triangle, chain, geometric_stiffness
-from linkages.three_rrr.rotating import element_terms
+from linkages.flexible.beam import Beam, chain
+from linkages.flexible.modes import eigenvalues
 
 D, L, E, RHO, NU = 0.04, 0.422, 2.06e11, 7850.0, 0.3
 AREA, INERTIA = np.pi * D**2 / 4, np.pi * D**4 / 64
@@ -133,13 +133,13 @@ def test_spinning_cantilever_stiffens_as_southwell_found() -> None:
     piece = unit.piece(count)
     edges = np.arange(count + 1) / count
     k, m = chain(piece.stiffness(), count), chain(piece.mass(), count)
-    once, twice = (chain(matrix, count) for matrix in element_terms(piece))
+    once, twice = (chain(matrix, count) for matrix in piece.velocity_terms())
     geometric = np.zeros_like(k)
     for n in range(count):
         middle = (edges[n] ** 2 + edges[n] * edges[n + 1] + edges[n + 1] ** 2) / 3.0
         tension = 0.5 * speed**2 * (1.0 - middle)
         at = slice(3 * n, 3 * n + 6)
-        geometric[at, at] += tension * geometric_stiffness(piece)
+        geometric[at, at] += tension * piece.geometric_stiffness()
     d = np.zeros_like(k)
     for i in range(0, len(k), 3):
         d[i, i + 1], d[i + 1, i] = 1.0, -1.0
@@ -148,69 +148,37 @@ def test_spinning_cantilever_stiffens_as_southwell_found() -> None:
     damping = gyro - 2 * speed * m @ d
     stiffness = k + geometric + speed**2 * twice - speed * gyro @ d + speed**2 * m @ d @ d
     damping, stiffness, m = (matrix[3:, 3:] for matrix in (damping, stiffness, m))
-    size = len(m)
-    state = np.block(
-        [
-            [np.zeros((size, size)), np.eye(size)],
-            [-np.linalg.solve(m, stiffness), -np.linalg.solve(m, damping)],
-        ]
-    )
-    values = np.linalg.eigvals(state)
+    values = eigenvalues(m, damping, stiffness)
     assert np.max(np.abs(values.real)) < 1e-6 * np.max(np.abs(values))
     first = np.min(np.abs(values.imag))
     assert first**2 == pytest.approx(3.6817**2 - speed**2, abs=2e-3)
-
-
-def mesh() -> tuple[np.ndarray, np.ndarray]:
-    """Return a square of irregular triangles about one inner node, and two more."""
-    nodes = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.43, 0.61], [0.7, 0.2]], dtype=float)
-    return nodes, np.array([[0, 1, 5], [1, 2, 5], [5, 2, 4], [2, 3, 4], [3, 0, 4], [0, 5, 4]])
-
-
-def test_triangle_patch_test() -> None:
-    """A linear displacement on the border gives the linear displacement and uniform strain inside."""
-    nodes, triangles = mesh()
-    gradient, shift = np.array([[2e-4, -1e-4], [3e-4, 5e-4]]), np.array([1e-3, -2e-3])
-    exact = (nodes @ gradient.T + shift).ravel()
-    k = np.zeros((12, 12))
-    for corners in triangles:
-        dofs = np.array([[2 * c, 2 * c + 1] for c in corners]).ravel()
-        k[np.ix_(dofs, dofs)] += Triangle(nodes[corners], 0.01, E, NU, RHO).stiffness()
-    inner, border = np.arange(8, 12), np.arange(8)
-    u = exact.copy()
-    u[inner] = np.linalg.solve(k[np.ix_(inner, inner)], -k[np.ix_(inner, border)] @ exact[border])
-    np.testing.assert_allclose(u, exact, rtol=0, atol=1e-15)
-    for corners in triangles:
-        strain = (
-            Triangle(nodes[corners], 0.01, E, NU, RHO).strain_matrix() @ u.reshape(-1, 2)[corners].ravel()
-        )
-        np.testing.assert_allclose(strain, [2e-4, 5e-4, 2e-4], atol=1e-15)
-
-
-def test_triangle_inertia_and_orientation() -> None:
-    corners = np.array([[0.0, 0.0], [0.36, 0.0], [0.18, 0.36 * np.sqrt(3) / 2]])
-    plate = Triangle(corners, 0.025, E, NU, RHO)
-    r = corners - corners.mean(0)
-    turn = np.column_stack([-r[:, 1], r[:, 0]]).ravel()
-    mass = RHO * 0.025 * 0.36**2 * np.sqrt(3) / 4
-    assert turn @ plate.mass() @ turn == pytest.approx(mass * 0.36**2 / 12, rel=1e-12)
-    back = Triangle(corners[[0, 2, 1]], 0.025, E, NU, RHO)
-    place = [0, 1, 4, 5, 2, 3]
-    np.testing.assert_allclose(
-        back.stiffness()[np.ix_(place, place)], plate.stiffness(), rtol=1e-12, atol=1e-3
-    )
-
-
-def test_triangle_under_tension_and_shear_obeys_hooke() -> None:
-    plate = Triangle(np.array([[0.0, 0.0], [1.0, 0.1], [0.2, 0.9]]), 0.01, E, NU, RHO)
-    for strain, stress in (
-        ([1 / E, -NU / E, 0.0], [1.0, 0.0, 0.0]),
-        ([0.0, 0.0, 2 * (1 + NU) / E], [0.0, 0.0, 1.0]),
-    ):
-        np.testing.assert_allclose(plate.elasticity() @ strain, stress, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["length", "line_density", "bending"])
 def test_beams_need_positive_numbers(name: str) -> None:
     with pytest.raises(InputError, match=f"beam: {name}: is 0; it must be positive"):
         replace(ROD, **{name: 0.0})
+
+
+@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("beam", [ROD, THICK])
+def test_internal_forces_of_an_accelerated_cantilever_follow_from_statics(beam: Beam, count: int) -> None:
+    """The field a = (c, a_0, 0) + (0, x, 1) e of a rigid body: N and M at x are the inertia of what lies beyond x."""
+    c, a0, e = 3.0, 20.0, 70.0
+    edges = np.linspace(0.0, L, count + 1)
+    one = np.ones(count + 1)
+    nodes = np.column_stack([c * one, a0 * one + e * edges, e * one])
+    piece = beam.piece(count)
+    force = -chain(piece.mass(), count) @ nodes.ravel()
+    u = np.concatenate([np.zeros(3), np.linalg.solve(chain(piece.stiffness(), count)[3:, 3:], force[3:])])
+    ends = np.concatenate([nodes[:-1], nodes[1:]], axis=1)
+    x = np.linspace(0.0, piece.length, 9)
+    tension, moment = piece.internal_forces(
+        u.reshape(-1)[3 * np.arange(count)[:, None] + np.arange(6)], ends, x
+    )
+    place = edges[:-1, None] + x
+    rest = L - place
+    want = -beam.line_density * c * rest
+    np.testing.assert_allclose(tension, want, atol=1e-9 * np.max(np.abs(want)))
+    inertia = beam.line_density * ((a0 + e * place) * rest**2 / 2 + e * rest**3 / 3) + beam.rotary * e * rest
+    np.testing.assert_allclose(moment, -inertia, atol=1e-9 * np.max(np.abs(inertia)))

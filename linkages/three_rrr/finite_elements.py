@@ -1,9 +1,9 @@
 """Mass and stiffness matrices of the flexible robot for any pose, and the loads of its rigid motion.
 
-Each leg has 6 n + 2 displacements with n elements in a link: the crank's root turning, then (x, y, turning)
-of its nodes, then the coupler's turning at B, then (x, y, turning) of its nodes; B belongs to the crank's
-list, C to the coupler's. With n = 1 these are the paper's eight: turning at A, x and y of B, crank's and
-coupler's turning at B, x and y of C, coupler's turning at C, and the whole robot has its 24.
+With n elements in a link each leg has 6 n + 2 displacements: the rotation of the crank's root, (x, y, rotation) of the
+crank's nodes, the coupler's rotation at B, (x, y, rotation) of the coupler's nodes. B is a node of the crank, C of the
+coupler. With n = 1 these are the paper's eight (rotation at A; x and y of B; rotations of crank and coupler at B; x and
+y of C; rotation at C), and the whole robot has its 24.
 
 Every matrix is a sum of constant matrices times 1, cos, sin, cos^2 and cos sin of the seven body angles, so
 matrices for many poses are one product of a table of these functions with a table of coefficients on the
@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from linkages.flexible.elements import Beam, Triangle
+from linkages.flexible.beam import Beam, chain_dofs
+from linkages.flexible.rotation import BEAM, TRIANGLE, functions, rotated
+from linkages.flexible.triangle import Triangle
 from linkages.three_rrr.geometry import LEGS
-from linkages.three_rrr.kinematics import Motion, arms, influence, motion, turned, unit
-from linkages.three_rrr.robot import Robot
-from linkages.three_rrr.turning import angles, expand_rotation, functions
+from linkages.three_rrr.kinematics import Motion, arms, motion, turned, unit
+from linkages.three_rrr.robot import KINDS, Kind, Robot
 
 Array = NDArray[np.floating]
 Index = NDArray[np.int64]
@@ -53,8 +54,20 @@ class LinkElements:
     beam: Beam
     dofs: Index
 
+    def gather(self, full: Array, rotation: Array) -> Array:
+        """Displacements (N, n, 6) of each element in its own axes.
 
-class Model:
+        Parameters
+        ----------
+        full : (N, full) array
+            Displacements of the whole robot, or their derivatives, in plane axes.
+        rotation : (N, 6, 6) array
+            From plane to element axes, see `linkages.flexible.rotation.rotations`.
+        """
+        return np.einsum("nij,nej->nei", rotation, np.where(self.dofs < 0, 0.0, full[:, self.dofs]))
+
+
+class FiniteElementModel:
     """Finite-element model of a robot.
 
     Attributes
@@ -76,7 +89,7 @@ class Model:
         base = self.leg * np.arange(3)[:, None]
         self.b = base + 3 * self.count - 2 + np.array([0, 1])
         self.c = base + 6 * self.count - 1 + np.array([0, 1])
-        self.links = tuple(self._link(kind, leg) for leg in range(3) for kind in ("crank", "coupler"))
+        self.links = tuple(self._link(kind, leg) for leg in range(3) for kind in KINDS)
         material = robot.material
         self.triangle = Triangle(
             self.geometry.platform,
@@ -91,40 +104,37 @@ class Model:
         self.kept = np.setdiff1d(np.arange(self.full), dropped)
         self.size = len(self.kept) + (3 if self.rigid else 0)
 
-    def _link(self, kind: str, leg: int) -> LinkElements:
+    def _link(self, kind: Kind, leg: int) -> LinkElements:
         robot, n, start = self.robot, self.count, self.leg * leg
-        area, inertia = robot.rod(kind)  # type: ignore[arg-type]
+        area, inertia = robot.rod(kind)
         e, rho, nu = robot.material.youngs_modulus, robot.material.density, robot.material.poisson
         length = float((self.geometry.crank if kind == "crank" else self.geometry.coupler)[leg])
-        beam = Beam(length, e * area, e * inertia, rho * area)
+        shear, rotary = np.inf, 0.0
         if robot.model.beam == "timoshenko":
             kappa = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)  # Cowper's coefficient of a round section
-            beam = Beam(
-                length, e * area, e * inertia, rho * area, kappa * e / (2 + 2 * nu) * area, rho * inertia
-            )
+            shear, rotary = kappa * e / (2 + 2 * nu) * area, rho * inertia
+        beam = Beam(length, e * area, e * inertia, rho * area, shear, rotary)
         inner = np.arange(3 * n).reshape(n, 3)
         if kind == "crank":
             nodes = np.vstack([[-1, -1, start], start + 1 + inner])
         else:
             end_b = start + 3 * n - 2
             nodes = np.vstack([[end_b, end_b + 1, start + 3 * n + 1], start + 3 * n + 2 + inner])
-        dofs = np.concatenate([nodes[:-1], nodes[1:]], axis=1)
-        return LinkElements(f"{kind}{LEGS[leg]}", 2 * leg + (kind == "coupler"), beam.piece(n), dofs)
+        dofs = nodes.ravel()[chain_dofs(n)]
+        return LinkElements(f"{kind}{LEGS[leg]}", 2 * leg + KINDS.index(kind), beam.piece(n), dofs)
 
     # -- matrices ----------------------------------------------------------------------------------
 
     @cached_property
     def _pattern(self) -> tuple[Index, Index, Array, Array]:
         """Rows, columns (sorted) and the coefficients (29, nnz) of K and M on them."""
-        turning = np.array([False, False, True] * 2)
         entries: list[tuple[Index, Index, int, Array, Array]] = []
         for link in self.links:
-            k, m = expand_rotation(link.beam.stiffness(), turning), expand_rotation(link.beam.mass(), turning)
+            k, m = rotated(link.beam.stiffness(), BEAM), rotated(link.beam.mass(), BEAM)
             for dofs in link.dofs:
                 entries.append((*_grid(dofs), link.angle, k.reshape(5, 36), m.reshape(5, 36)))
-        flat = np.zeros(6, dtype=bool)
-        k = expand_rotation(self.triangle.stiffness() * (0.0 if self.rigid else 1.0), flat)
-        m = expand_rotation(self.triangle.mass(), flat)
+        k = rotated(self.triangle.stiffness() * (0.0 if self.rigid else 1.0), TRIANGLE)
+        m = rotated(self.triangle.mass(), TRIANGLE)
         entries.append((*_grid(self.c.ravel()), _PLATFORM, k.reshape(5, 36), m.reshape(5, 36)))
         key = np.concatenate([np.where((r < 0) | (c < 0), -1, r * self.full + c) for r, c, *_ in entries])
         unique, place = np.unique(key, return_inverse=True)
@@ -147,7 +157,7 @@ class Model:
     def full_matrices(self, state: Motion) -> tuple[Array, Array]:
         """Stiffness and mass (N, full, full) with free roots and the platform's corners independent."""
         row, column, *tables = self._pattern
-        table = functions(angles(state))
+        table = functions(state.angles)
         result = []
         for coefficients in tables:
             matrix = np.zeros((len(state), self.full, self.full))
@@ -172,7 +182,7 @@ class Model:
         row, column, k_table, m_table = self._pattern
         for n in range(len(state)):
             one = state.part(slice(n, n + 1))
-            table = functions(angles(one))[0]
+            table = functions(one.angles)[0]
             g = sparse.csc_matrix(self.reduction(one)[0])
             pair = []
             for coefficients in (k_table, m_table):
@@ -200,34 +210,27 @@ class Model:
 
     def rigid_velocity(self, state: Motion) -> Array:
         """Velocities (N, full) of all nodes in the rigid motion."""
-        return self._field(state, state.dphi, state.dpsi, None)
+        return self._field(state, state.dphi, state.dpsi)
 
     def rigid_acceleration(self, state: Motion) -> Array:
         """Accelerations (N, full) of all nodes in the rigid motion."""
-        return self._field(state, state.ddphi, state.ddpsi, (state.dphi, state.dpsi))
+        return self._field(state, state.ddphi, state.ddpsi, centripetal=True)
 
-    def _field(
-        self, state: Motion, crank: Array, coupler: Array, speeds: tuple[Array, Array] | None
-    ) -> Array:
+    def _field(self, state: Motion, crank: Array, coupler: Array, centripetal: bool = False) -> Array:
+        """Velocities or accelerations of all nodes from the angular ones (N, 3) of cranks and couplers."""
         g, n = self.geometry, self.count
         field = np.zeros((len(state), self.full))
         along = np.arange(1, n + 1) / n
         for r in range(3):
             start = np.zeros((len(state), 2))
             base = self.leg * r
-            for length, angle, rate, place, speed in (
-                (g.crank[r], state.phi[:, r], crank[:, r], base, speeds[0][:, r] if speeds else None),
-                (
-                    g.coupler[r],
-                    state.psi[:, r],
-                    coupler[:, r],
-                    base + 3 * n + 1,
-                    speeds[1][:, r] if speeds else None,
-                ),
+            for length, angle, speed, rate, place in (
+                (g.crank[r], state.phi[:, r], state.dphi[:, r], crank[:, r], base),
+                (g.coupler[r], state.psi[:, r], state.dpsi[:, r], coupler[:, r], base + 3 * n + 1),
             ):
                 e = unit(angle)
                 end = length * rate[:, None] * turned(e)
-                if speed is not None:
+                if centripetal:
                     end = end - length * (speed**2)[:, None] * e
                 nodes = np.empty((len(state), n, 3))
                 nodes[:, :, :2] = start[:, None] + along[:, None] * end[:, None]
@@ -240,24 +243,22 @@ class Model:
     def rigid_modes(self, state: Motion) -> Array:
         """Nodal velocities (N, full, 3) for a unit speed of each crank: the rigid velocity space."""
         columns = []
-        gain = influence(self.geometry, state.phi, state.x)
         for r in range(3):
             speed = np.zeros_like(state.phi)
             speed[:, r] = 1.0
             one = motion(self.geometry, state.time, state.phi, speed, np.zeros_like(speed), state.x)
             columns.append(self.rigid_velocity(one))
-        assert gain.shape[-1] == len(columns)
         return np.stack(columns, axis=-1)
 
     def full_load(self, state: Motion) -> Array:
         """Inertia load -M a of the rigid motion and the platform's load, on all displacements (N, full).
 
         The rigid acceleration is linear along each rod and over the platform, which the shape functions
-        represent exactly: the consistent load is the consistent mass times the nodal accelerations, the
-        platform's translation and the sign (both misprinted in section 2.2) included.
+        represent exactly, so that the consistent load is the consistent mass times the nodal accelerations. The
+        platform's translation and the sign are misprinted in section 2.2.
         """
         row, column, _, m_table = self._pattern
-        data = (functions(angles(state)) @ m_table) * self.rigid_acceleration(state)[:, column]
+        data = (functions(state.angles) @ m_table) * self.rigid_acceleration(state)[:, column]
         starts = np.searchsorted(row, np.arange(self.full))
         load = -np.add.reduceat(data, starts, axis=1)
         force, moment = np.array(self.robot.load.force), self.robot.load.moment
@@ -285,7 +286,7 @@ class Model:
         return np.einsum("nfs,ns->nf", self.reduction(state), unknowns)
 
     def platform_displacement(self, state: Motion, unknowns: Array) -> Array:
-        """Elastic displacement (N, 3) of the platform: x, y of its centre [m], mean turning [rad]."""
+        """Elastic displacement (N, 3) of the platform: x, y of its centre [m], mean rotation [rad]."""
         corners = self.expand(state, unknowns)[:, self.c.ravel()].reshape(-1, 3, 2)
         r = self.platform_arms(state)
         angle = np.sum(turned(r) * corners, axis=(1, 2)) / np.sum(r**2, axis=(1, 2))

@@ -6,6 +6,7 @@ import pytest
 from linkages.files.shipped import data_folder
 from linkages.three_rrr.branch import Branch, follow, start_assembly
 from linkages.three_rrr.kinematics import Motion
+from linkages.three_rrr.results import RobotResults, analyse
 from linkages.three_rrr.robot import Robot, load_robot
 
 
@@ -23,3 +24,8 @@ def branch(robot: Robot) -> Branch:
 @pytest.fixture(scope="session")
 def poses(branch: Branch, robot: Robot) -> Motion:
     return branch.motion(np.linspace(0.0, robot.duration, 13))
+
+
+@pytest.fixture(scope="session")
+def results(robot: Robot) -> RobotResults:
+    return analyse(robot)

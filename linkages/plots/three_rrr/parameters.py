@@ -1,4 +1,4 @@
-"""Figures that the paper does not have: maps over the drives, convergence, the effect of speed."""
+"""Figures over what the paper keeps fixed: the drive angles, the number of elements, the speed."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
-from linkages.plots.style import COLORS
-from linkages.plots.three_rrr.figures import STYLES
+from linkages.plots.style import COLORS, LINES
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.maps import drive_map
-from linkages.three_rrr.model import Model
 from linkages.three_rrr.modes import frequencies
+from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.robot import changed
-from linkages.three_rrr.study import FlexibleStudy
-from linkages.three_rrr.sweep import RESONANCE, speed_sweep, velocity_effect
+from linkages.three_rrr.speed import RESONANCE, speed_sweep, velocity_effect
 
-_WIDTH = 6.3
-_COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", "#56B4E9", "#0072B2"])
+WIDTH = 6.3  # of a figure [in]
+
+_COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", COLORS[5], COLORS[0]])
 
 
-def map_figure(study: FlexibleStudy) -> Figure:
+def map_figure(results: RobotResults) -> Figure:
     """Assemblies and nearness to both types of singularity over phi_1 and phi_2."""
-    found = drive_map(study.robot.geometry, float(study.robot.phi0[2]))
+    found = drive_map(results.robot.geometry, float(results.robot.phi0[2]))
     degrees = np.rad2deg(found.angles)
-    figure = Figure(figsize=(_WIDTH, 2.9), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
     axes = figure.subplots(1, 3, sharey=True)
     norm = BoundaryNorm([-1, 1, 3, 5, 7], 4)
     image = axes[0].pcolormesh(degrees, degrees, found.count, cmap=_COUNTS, norm=norm, shading="nearest")
@@ -40,7 +40,7 @@ def map_figure(study: FlexibleStudy) -> Figure:
         image = axis.pcolormesh(degrees, degrees, values, cmap="cividis", vmin=0.0, shading="nearest")
         bar = figure.colorbar(image, ax=axis, location="bottom", label=label)
         bar.ax.tick_params(labelsize=7.5)
-    start = np.rad2deg(np.angle(np.exp(1j * study.robot.phi0)))
+    start = np.rad2deg(np.angle(np.exp(1j * results.robot.phi0)))
     for axis in axes:
         axis.plot(start[0], start[1], "o", color=COLORS[1], ms=4)
         axis.set_xlabel("φ₁ [deg]")
@@ -55,20 +55,20 @@ def map_figure(study: FlexibleStudy) -> Figure:
     return figure
 
 
-def convergence_figure(study: FlexibleStudy) -> Figure:
+def convergence_figure(results: RobotResults) -> Figure:
     """Error of the first frequencies at t = 0 against elements per link."""
-    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     axis = figure.subplots()
-    start = study.motion.part(slice(0, 1))
+    start = results.motion.part(slice(0, 1))
     counts = np.array([1, 2, 4, 8])
     found = [
-        frequencies(Model(changed(study.robot, model={"elements": int(n)})), start, 6)[0]
+        frequencies(FiniteElementModel(changed(results.robot, model={"elements": int(n)})), start, 6)[0]
         for n in (*counts, 32)
     ]
     error = np.array(found[:-1]) / found[-1] - 1.0
     for n in range(6):
         axis.loglog(
-            counts, error[:, n], "o", color=COLORS[n], ls=STYLES[n], lw=1.2, ms=4, label=f"mode {n + 1}"
+            counts, error[:, n], "o", color=COLORS[n], ls=LINES[n], lw=1.2, ms=4, label=f"mode {n + 1}"
         )
     axis.loglog(counts, error[0].max() * (1.0 / counts) ** 4, color="0.4", lw=0.8, label="fourth order")
     axis.set_xticks(counts, [str(n) for n in counts])
@@ -80,13 +80,13 @@ def convergence_figure(study: FlexibleStudy) -> Figure:
     return figure
 
 
-def velocity_figure(study: FlexibleStudy) -> Figure:
+def velocity_figure(results: RobotResults) -> Figure:
     """When the velocity-dependent terms matter."""
-    figure = Figure(figsize=(_WIDTH, 3.3), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     axis = figure.subplots()
     factors = np.geomspace(1.0, 300.0, 13)
-    frequency, displacement = velocity_effect(study.robot, study.branch, factors, poses=13)
-    speed = factors * float(np.max(np.abs(study.robot.phidot)))
+    frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
+    speed = factors * float(np.max(np.abs(results.robot.phidot)))
     axis.loglog(speed, frequency, "o-", color=COLORS[0], ms=3.5, lw=1.2, label="first natural frequency")
     axis.loglog(
         speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement"
@@ -102,13 +102,13 @@ def velocity_figure(study: FlexibleStudy) -> Figure:
     return figure
 
 
-def speed_figure(study: FlexibleStudy) -> Figure:
+def speed_figure(results: RobotResults) -> Figure:
     """Peak elastic displacement against speed, until the first resonance."""
-    figure = Figure(figsize=(_WIDTH, 4.4), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True)
-    one = changed(study.robot, model={"elements": 1})
-    found = speed_sweep(one, study.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
-    speed = found.factors * float(np.max(np.abs(study.robot.phidot)))
+    one = changed(results.robot, model={"elements": 1})
+    found = speed_sweep(one, results.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
+    speed = found.factors * float(np.max(np.abs(results.robot.phidot)))
     top.loglog(speed, 1e3 * found.static, color=COLORS[1], ls="--", lw=1.4, label="quasi-static")
     top.loglog(
         speed,

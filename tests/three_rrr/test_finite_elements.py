@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from linkages.flexible.modes import dense_modes, mac
+from linkages.flexible.rotation import rotations
 from linkages.three_rrr.branch import Branch
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import Motion
-from linkages.three_rrr.model import Model
-from linkages.three_rrr.modes import dense, frequencies, mac, modes, track
+from linkages.three_rrr.modes import frequencies, modes, tracked_modes
 from linkages.three_rrr.robot import Robot, changed, load_robot, make_robot
-from linkages.three_rrr.rotating import velocity_terms
-from linkages.three_rrr.turning import element_rotations
+from linkages.three_rrr.velocity_terms import velocity_terms
 
 
 def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray]:
@@ -23,18 +24,18 @@ def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray
     Crank: element displacements (w_1, u_2, v_2, w_2) -> u_1..u_4. Coupler: (u_1, v_1, w_1, u_2, v_2, w_2) ->
     u_2, u_3, u_5, u_6, u_7, u_8. Platform: corner r -> 8 (r - 1) + 6 and 7.
     """
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     result = []
     for name in ("stiffness", "mass"):
         whole = np.zeros((24, 24))
         for r in range(3):
             crank, coupler = model.links[2 * r].beam, model.links[2 * r + 1].beam
-            t = element_rotations(state.phi[:1, r])[0]
+            t = rotations(state.phi[:1, r])[0]
             local = (t.T @ getattr(crank, name)() @ t)[2:, 2:]
             # crank's own order is (w_1, x, y, w_2); the paper's is (turning at A, x, y, turning at B)
             place = 8 * r + np.arange(4)
             whole[np.ix_(place, place)] += local
-            t = element_rotations(state.psi[:1, r])[0]
+            t = rotations(state.psi[:1, r])[0]
             place = 8 * r + np.array([1, 2, 4, 5, 6, 7])
             whole[np.ix_(place, place)] += t.T @ getattr(coupler, name)() @ t
         c, s = np.cos(state.x[0, 0]), np.sin(state.x[0, 0])
@@ -47,7 +48,7 @@ def papers_matrices(robot: Robot, state: Motion) -> tuple[np.ndarray, np.ndarray
 
 def test_the_papers_24_numbers(robot: Robot, poses: Motion) -> None:
     free = changed(robot, drives={"roots": "free"})
-    model = Model(free)
+    model = FiniteElementModel(free)
     assert (model.full, model.size) == (24, 24)
     k, m = model.matrices(poses)
     want_k, want_m = papers_matrices(free, poses)
@@ -57,7 +58,7 @@ def test_the_papers_24_numbers(robot: Robot, poses: Motion) -> None:
 
 def test_first_locked_frequency(robot: Robot, poses: Motion) -> None:
     """Steel, one element per link, t = 0, branch at +98.05 deg: 133.56 Hz by two independent computations."""
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     assert model.size == 21
     assert frequencies(model, poses)[0, 0] == pytest.approx(133.56, abs=0.005)
 
@@ -65,7 +66,9 @@ def test_first_locked_frequency(robot: Robot, poses: Motion) -> None:
 def test_frequency_scales_with_the_material(robot: Robot, poses: Motion) -> None:
     soft = changed(robot, material={"youngs_modulus": 0.5 * 2.06e11, "density": 2 * 7850.0})
     np.testing.assert_allclose(
-        frequencies(Model(soft), poses), 0.5 * frequencies(Model(robot), poses), rtol=1e-9
+        frequencies(FiniteElementModel(soft), poses),
+        0.5 * frequencies(FiniteElementModel(robot), poses),
+        rtol=1e-9,
     )
 
 
@@ -77,14 +80,18 @@ def test_frequencies_do_not_depend_on_the_axes(robot: Robot, poses: Motion) -> N
     )
     x = np.column_stack([poses.x[:, 0] + turn, poses.x[:, 1:] @ rotation.T])
     moved = replace(poses, phi=poses.phi + turn, psi=poses.psi + turn, x=x)
-    np.testing.assert_allclose(frequencies(Model(other), moved), frequencies(Model(robot), poses), rtol=1e-9)
+    np.testing.assert_allclose(
+        frequencies(FiniteElementModel(other), moved),
+        frequencies(FiniteElementModel(robot), poses),
+        rtol=1e-9,
+    )
 
 
 @pytest.mark.parametrize("platform", ["triangle", "rigid"])
 @pytest.mark.parametrize("roots", ["locked", "servo", "free"])
 def test_sparse_and_dense_matrices_agree(robot: Robot, poses: Motion, roots: str, platform: str) -> None:
     options = {"roots": roots, "servo_stiffness": 1e5}
-    model = Model(changed(robot, drives=options, model={"elements": 3, "platform": platform}))
+    model = FiniteElementModel(changed(robot, drives=options, model={"elements": 3, "platform": platform}))
     k, m = model.matrices(poses)
     for n, (sk, sm) in enumerate(model.sparse_matrices(poses)):
         np.testing.assert_allclose(sk.toarray(), k[n], atol=1e-15 * np.max(k))
@@ -92,11 +99,11 @@ def test_sparse_and_dense_matrices_agree(robot: Robot, poses: Motion, roots: str
 
 
 def test_sparse_and_dense_solvers_agree(robot: Robot, poses: Motion) -> None:
-    model = Model(changed(robot, model={"elements": 8}))
+    model = FiniteElementModel(changed(robot, model={"elements": 8}))
     some = poses.part(slice(0, 3))
     found, shapes = modes(model, some, 10)
     k, m = model.matrices(some)
-    exact = np.sqrt(dense(k, m, 10)[0]) / (2 * np.pi)
+    exact = np.sqrt(dense_modes(k, m, 10)[0]) / (2 * np.pi)
     np.testing.assert_allclose(found, exact, rtol=1e-9)
     np.testing.assert_allclose(
         np.swapaxes(shapes, 1, 2) @ m @ shapes, np.tile(np.eye(10), (3, 1, 1)), atol=1e-9
@@ -106,7 +113,7 @@ def test_sparse_and_dense_solvers_agree(robot: Robot, poses: Motion) -> None:
 def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None:
     def first(roots: str, stiffness: float = 1.0) -> np.ndarray:
         return frequencies(
-            Model(changed(robot, drives={"roots": roots, "servo_stiffness": stiffness})), poses
+            FiniteElementModel(changed(robot, drives={"roots": roots, "servo_stiffness": stiffness})), poses
         )
 
     locked, free = first("locked"), first("free")
@@ -121,16 +128,19 @@ def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None
 
 
 def test_rigid_platform_is_the_limit_of_a_stiff_triangle(robot: Robot, poses: Motion) -> None:
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     model.triangle = replace(model.triangle, youngs_modulus=1e4 * 2.06e11)
-    rigid = Model(changed(robot, model={"platform": "rigid"}))
+    rigid = FiniteElementModel(changed(robot, model={"platform": "rigid"}))
     assert rigid.size == 18
     np.testing.assert_allclose(frequencies(rigid, poses)[:, :6], frequencies(model, poses)[:, :6], rtol=1e-4)
 
 
 def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: Motion) -> None:
     start = poses.part(slice(0, 1))
-    found = [frequencies(Model(changed(robot, model={"elements": n})), start, 6)[0] for n in (2, 4, 8, 16)]
+    found = [
+        frequencies(FiniteElementModel(changed(robot, model={"elements": n})), start, 6)[0]
+        for n in (2, 4, 8, 16)
+    ]
     steps = -np.diff(found, axis=0)
     assert np.all(steps > 0)
     order = np.log2(steps[:-1] / steps[1:])  # bending of order four, stretching of order two
@@ -138,7 +148,10 @@ def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: Motion) -
 
 
 def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: Motion) -> None:
-    heavy, light = Model(changed(robot, joint_masses={"B": 0.3, "C": 0.5})), Model(robot)
+    heavy, light = (
+        FiniteElementModel(changed(robot, joint_masses={"B": 0.3, "C": 0.5})),
+        FiniteElementModel(robot),
+    )
     v = light.rigid_velocity(poses)
     extra = [(heavy, 1.0), (light, -1.0)]
     gain = sum(s * np.einsum("ni,nij,nj->n", v, m.full_matrices(poses)[1], v) for m, s in extra)
@@ -149,7 +162,7 @@ def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: Motion) -> N
 @pytest.mark.parametrize("count", [1, 3])
 def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motion, count: int) -> None:
     """Gauss quadrature of -rho a N with each material point's acceleration from rigid-body kinematics."""
-    model = Model(changed(robot, drives={"roots": "free"}, model={"elements": count}))
+    model = FiniteElementModel(changed(robot, drives={"roots": "free"}, model={"elements": count}))
     load = np.zeros((len(poses), model.full))
     g = robot.geometry
     for link in model.links:
@@ -162,7 +175,7 @@ def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motio
         )
         e = np.stack([np.cos(angle[:, leg]), np.sin(angle[:, leg])], -1)
         n = np.stack([-e[:, 1], e[:, 0]], -1)
-        back = np.swapaxes(element_rotations(angle[:, leg]), 1, 2)
+        back = np.swapaxes(rotations(angle[:, leg]), 1, 2)
         s, weight = link.beam.quadrature()
         shapes = link.beam.shapes(s)[0]
         for index, dofs in enumerate(link.dofs):
@@ -185,8 +198,10 @@ def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motio
 
 
 def test_platform_load_has_its_resultant(robot: Robot, poses: Motion) -> None:
-    pushed = Model(changed(robot, load={"force": [3.0, -2.0], "moment": 0.7}))
-    extra = (pushed.full_load(poses) - Model(robot).full_load(poses))[:, pushed.c.ravel()].reshape(-1, 3, 2)
+    pushed = FiniteElementModel(changed(robot, load={"force": [3.0, -2.0], "moment": 0.7}))
+    extra = (pushed.full_load(poses) - FiniteElementModel(robot).full_load(poses))[
+        :, pushed.c.ravel()
+    ].reshape(-1, 3, 2)
     np.testing.assert_allclose(extra.sum(axis=1), np.tile([3.0, -2.0], (len(poses), 1)), atol=1e-12)
     r = pushed.platform_arms(poses)
     couple = np.sum(r[..., 0] * extra[..., 1] - r[..., 1] * extra[..., 0], axis=1)
@@ -197,7 +212,7 @@ def test_platform_load_has_its_resultant(robot: Robot, poses: Motion) -> None:
 def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: Branch, platform: str) -> None:
     """M U'' + G U' + K_c U is the virtual work of the displacement field's second time derivative."""
     fast = replace(branch, phidot=branch.phidot * 50.0, times=branch.times / 50.0)
-    model = Model(changed(robot, model={"elements": 2, "platform": platform}))
+    model = FiniteElementModel(changed(robot, model={"elements": 2, "platform": platform}))
     t0, h = 0.04, 4e-5
     rng = np.random.default_rng(1)
     u, v, a = rng.normal(size=(3, model.size)) * np.array([[1.0], [50.0], [2000.0]])
@@ -213,7 +228,7 @@ def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: B
         rows = []
         for link in model.links:
             angle = (state.psi if link.angle % 2 else state.phi)[0, link.angle // 2]
-            t = element_rotations(np.array([angle]))[0]
+            t = rotations(np.array([angle]))[0]
             n = np.einsum("ab,qbc,cd->qad", t[:2, :2].T, link.beam.shapes(link.beam.quadrature()[0])[0], t)
             for dofs in link.dofs:
                 whole = np.zeros((*n.shape[:2], model.full))
@@ -243,12 +258,12 @@ def test_velocity_terms_are_the_derivatives_of_the_field(robot: Robot, branch: B
 
 
 def test_modes_are_followed_by_mac(robot: Robot, branch: Branch) -> None:
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     ends = []
     for count in (181, 721):  # modes that veer are followed alike on coarse and fine poses
         state = branch.motion(np.linspace(0.0, robot.duration, count))
         values, shapes = modes(model, state)
-        tracked, forms, quality = track(model, branch, state, values, shapes, 6)
+        tracked, forms, quality = tracked_modes(model, branch, state, values, shapes, 6)
         assert np.min(quality) > 0.9
         ends.append(tracked[-1])
     np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
@@ -264,5 +279,7 @@ def test_aluminium_is_a_second_experiment(robot: Robot, poses: Motion) -> None:
     light = load_robot(robot.source.with_name("three_rrr_aluminium.toml"))
     a, s = light.material, robot.material
     ratio = np.sqrt(a.youngs_modulus / a.density * s.density / s.youngs_modulus)
-    found = frequencies(Model(light), poses, 3) / frequencies(Model(robot), poses, 3)
+    found = frequencies(FiniteElementModel(light), poses, 3) / frequencies(
+        FiniteElementModel(robot), poses, 3
+    )
     np.testing.assert_allclose(found, ratio, rtol=2e-3)  # Poisson's ratio differs, in the platform only

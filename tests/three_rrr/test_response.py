@@ -1,4 +1,4 @@
-"""Elastic response and stress: order, energy, equilibrium with independently computed forces."""
+"""Elastic response and stress of the robot: energy, equilibrium with independently computed forces."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from linkages.errors import InputError
+from linkages.flexible.modes import dense_modes
 from linkages.three_rrr.branch import Branch
-from linkages.three_rrr.model import Model
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import (
     energy,
     generalised_alpha,
-    integrate,
     quasi_static,
     quasi_static_response,
     recursion,
 )
 from linkages.three_rrr.robot import Robot, changed
+from linkages.three_rrr.speed import faster, speed_sweep, velocity_effect
 from linkages.three_rrr.stress import link_stress, platform_stress
-from linkages.three_rrr.sweep import faster, speed_sweep, velocity_effect
 
 
 def still(branch: Branch) -> Branch:
@@ -34,37 +34,10 @@ def still(branch: Branch) -> Branch:
     )
 
 
-@pytest.mark.parametrize("radius", [0.0, 0.5, 0.9, 1.0])
-def test_generalised_alpha_is_of_second_order(radius: float) -> None:
-    """A made-up solution of equations whose mass, damping and stiffness all change with time."""
-    rng = np.random.default_rng(4)
-    base = [a @ a.T + 3.0 * np.eye(3) for a in rng.normal(size=(3, 3, 3))]
-
-    def exact(t: np.ndarray) -> list[np.ndarray]:
-        w = np.array([1.0, 1.7, 2.3])
-        a = np.outer(t, w)
-        return [np.sin(a), w * np.cos(a), -(w**2) * np.sin(a)]
-
-    def matrices(t: np.ndarray) -> tuple[np.ndarray, ...]:
-        m = base[0] * (1.0 + 0.3 * np.sin(t))[:, None, None]
-        c = 0.1 * base[1] * (1.0 + 0.5 * np.cos(2 * t))[:, None, None]
-        k = base[2] * (1.0 + 0.4 * np.cos(t))[:, None, None]
-        u, v, a = exact(t)
-        return m, c, k, sum(np.einsum("nij,nj->ni", x, y) for x, y in ((m, a), (c, v), (k, u)))
-
-    errors = []
-    for steps in (200, 400, 800):
-        times = np.linspace(0.0, 5.0, steps + 1)
-        start = exact(times[:1])
-        u, _, _ = integrate(matrices, times, start[0][0], start[1][0], radius)
-        errors.append(np.max(np.abs(u - exact(times)[0])))
-    np.testing.assert_allclose(np.log2(np.array(errors)[:-1] / np.array(errors)[1:]), 2.0, atol=0.1)
-
-
 @pytest.mark.parametrize("scheme", [recursion, generalised_alpha])
 def test_energy_is_conserved_without_damping(robot: Robot, branch: Branch, scheme) -> None:
     """Drives at rest, the platform pushed at t = 0: the energy is the work of the constant push."""
-    model = Model(changed(robot, load={"force": [100.0, -50.0], "moment": 5.0}))
+    model = FiniteElementModel(changed(robot, load={"force": [100.0, -50.0], "moment": 5.0}))
     options = {"radius": 1.0} if scheme is generalised_alpha else {}
     result = scheme(model, still(branch), np.linspace(0.0, 0.1, 2001), **options)
     stored = energy(model, result)
@@ -77,13 +50,11 @@ def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
     """Free decay about the static solution: the first mode's amplitude falls as exp(-zeta p t)."""
     alpha, beta = 3.0, 2e-5
     pushed = changed(robot, load={"force": [100.0, 0.0]}, damping={"mass": alpha, "stiffness": beta})
-    model = Model(pushed)
+    model = FiniteElementModel(pushed)
     times = np.linspace(0.0, 0.2, 4001)
     rest = quasi_static(model, still(branch).motion(times[:1]))[0]
     k, m = (x[0] for x in model.matrices(still(branch).motion(times[:1])))
-    from linkages.three_rrr.modes import dense
-
-    values, forms = dense(k[None], m[None], 1)
+    values, forms = dense_modes(k[None], m[None], 1)
     p = float(np.sqrt(values[0, 0]))
     rate = 0.5 * (alpha + beta * p**2)
     inner = np.sqrt(p**2 - rate**2)
@@ -98,7 +69,7 @@ def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
 def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot, branch: Branch) -> None:
     """Both tend to one solution: the recursion at first order, as it holds matrices over a step."""
     quick = faster(branch, 20.0)
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     exact = generalised_alpha(model, quick, np.linspace(0.0, 0.05, 12801), radius=1.0).platform
     size = np.max(np.abs(exact), axis=0)
     errors = {recursion: [], generalised_alpha: []}
@@ -116,13 +87,13 @@ def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot,
 
 def test_the_printed_recursion_mixes_bases_and_gains_energy(robot: Robot, branch: Branch) -> None:
     times = np.linspace(0.0, 0.5, 1001)
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     right, printed = recursion(model, branch, times), recursion(model, branch, times, printed=True)
     assert np.max(energy(model, printed)) > 5.0 * np.max(energy(model, right))
 
 
 def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch: Branch) -> None:
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     times = np.linspace(0.0, 0.3, 1201)
     smooth = generalised_alpha(model, branch, times, start="quasi-static")
     static = quasi_static_response(model, smooth.motion)
@@ -133,14 +104,14 @@ def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch
 
 
 def test_servo_roots_turn_by_torque_over_stiffness(robot: Robot, branch: Branch) -> None:
-    model = Model(changed(robot, drives={"roots": "servo", "servo_stiffness": 2e4}))
+    model = FiniteElementModel(changed(robot, drives={"roots": "servo", "servo_stiffness": 2e4}))
     state = branch.motion(np.linspace(0.0, robot.duration, 30))
     turn = model.expand(state, quasi_static(model, state))[:, model.roots]
     np.testing.assert_allclose(turn, -model.drive_torques(state) / 2e4, rtol=1e-9, atol=1e-15)
 
 
 def test_free_roots_have_no_response(robot: Robot, branch: Branch) -> None:
-    model = Model(changed(robot, drives={"roots": "free"}))
+    model = FiniteElementModel(changed(robot, drives={"roots": "free"}))
     with pytest.raises(InputError, match="nothing holds the mechanism"):
         quasi_static(model, branch.motion(np.zeros(1)))
 
@@ -149,7 +120,7 @@ def test_free_roots_have_no_response(robot: Robot, branch: Branch) -> None:
 @pytest.mark.parametrize("count", [1, 4])
 def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: Branch, count: int, beam: str) -> None:
     """Torque from virtual power of rigid bodies (checked against Drake); moment from elastic statics."""
-    model = Model(changed(robot, model={"elements": count, "beam": beam}))
+    model = FiniteElementModel(changed(robot, model={"elements": count, "beam": beam}))
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
     stress = {s.name: s for s in link_stress(model, quasi_static_response(model, state))}
     torque = model.drive_torques(state)
@@ -162,7 +133,7 @@ def test_crank_root_moment_is_the_drive_torque(robot: Robot, branch: Branch, cou
 
 def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branch: Branch) -> None:
     """Load q_0 + (q_1 - q_0) x/L across: M = -q_0 x (L - x)/2 - (q_1 - q_0) x (L^2 - x^2)/(6 L)."""
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
     found = link_stress(model, quasi_static_response(model, state))[1]
     field = model.rigid_acceleration(state)
@@ -186,7 +157,7 @@ def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) ->
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
     peaks = []
     for count in (1, 5):
-        model = Model(changed(robot, model={"elements": count}))
+        model = FiniteElementModel(changed(robot, model={"elements": count}))
         found = link_stress(model, quasi_static_response(model, state), 101 if count == 1 else 21)
         peaks.append([s.largest.max() for s in found])
     np.testing.assert_allclose(*peaks, rtol=1e-9)
@@ -194,7 +165,7 @@ def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) ->
 
 def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> None:
     """Mean stress of a body is the moment of its forces r_i F_j, less the inertia's, over its volume."""
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     response = quasi_static_response(model, branch.motion(np.linspace(0.0, robot.duration, 25)))
     state = response.motion
     found = platform_stress(model, response)
@@ -226,7 +197,7 @@ def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> No
 
 
 def test_rigid_platform_has_no_stress(robot: Robot, branch: Branch) -> None:
-    model = Model(changed(robot, model={"platform": "rigid"}))
+    model = FiniteElementModel(changed(robot, model={"platform": "rigid"}))
     with pytest.raises(InputError, match="has no stress"):
         platform_stress(model, quasi_static_response(model, branch.motion(np.zeros(1))))
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigvals
 
+from linkages.flexible.modes import eigenvalues
+from linkages.flexible.response import quasi_static as solve
 from linkages.three_rrr.branch import Branch
-from linkages.three_rrr.kinematics import Motion
-from linkages.three_rrr.model import Model
+from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import generalised_alpha, quasi_static
 from linkages.three_rrr.robot import Robot, changed
-from linkages.three_rrr.rotating import velocity_terms
+from linkages.three_rrr.velocity_terms import velocity_terms
 
 Array = NDArray[np.floating]
 
@@ -23,7 +23,7 @@ RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum cou
 
 
 @dataclass(frozen=True)
-class Sweep:
+class SpeedSweep:
     """Peaks over the motion for drives at `factors` times their speeds.
 
     Attributes
@@ -33,7 +33,7 @@ class Sweep:
     static, dynamic : (n,) arrays
         Largest displacement of the platform's centre [m], quasi-static and with vibration.
     static_turn, dynamic_turn : (n,) arrays
-        Largest elastic turning of the platform [rad].
+        Largest elastic rotation of the platform [rad].
     resonance : int or None
         Index of the first resonance among `factors`.
     """
@@ -52,16 +52,9 @@ class Sweep:
 
 
 def faster(branch: Branch, factor: float) -> Branch:
-    """Return the same path at another speed."""
-    return Branch(
-        branch.geometry,
-        branch.phi0,
-        branch.phidot * factor,
-        branch.times / factor,
-        branch.x,
-        branch.status,
-        branch.singularities,
-    )
+    """Return the same path passed `factor` times as fast."""
+    passed = tuple(replace(s, time=s.time / factor) for s in branch.singularities)
+    return replace(branch, phidot=branch.phidot * factor, times=branch.times / factor, singularities=passed)
 
 
 def speed_sweep(
@@ -71,7 +64,7 @@ def speed_sweep(
     damping_ratio: float = 0.01,
     steps_per_period: float = 40.0,
     progress: Callable[[float], None] | None = None,
-) -> Sweep:
+) -> SpeedSweep:
     """Run the whole motion at each speed, starting on the quasi-static solution, until a resonance is passed.
 
     Parameters
@@ -83,9 +76,9 @@ def speed_sweep(
         Time steps in the shortest period of the first mode over the motion.
     """
     coarse = branch.motion(np.linspace(0.0, branch.times[-1], 181))
-    first = float(frequencies(Model(robot), coarse, 1).max())
+    first = float(frequencies(FiniteElementModel(robot), coarse, 1).max())
     damped = changed(robot, damping={"mass": 0.0, "stiffness": damping_ratio / (np.pi * first)})
-    model = Model(damped)
+    model = FiniteElementModel(damped)
     rows = []
     for index, factor in enumerate(factors):
         quick = faster(branch, float(factor))
@@ -100,7 +93,7 @@ def speed_sweep(
             progress(1.0 if peak is not None else (index + 1) / len(factors))
         if peak is not None:
             break
-    return Sweep(np.array(factors[: len(rows)]), static, dynamic, static_turn, dynamic_turn, peak)
+    return SpeedSweep(np.array(factors[: len(rows)]), static, dynamic, static_turn, dynamic_turn, peak)
 
 
 def _peaks(platform: Array) -> tuple[float, float]:
@@ -120,47 +113,32 @@ def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 2
     Returns
     -------
     (n,), (n,) arrays
-        Largest relative change, over poses along the motion, of the first natural frequency (of the spinning,
-        gyroscopic system) and of the quasi-static displacements.
+        Largest relative change, over poses along the motion, of the first natural frequency of the gyroscopic
+        system and of the quasi-static displacements.
     """
-    model = Model(robot)
+    model = FiniteElementModel(robot)
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
     frequency, displacement = [], []
     k, m = model.matrices(state)
     plain = 2.0 * np.pi * frequencies(model, state, 1)[:, 0]
     for factor in factors:
-        fast = _scaled(state, float(factor))
+        rates = {name: factor * getattr(state, name) for name in ("dphi", "dx", "dpsi")}
+        rates |= {name: factor**2 * getattr(state, name) for name in ("ddphi", "ddx", "ddpsi")}
+        fast = replace(state, time=state.time / factor, **rates)
         f = model.load(fast)
-        u = np.linalg.solve(k, f[..., None])[..., 0]
+        u = solve(k, f)
         gyro, stiff = velocity_terms(model, fast, u)
-        u_full = np.linalg.solve(k + stiff, f[..., None])[..., 0]
+        u_full = solve(k + stiff, f)
         displacement.append(np.max(np.abs(u_full - u)) / np.max(np.abs(u)))
         change = [
-            abs(_first_frequency(k[n] + stiff[n], gyro[n], m[n]) / plain[n] - 1.0) for n in range(len(state))
+            abs(_first_frequency(*matrices) / p - 1.0)
+            for *matrices, p in zip(m, gyro, k + stiff, plain, strict=True)
         ]
         frequency.append(max(change))
     return np.array(frequency), np.array(displacement)
 
 
-def _scaled(state: Motion, factor: float) -> Motion:
-    """Return the same poses passed `factor` times as fast."""
-    return Motion(
-        state.time / factor,
-        state.phi,
-        state.dphi * factor,
-        state.ddphi * factor**2,
-        state.x,
-        state.dx * factor,
-        state.ddx * factor**2,
-        state.psi,
-        state.dpsi * factor,
-        state.ddpsi * factor**2,
-    )
-
-
-def _first_frequency(k: Array, g: Array, m: Array) -> float:
-    """Smallest |Im| among the eigenvalues of M s^2 + G s + K [rad/s]."""
-    size = len(k)
-    zero, one = np.zeros((size, size)), np.eye(size)
-    values = eigvals(np.block([[zero, one], [-np.linalg.solve(m, k), -np.linalg.solve(m, g)]]))
-    return float(np.min(np.abs(values.imag)[np.abs(values.imag) > 1e-9 * np.max(np.abs(values))]))
+def _first_frequency(m: Array, g: Array, k: Array) -> float:
+    """Smallest |Im s| among the eigenvalues s of M s^2 + G s + K, zeros aside [rad/s]."""
+    values = np.abs(eigenvalues(m, g, k).imag)
+    return float(np.min(values[values > 1e-9 * np.max(values)]))

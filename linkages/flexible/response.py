@@ -1,0 +1,120 @@
+"""Displacements under loads over time: quasi-static, the exact step of a mode, generalised-alpha."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+from linkages.errors import InputError
+
+Array = NDArray[np.floating]
+
+BATCH = 256  # times whose matrices are held at once
+
+
+def quasi_static(k: Array | sparse.csc_matrix, load: Array) -> Array:
+    """Solve K u = f, without inertia.
+
+    Parameters
+    ----------
+    k, load : (N, size, size) and (N, size) arrays, or a sparse (size, size) matrix and a (size,) array
+        Stiffness matrices and loads.
+
+    Returns
+    -------
+    array, like load
+    """
+    return spsolve(k, load) if sparse.issparse(k) else np.linalg.solve(k, load[..., None])[..., 0]
+
+
+def modal_step(
+    square: Array, alpha: float, beta: float, q: Array, dq: Array, force: Array, step: float
+) -> tuple[Array, Array]:
+    """Exact solution of q'' + (alpha + beta p^2) q' + p^2 q = force after a step, for each mode.
+
+    Parameters
+    ----------
+    square : (n,) array
+        p^2 [(rad/s)^2].
+    alpha, beta : float
+        Rayleigh's damping coefficients of mass [1/s] and stiffness [s].
+    q, dq, force : (n,) arrays
+        Modal coordinates, their rates and the constant modal forces, for unit modal masses.
+    step : float
+        [s].
+
+    Returns
+    -------
+    (n,), (n,) arrays
+        q and q' after the step.
+    """
+    decay = 0.5 * (alpha + beta * square)
+    inner = np.sqrt((square - decay**2).astype(complex))
+    inner = np.where(np.abs(inner) < 1e-12, 1e-12, inner)
+    c, s = np.real(np.cos(inner * step)), np.real(np.sin(inner * step) / inner)
+    rest, shrink = force / square, np.exp(-decay * step)
+    from_rest = q - rest
+    return (
+        rest + shrink * (from_rest * (c + decay * s) + dq * s),
+        shrink * (dq * (c - decay * s) - square * from_rest * s),
+    )
+
+
+def generalised_alpha(
+    matrices: Callable[[Array], tuple[Array, Array, Array, Array]],
+    times: Array,
+    u0: Array,
+    v0: Array,
+    radius: float,
+) -> tuple[Array, Array, Array]:
+    """Integrate M(t) u'' + C(t) u' + K(t) u = f(t), to second order in the step (Chung and Hulbert, 1993).
+
+    Parameters
+    ----------
+    matrices : callable
+        (M, C, K, f) at any times (n,): (n, size, size) each, and (n, size).
+    times : (N,) array
+        Equally spaced [s].
+    u0, v0 : (size,) arrays
+        Displacements and rates at the first time.
+    radius : float
+        Spectral radius at infinite frequency, in [0, 1]: 1 keeps all energy, 0 damps the highest modes at once.
+
+    Returns
+    -------
+    (N, size), (N, size), (N, size) arrays
+        u, u' and u''.
+
+    Raises
+    ------
+    InputError
+        If the radius lies outside [0, 1].
+    """
+    if not 0.0 <= radius <= 1.0:
+        raise InputError("generalised-alpha", "radius", f"is {radius:g}; it must lie in [0, 1]")
+    am, af = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+    gamma = 0.5 - am + af
+    beta = 0.25 * (1.0 - am + af) ** 2
+    h = float(times[1] - times[0])
+    u, v, a = np.zeros((3, len(times), len(u0)))
+    u[0], v[0] = u0, v0
+    m, c, k, f = (matrix[0] for matrix in matrices(times[:1]))
+    a[0] = np.linalg.solve(m, f - k @ u0 - c @ v0)
+    for first in range(0, len(times) - 1, BATCH):
+        last = min(first + BATCH, len(times) - 1)
+        m, c, k, f = matrices(times[first:last] + (1.0 - af) * h)
+        inverse = np.linalg.inv((1 - am) * m + (1 - af) * h * (gamma * c + beta * h * k))
+        for n in range(first, last):
+            i = n - first
+            drift_u = u[n] + h * v[n] + (0.5 - beta) * h * h * a[n]
+            drift_v = v[n] + (1.0 - gamma) * h * a[n]
+            held = am * (m[i] @ a[n])
+            held += c[i] @ ((1 - af) * drift_v + af * v[n]) + k[i] @ ((1 - af) * drift_u + af * u[n])
+            a[n + 1] = inverse[i] @ (f[i] - held)
+            u[n + 1] = drift_u + beta * h * h * a[n + 1]
+            v[n + 1] = drift_v + gamma * h * a[n + 1]
+    return u, v, a

@@ -1,0 +1,72 @@
+"""Maps, the drawn robot, the animation, and what is loaded without Drake and matplotlib."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from linkages.plots.three_rrr.animation import animation_data, write_animation
+from linkages.plots.three_rrr.drawing import rest_lines, shape_lines
+from linkages.three_rrr.direct import assemblies
+from linkages.three_rrr.kinematics import determinants
+from linkages.three_rrr.maps import drive_map
+from linkages.three_rrr.results import RobotResults
+from linkages.three_rrr.robot import Robot
+
+
+def test_map_agrees_with_single_solutions(robot: Robot) -> None:
+    found = drive_map(robot.geometry, float(robot.phi0[2]), points=13)
+    for row, second in enumerate(found.angles):
+        for column, first in enumerate(found.angles):
+            phi = np.array([first, second, robot.phi0[2]])
+            single = assemblies(robot.geometry, phi)
+            assert found.count[row, column] == len(single)
+            two, one = determinants(robot.geometry, np.repeat(phi[None], len(single), 0), single.x)
+            assert found.fold[row, column] == pytest.approx(np.min(np.abs(two)), rel=1e-6)
+            assert found.reach[row, column] == pytest.approx(np.min(np.abs(one)), abs=1e-9)
+    assert {2, 4} <= set(found.count.ravel())
+
+
+def test_deformed_lines_meet_at_the_pivots(results: RobotResults) -> None:
+    """Neighbouring rods and the platform share their pivots, bent or not, and the base stays put."""
+    for lines in (
+        rest_lines(results.model, results.motion, 100),
+        shape_lines(results.model, results.motion, 100, results.shapes[100, :, 3]),
+    ):
+        named = {name: line for line, name in lines}
+        for leg in (1, 2, 3):
+            base = results.robot.geometry.base[leg - 1]
+            np.testing.assert_allclose(named[f"crank{leg}"][0], base, atol=1e-12)
+            np.testing.assert_allclose(named[f"crank{leg}"][-1], named[f"coupler{leg}"][0], atol=1e-12)
+            np.testing.assert_allclose(named[f"coupler{leg}"][-1], named["platform"][leg - 1], atol=1e-12)
+
+
+def test_animation_needs_no_network(results: RobotResults, tmp_path: Path) -> None:
+    page = write_animation(results, tmp_path / "animation.html").read_text()
+    assert not re.search(r"https?:|src=|@import|fetch\(|XMLHttp", page)
+    data = json.loads(re.search(r"const D=(\{.*\});", page)[1])
+    assert len(data["frames"]) == len(data["hz"]) == 121
+    assert data["hz"][0][0] == pytest.approx(133.56, abs=0.01)
+    want = animation_data(results)["frames"][60]
+    assert data["frames"][60] == want
+    size = max(np.max(np.linalg.norm(np.array(line), axis=1)) for line in want["shape"][2])
+    assert size == pytest.approx(42.2, abs=0.2)  # a tenth of the coupler's length, in mm
+    jumps = [
+        np.max(np.abs(np.array(a["shape"][0][6]) - np.array(b["shape"][0][6])))
+        for a, b in zip(data["frames"], data["frames"][1:], strict=False)
+    ]
+    assert max(jumps) < 20.0  # signs do not flip between frames
+
+
+def test_the_library_loads_without_drake_and_matplotlib() -> None:
+    code = (
+        "import sys, linkages.plots.three_rrr.animation, linkages.three_rrr.speed, linkages.three_rrr.maps;"
+        "sys.exit(any(name in sys.modules for name in ('pydrake', 'matplotlib')))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
