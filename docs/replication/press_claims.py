@@ -7,7 +7,7 @@ import numpy as np
 from linkages import load
 from linkages.engines.study import ideal
 from linkages.files.shipped import find_file
-from linkages.laws.film import pinkus_sternlicht
+from linkages.laws.film.closed_form import pinkus_sternlicht
 from linkages.results.extremes import extremes
 from linkages.system.assembly import assemble
 from replication import press_designs

@@ -135,7 +135,7 @@ def compile_cache() -> Finding:
 
 def film_maps() -> Finding:
     """Find where the maps of finite films are kept: building one takes seconds."""
-    from linkages.laws.map_cache import cache_directory
+    from linkages.laws.film.map_cache import cache_directory
 
     path = cache_directory()
     remedy = "" if _writable(path) else "set LINKAGES_CACHE to a folder that can be written"

@@ -12,11 +12,9 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
-from numba.core.ccallback import CFunc
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_alive: list[CFunc] = []  # an address is good as long as its function lives
 _HOLDERS = (
     "kernel",
     "laws",
@@ -48,24 +46,15 @@ def template(function: F) -> F:
     return cast(F, njit(nogil=True, error_model="numpy", **options)(function))
 
 
-def address(function: Callable[..., Any], signature: Any) -> int:
-    """Compile to a C function with a cache as that of `kernel`, or load it; returns its address."""
-    compiled = CFunc(function, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
-    compiled.enable_caching()
-    _note_edits(compiled)
-    compiled.compile()
-    _alive.append(compiled)
-    return cast(int, compiled.address)
-
-
 def _compiled(function: F, forceinline: bool = False) -> F:
-    options: Any = {"no_cfunc_wrapper": True}  # C functions are made by `address`
+    options: Any = {"no_cfunc_wrapper": True}  # C functions are made by `linkages.kernel.address`
     compiled = njit(cache=True, nogil=True, error_model="numpy", forceinline=forceinline, **options)(function)
-    _note_edits(compiled)
+    note_edits(compiled)
     return cast(F, compiled)
 
 
-def _note_edits(compiled: Any) -> None:
+def note_edits(compiled: Any) -> None:
+    """Let the cache of a compiled function notice edits of any file with kernels."""
     file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     if file is not None:  # there is none with NUMBA_DISABLE_JIT=1
         file._source_stamp = (file._source_stamp, _stamp())

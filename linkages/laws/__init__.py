@@ -1,20 +1,16 @@
-"""Force laws of a clearance joint: scalar, pure, compiled; one file per kind of law.
+"""Force laws of a joint with clearance: scalar, pure, compiled; imports nothing of ours but `linkages.kernel`.
 
-| module     | what it holds                                                          |
-|------------|------------------------------------------------------------------------|
-| parameters | the record of numbers that describes one joint to every law            |
-| film       | closed-form films: exact half film, Pinkus-Sternlicht, short bearing   |
-| films      | all films by name, and their dispatcher                                |
-| reynolds   | the 2D Reynolds equation of a finite film, with two rules of cavitation |
-| film_map   | the finite film as a map, evaluated by a spline                        |
-| map_cache  | film maps on disk                                                      |
-| contact    | normal contact laws                                                    |
-| friction   | friction laws                                                          |
-| mixed      | between film and contact: blend, asperities                            |
-| material   | from material and geometry to the constants of the contact laws        |
-| viscosity  | viscosity of an oil at a temperature                                   |
-| journal    | journal kinematics and the force pair on journal and bearing           |
-| table      | all of them as tables for the documentation                            |
+| module     | what it holds                                                              |
+|------------|----------------------------------------------------------------------------|
+| parameters | the record of numbers that describes one joint to every law                |
+| film       | films: closed forms, the finite film by Reynolds' equation and as a map   |
+| contact    | normal contact laws, and their constants from material and geometry        |
+| friction   | friction laws                                                              |
+| registry   | laws of the user's own                                                    |
+| mixed      | between film and contact: blend, asperities                                |
+| viscosity  | viscosity of an oil at a temperature                                       |
+| journal    | journal kinematics and the force pair on journal and bearing               |
+| table      | all of them as tables for the documentation                                |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;
 n = e/|e| is radial and outward, t = z x n. Forces act on the **journal**; the bearing gets the opposite
@@ -22,9 +18,28 @@ force on the same line of action. Angular velocities are positive counter-clockw
 the mechanism's plane. SI units throughout.
 """
 
-from linkages.laws.contact import CONTACTS
-from linkages.laws.films import FILMS
+from linkages.laws.contact.contacts import CONTACTS
+from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS
+from linkages.laws.registry import (
+    Registered,
+    register_contact,
+    register_film,
+    register_friction,
+    registered,
+    restore,
+)
 
-__all__ = ["CONTACTS", "FILMS", "FRICTIONS", "PARAMETERS"]
+__all__ = [
+    "CONTACTS",
+    "FILMS",
+    "FRICTIONS",
+    "PARAMETERS",
+    "Registered",
+    "register_contact",
+    "register_film",
+    "register_friction",
+    "registered",
+    "restore",
+]

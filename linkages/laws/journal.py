@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
-from linkages.laws.contact import contact_force
-from linkages.laws.film import EPS_MAX
-from linkages.laws.films import film_force
+from linkages.laws.contact.contacts import contact_force
+from linkages.laws.film.closed_form import EPS_MAX
+from linkages.laws.film.films import film_force
 from linkages.laws.friction import bristle_rate, friction_coefficient
 from linkages.laws.mixed import asperity_force, mix
 from linkages.laws.parameters import MODELS, SHEAR
@@ -60,7 +60,7 @@ def clearance_force(
         Couple on the journal [N m]. The bearing gets -(fx, fy) **at the journal's centre** and -couple, so
         that the pair has neither net force nor net moment.
     rate : float
-        Rate of the bristles' state [m/s].
+        Rate of the bristles' state [m/s]; 0 where the friction law has none.
     """
     c = joint.clearance
     e = math.hypot(ex, ey)
@@ -124,37 +124,13 @@ def dry_force(
     drag : float
         Friction force against positive sliding [N].
     rate : float
-        Rate of the bristles' state [m/s].
+        Rate of the bristles' state [m/s]; 0 where the friction law has none.
     """
-    load = extra
-    if delta > 0.0:
-        load += contact_force(
-            joint.contact,
-            delta,
-            closing,
-            approach,
-            joint.stiffness,
-            joint.exponent,
-            joint.restitution,
-            joint.damping,
-            joint.clearance,
-            joint.shape_ratio,
-            joint.damping_limit,
-        )
-    mu = friction_coefficient(
-        joint.friction,
-        sliding,
-        bristle,
-        joint.mu_s,
-        joint.mu_d,
-        joint.v_0,
-        joint.v_1,
-        joint.bristle_stiffness,
-        joint.bristle_damping,
-    )
-    # without a load nothing drags the bristles along
-    held = sliding if load > 0.0 else 0.0
-    rate = bristle_rate(held, bristle, joint.mu_s, joint.mu_d, joint.v_1, joint.bristle_stiffness)
+    load = extra + contact_force(delta, closing, approach, joint)
+    mu = friction_coefficient(sliding, bristle, joint)
+    rate = 0.0
+    if joint.bristles:  # without a load nothing drags them along
+        rate = bristle_rate(sliding if load > 0.0 else 0.0, bristle, joint)
     return load, mu * load, rate
 
 

@@ -99,7 +99,7 @@ def asperity_pressure(
     tip_radius : float
         Radius beta of the summits [m].
     modulus : float
-        Contact modulus E' [Pa], see `linkages.laws.material.contact_modulus`.
+        Contact modulus E' [Pa], see `linkages.laws.contact.material.contact_modulus`.
     """
     sigma = math.hypot(roughness_b, roughness_j)
     number = density * tip_radius * sigma

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import math
 
-from linkages.laws.contact import CONTACTS, hysteresis_factor
-from linkages.laws.film import half_film_long
-from linkages.laws.film_map import CAVITATIONS
-from linkages.laws.films import FILMS
+from linkages.laws.contact.contacts import CONTACTS
+from linkages.laws.contact.material import effective_restitution
+from linkages.laws.film.closed_form import half_film_long
+from linkages.laws.film.film_map import CAVITATIONS
+from linkages.laws.film.films import FILMS
+from linkages.laws.film.reynolds import full_film, guembel, make_mesh
 from linkages.laws.friction import FRICTIONS
-from linkages.laws.material import effective_restitution
-from linkages.laws.reynolds import full_film, guembel, make_mesh
 
 #: Motions of the journal for which the long film is compared: name -> (deps, ew/2).
 MOTIONS = {"rotation": (0.0, 1.0), "approach": (1.0, 0.0), "separation": (-1.0, 0.0)}
 #: Slendernesses and eccentricity ratios of that table.
 SLENDERNESSES, RATIOS = (0.25, 0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
 
-_FILM_FORMULAS = {
-    "long": "closed form of the film of extent pi",
-    "pinkus-sternlicht": "rational fit of the film of extent pi",
-    "short": "closed form of the parabolic film where p > 0",
-}
 _MIXED = [
     (
         "blend",
@@ -49,7 +44,7 @@ _VISCOSITY = [
 
 
 def markdown() -> str:
-    """Tables of all laws, in the order of their codes, as Markdown."""
+    """Tables of all laws, in the order of the registries, as Markdown."""
     parts = [
         "# Force laws",
         "",
@@ -57,9 +52,9 @@ def markdown() -> str:
         "",
     ]
     films = [
-        (name, _FILM_FORMULAS.get(name, ""), film.valid, film.source)
+        (name, film.formula, film.valid, film.source)
         for name, film in FILMS.items()
-        if name != "finite"  # its rules of cavitation have rows of their own
+        if film.force is not None  # its rules of cavitation have rows of their own
     ]
     finite = [
         (f"finite, {name}", rule.formula, rule.valid, rule.source) for name, rule in CAVITATIONS.items()
@@ -116,7 +111,7 @@ def _restitution() -> list[str]:
     ]
     for name, law in CONTACTS.items():
         if law.chi:
-            values = (effective_restitution(hysteresis_factor(law.code, e)) for e in nominal)
+            values = (effective_restitution(law.factor(e)) for e in nominal)
             lines.append(f"| {name} | " + " | ".join(f"{value:.4f}" for value in values) + " |")
     return [*lines, ""]
 

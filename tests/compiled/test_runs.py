@@ -176,12 +176,14 @@ import numpy as np
 from numba import types
 import linkages
 from linkages.kernel import address
-from linkages.laws.films import film_force
+from linkages.laws import FILMS
+from linkages.laws.film.films import film_force
 
 NONE = np.zeros(1)
+SHORT = FILMS["short"].address
 
 def probe(eps):
-    return film_force(2, eps, 0.1, 0.2, 0.25, NONE)[0]
+    return film_force(SHORT, eps, 0.1, 0.2, 0.25, NONE)[0]
 
 by_address = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(address(probe, types.float64(types.float64)))
 print(linkages.__file__, probe(0.5), by_address(0.5))
@@ -192,7 +194,7 @@ print(linkages.__file__, probe(0.5), by_address(0.5))
 def test_an_edited_law_reaches_the_kernels_that_call_it(tmp_path):
     """A copy of the package, run, edited, and run again: nothing stale comes from the compiler's cache."""
     shutil.copytree(Path(linkages.__file__).parent, tmp_path / "linkages")
-    film = tmp_path / "linkages" / "laws" / "film.py"
+    film = tmp_path / "linkages" / "laws" / "film" / "closed_form.py"
     (tmp_path / "probe.py").write_text(PROBE)
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 

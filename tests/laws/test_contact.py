@@ -6,18 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from joint_records import joint
 from numba import njit
 from scipy.special import lambertw
 
-from linkages.laws.contact import (
-    CLIP,
-    CONTACTS,
-    GRAZING,
-    contact_force,
-    hysteresis_factor,
-    line_contact,
-)
-from linkages.laws.material import (
+from linkages.laws import CONTACTS
+from linkages.laws.contact.contacts import contact_force
+from linkages.laws.contact.forces import CLIP, GRAZING, line_contact
+from linkages.laws.contact.material import (
     contact_modulus,
     effective_restitution,
     hertz_stiffness,
@@ -31,9 +27,10 @@ RADIUS, CLEARANCE, LENGTH = 0.015, 0.3e-3, 0.04
 HERTZ = hertz_stiffness(RADIUS, RADIUS - CLEARANCE, STEEL)
 LINE = line_stiffness(LENGTH, STEEL)
 SHAPE = line_shape(RADIUS, RADIUS - CLEARANCE, LENGTH)
-CODES = st.sampled_from([law.code for law in CONTACTS.values()])
+LAWS = st.sampled_from(sorted(CONTACTS))
 FORM = [name for name, law in CONTACTS.items() if law.chi]
-CONFORMAL = ("esdu-78035", "johnson", "dubowsky-freudenstein")
+DAMPED = st.sampled_from(FORM)
+CONFORMAL = [name for name, law in CONTACTS.items() if law.conformal]
 
 
 def stiffness_of(name, hertz=HERTZ):
@@ -42,17 +39,22 @@ def stiffness_of(name, hertz=HERTZ):
     return 1e8 if name == "kelvin-voigt" else hertz
 
 
+def contact(name, restitution, limit=CLIP, **numbers):
+    numbers = {
+        "stiffness": HERTZ,
+        "clearance": CLEARANCE,
+        "shape_ratio": SHAPE,
+        "damping_limit": limit,
+    } | numbers
+    return joint(contact=name, restitution=restitution, **numbers)
+
+
 @njit
-def impact(code, mass, speed, stiffness, exponent, restitution, damping, clearance, shape, step):
+def impact(law, mass, speed, step):
     """Free impact by RK4: separation speed over approach speed."""
 
     def rate(x, v):
-        return (
-            -contact_force(
-                code, x, v, speed, stiffness, exponent, restitution, damping, clearance, shape, 1.0
-            )
-            / mass
-        )
+        return -contact_force(x, v, speed, law) / mass
 
     x, v = 0.0, speed
     for _ in range(2_000_000):
@@ -77,25 +79,15 @@ def measure(name, restitution, mass=0.2, speed=0.3, hertz=HERTZ, exponent=1.5, d
     else:
         depth = (mass * speed**2 * (exponent + 1.0) / (2.0 * stiffness)) ** (1.0 / (exponent + 1.0))
         duration = 3.0 * depth / speed
-    return impact(
-        CONTACTS[name].code,
-        mass,
-        speed,
-        stiffness,
-        exponent,
-        restitution,
-        damping,
-        CLEARANCE,
-        SHAPE,
-        duration / 4000.0,
-    )
+    law = contact(name, restitution, stiffness=stiffness, exponent=exponent, damping=damping)
+    return impact(law, mass, speed, duration / 4000.0)
 
 
 @pytest.mark.parametrize("name", FORM)
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
 def test_effective_restitution_is_the_theory(name, restitution):
     """It obeys chi - ln(1 + chi) = -chi e' - ln(1 - chi e'); RK4 with about 4000 steps is good to 1e-6."""
-    chi = hysteresis_factor(CONTACTS[name].code, restitution)
+    chi = CONTACTS[name].factor(restitution)
     assert measure(name, restitution) == pytest.approx(effective_restitution(chi), abs=2e-6)
 
 
@@ -114,7 +106,9 @@ def test_published_effective_restitutions(name, nominal, effective):
 
 
 def test_lankarani_nikravesh_never_falls_below_two_thirds():
-    effective = [effective_restitution(hysteresis_factor(3, e)) for e in np.linspace(0.0, 1.0, 101)]
+    effective = [
+        effective_restitution(CONTACTS["lankarani-nikravesh"].factor(e)) for e in np.linspace(0.0, 1.0, 101)
+    ]
     assert np.all(np.diff(effective) > 0.0)
     assert 0.66 < effective[0] < 0.67
 
@@ -136,17 +130,15 @@ def test_lankarani_nikravesh_never_falls_below_two_thirds():
 )
 def test_laws_come_near_the_nominal_restitution_where_they_claim_to(name, least, tolerance):
     for e in np.linspace(least, 1.0, 25):
-        assert effective_restitution(hysteresis_factor(CONTACTS[name].code, e)) == pytest.approx(
-            e, abs=tolerance
-        )
+        assert effective_restitution(CONTACTS[name].factor(e)) == pytest.approx(e, abs=tolerance)
 
 
 @pytest.mark.parametrize("name", [n for n in FORM if n not in (*CONFORMAL, "hertz")])
 def test_all_laws_agree_with_the_nominal_restitution_near_one(name):
     """Each chi is 3(1 - e)/2 to first order, but for the half of Lee-Wang, 8/5 of Flores, 2 of Gonthier."""
     slope = {"lee-wang": 0.75, "flores": 1.6, "gonthier": 2.0}.get(name, 1.5)
-    assert hysteresis_factor(CONTACTS[name].code, 1.0 - 1e-6) == pytest.approx(slope * 1e-6, rel=1e-5)
-    assert hysteresis_factor(CONTACTS[name].code, 1.0) == 0.0
+    assert CONTACTS[name].factor(1.0 - 1e-6) == pytest.approx(slope * 1e-6, rel=1e-5)
+    assert CONTACTS[name].factor(1.0) == 0.0
 
 
 @given(
@@ -156,7 +148,7 @@ def test_all_laws_agree_with_the_nominal_restitution_near_one(name):
     exponent=st.floats(1.0, 3.0),
 )
 def test_restitution_depends_on_neither_mass_nor_speed_nor_stiffness(mass, speed, hertz, exponent):
-    theory = effective_restitution(hysteresis_factor(3, 0.6))
+    theory = effective_restitution(CONTACTS["lankarani-nikravesh"].factor(0.6))
     assert measure("lankarani-nikravesh", 0.6, mass, speed, hertz, exponent) == pytest.approx(
         theory, abs=1e-5
     )
@@ -169,27 +161,27 @@ def test_kelvin_voigt_reaches_the_restitution_its_damping_is_made_for(restitutio
 
 
 @given(
-    code=CODES,
+    name=LAWS,
     delta=st.floats(-1e-4, 1e-3),
     ddelta=st.floats(-10.0, 10.0),
     ddelta0=st.floats(0.0, 5.0),
     restitution=st.floats(0.0, 1.0),
     limit=st.sampled_from([CLIP, 10.0, math.inf]),
 )
-def test_contact_never_pulls_and_needs_penetration(code, delta, ddelta, ddelta0, restitution, limit):
-    force = contact_force(code, delta, ddelta, ddelta0, HERTZ, 1.5, restitution, 1e3, CLEARANCE, SHAPE, limit)
+def test_contact_never_pulls_and_needs_penetration(name, delta, ddelta, ddelta0, restitution, limit):
+    force = contact_force(delta, ddelta, ddelta0, contact(name, restitution, limit, damping=1e3))
     assert math.isfinite(force)
     assert force >= 0.0
     if delta <= 0.0:
         assert force == 0.0
 
 
-@given(code=CODES.filter(lambda code: code != 1), ddelta=st.floats(-50.0, 50.0), ddelta0=st.floats(0.0, 1e-2))
-def test_clip_bounds_the_damping_of_a_contact_that_does_not_separate(code, ddelta, ddelta0):
+@given(name=DAMPED, ddelta=st.floats(-50.0, 50.0), ddelta0=st.floats(0.0, 1e-2))
+def test_clip_bounds_the_damping_of_a_contact_that_does_not_separate(name, ddelta, ddelta0):
     def force(rate, limit):
-        return contact_force(code, 1e-6, rate, ddelta0, HERTZ, 1.5, 0.9, 0.0, CLEARANCE, SHAPE, limit)
+        return contact_force(1e-6, rate, ddelta0, contact(name, 0.9, limit))
 
-    elastic, chi = force(0.0, CLIP), hysteresis_factor(code, 0.9)
+    elastic, chi = force(0.0, CLIP), CONTACTS[name].factor(0.9)
     assert force(ddelta, CLIP) <= elastic * (1.0 + chi) * (1.0 + 1e-12)
     assert force(ddelta, CLIP) >= elastic * max(1.0 - chi, 0.0) * (1.0 - 1e-12)
     if abs(ddelta) <= max(ddelta0, GRAZING):  # a free impact never meets the clip
@@ -198,14 +190,17 @@ def test_clip_bounds_the_damping_of_a_contact_that_does_not_separate(code, ddelt
 
 def test_the_unclipped_latch_explodes():
     """The pathology that the clip is there for: 1 m/s in a contact that began at 1 um/s."""
-    arguments = (3, 1e-6, 1.0, 1e-6, HERTZ, 1.5, 0.9, 0.0, CLEARANCE, SHAPE)
-    assert contact_force(*arguments, math.inf) > 1e5 * contact_force(*arguments, CLIP)
+    clipped, free = (
+        contact_force(1e-6, 1.0, 1e-6, contact("lankarani-nikravesh", 0.9, limit))
+        for limit in (CLIP, math.inf)
+    )
+    assert free > 1e5 * clipped
 
 
-@given(code=CODES.filter(lambda code: code != 1), ddelta=st.floats(-1.0, 1.0), ddelta0=st.floats(0.0, 1.0))
-def test_force_grows_from_zero_and_is_continuous(code, ddelta, ddelta0):
+@given(name=DAMPED, ddelta=st.floats(-1.0, 1.0), ddelta0=st.floats(0.0, 1.0))
+def test_force_grows_from_zero_and_is_continuous(name, ddelta, ddelta0):
     def force(delta):
-        return contact_force(code, delta, ddelta, ddelta0, HERTZ, 1.5, 0.8, 0.0, CLEARANCE, SHAPE, CLIP)
+        return contact_force(delta, ddelta, ddelta0, contact(name, 0.8))
 
     assert force(1e-15) <= 1e-4 * force(1e-6) + 1e-300
     for delta in (1e-7, 1e-5, 1e-4, 3e-4):
@@ -230,7 +225,7 @@ def test_line_contact_solves_its_equation(depth, shape):
 def test_conformal_laws_solve_the_printed_formulas(name, shape):
     """F/(pi E' L) (ln(4 pi E' L DR/F) +- 1), and with L^3 DR pi E'/(F R_b R_j) for Dubowsky-Freudenstein."""
     delta = 2e-6
-    force = contact_force(CONTACTS[name].code, delta, 0.0, 0.1, LINE, 1.5, 0.9, 0.0, CLEARANCE, SHAPE, CLIP)
+    force = contact_force(delta, 0.0, 0.1, contact(name, 0.9, stiffness=LINE))
     if name == "dubowsky-freudenstein":
         inner = LENGTH**3 * CLEARANCE * math.pi * STEEL / (force * RADIUS * (RADIUS - CLEARANCE))
     else:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from linkages.laws import FILMS
-from linkages.laws.film import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
-from linkages.laws.films import film_force
-from linkages.laws.map_cache import load_map
+from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
+from linkages.laws.film.films import film_force
+from linkages.laws.film.map_cache import load_map
 
 EPS = st.floats(0.0, 0.999)
 RATE = st.floats(-100.0, 100.0)
@@ -21,7 +21,7 @@ TABLE = load_map(0.7)
 
 
 def force(name, eps, deps, ew, slenderness=0.7):
-    return film_force(FILMS[name].code, eps, deps, ew, slenderness, TABLE)
+    return film_force(FILMS[name].address, eps, deps, ew, slenderness, TABLE)
 
 
 def long_film_by_quadrature(eps, deps, ew):

@@ -9,11 +9,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from linkages.laws import map_cache
-from linkages.laws.film import half_film_long
-from linkages.laws.film_map import CAVITATIONS, EPS_LIMIT, build_map, finite_film, solve_scaled, table_limit
-from linkages.laws.films import FILMS, film_force
-from linkages.laws.map_cache import cache_directory, load_map, map_path
+from linkages.laws import FILMS
+from linkages.laws.film import map_cache
+from linkages.laws.film.closed_form import half_film_long
+from linkages.laws.film.film_map import (
+    CAVITATIONS,
+    EPS_LIMIT,
+    build_map,
+    finite_film,
+    solve_scaled,
+    table_limit,
+)
+from linkages.laws.film.films import film_force
+from linkages.laws.film.map_cache import cache_directory, load_map, map_path
 
 SLENDERNESS = 0.04 / 0.03  # Chen 2025 Table 5
 
@@ -54,7 +62,7 @@ def test_map_at_its_nodes_is_the_solver(rule_and_table):
         assert finite_film(eps, deps, ew, table)[0] == pytest.approx(scale * exact[0], abs=1e-9 * scale)
 
 
-def test_seed_slenderness_is_not_long():
+def test_the_slenderness_of_chen_2025_is_not_long():
     """L/D = 1.33, rotation: the long film is 2.9, 2.4 and 1.4 times too strong at eps = 0.05, 0.5, 0.9."""
     table = build_map(SLENDERNESS, "guembel", nodes=33)
     for eps, ratio in ((0.05, 2.9), (0.5, 2.4), (0.9, 1.4)):
@@ -79,15 +87,15 @@ def test_map_is_passive_odd_and_homogeneous(rule_and_table, eps, direction, size
 
 @settings(max_examples=300)
 @given(
-    code=st.sampled_from([film.code for name, film in FILMS.items() if name != "finite"]),
+    name=st.sampled_from(sorted(set(FILMS) - {"finite"})),
     eps=st.floats(0.0, EPS_LIMIT),
     direction=st.floats(-math.pi, math.pi),
     slenderness=st.floats(0.05, 4.0),
 )
-def test_closed_form_films_are_passive(code, eps, direction, slenderness):
+def test_closed_form_films_are_passive(name, eps, direction, slenderness):
     """Up to the largest eps of the maps: nearer to the wall the short film's terms cancel to round-off."""
     deps, ew = math.cos(direction), 2.0 * math.sin(direction)
-    f_n, f_t, _ = film_force(code, eps, deps, ew, slenderness, np.empty(0))
+    f_n, f_t, _ = film_force(FILMS[name].address, eps, deps, ew, slenderness, np.empty(0))
     assert f_n * deps - 0.5 * f_t * ew < 0.0
 
 

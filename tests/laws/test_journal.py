@@ -2,16 +2,16 @@
 
 import math
 
+import joint_records
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from linkages.laws import FILMS, PARAMETERS
+from linkages.laws import FILMS
+from linkages.laws.film.map_cache import load_map
 from linkages.laws.journal import clearance_force as whole_force
-from linkages.laws.map_cache import load_map
-from linkages.laws.parameters import SHEAR
 
 CLEARANCE = 1e-4
 TABLE = load_map(1.0)
@@ -26,18 +26,9 @@ def clearance_force(record, ex, ey, vx, vy, wb, wj):
 
 
 def joint(film="long", shear="full", **changes):
-    record = np.zeros((), PARAMETERS)
-    for key, value in {
-        "clearance": CLEARANCE,
-        "radius": 0.01,
-        "length": 0.02,
-        "viscosity": 0.05,
-        "film": FILMS[film].code,
-        "shear": SHEAR[shear],
-        **changes,
-    }.items():
-        record[key] = value
-    return record[()]
+    return joint_records.joint(
+        film, shear=shear, clearance=CLEARANCE, radius=0.01, length=0.02, viscosity=0.05, **changes
+    )
 
 
 @given(FILM, UNIT, UNIT, UNIT, UNIT, SPEED, SPEED, SPEED, st.floats(0.0, 6.3))

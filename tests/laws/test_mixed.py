@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from joint_records import joint
 from scipy.integrate import quad
 from scipy.special import pbdv
 
-from linkages.laws.contact import contact_force
-from linkages.laws.films import film_force
+from linkages.laws import FILMS
+from linkages.laws.contact.contacts import contact_force
+from linkages.laws.film.films import film_force
 from linkages.laws.mixed import (
     FILM_EPS_MAX,
     asperity_force,
@@ -24,18 +26,19 @@ from linkages.laws.mixed import (
 
 CLEARANCE, TRANSITION, UNIT = 1e-4, 2e-6, 0.4 * 0.04 * 0.015**3 / 1e-8
 STIFFNESS = 1e10
+LONG, NAME = FILMS["long"].address, "lankarani-nikravesh"
 
 
 def radial(eps, v_n, v_t, spin, restitution=0.9):
     """Blended radial and tangential force: exact half film, Lankarani-Nikravesh."""
     ew = eps * spin - 2.0 * v_t / CLEARANCE
-    f_n, f_t, _ = film_force(0, film_eps(eps, FILM_EPS_MAX), v_n / CLEARANCE, ew, 1.33, np.empty(0))
+    f_n, f_t, _ = film_force(LONG, film_eps(eps, FILM_EPS_MAX), v_n / CLEARANCE, ew, 1.33, np.empty(0))
     delta = (eps - 1.0) * CLEARANCE
-    dry = -contact_force(3, delta, v_n, 0.1, STIFFNESS, 1.5, restitution, 0.0, CLEARANCE, 1.0, 1.0)
+    dry = -contact_force(delta, v_n, 0.1, joint(contact=NAME, restitution=restitution, stiffness=STIFFNESS))
     return mix(UNIT * f_n, dry, delta, TRANSITION), mix(UNIT * f_t, 0.0, delta, TRANSITION)
 
 
-def test_blend_is_that_of_the_seed():
+def test_blend_is_that_of_chen_2025():
     """Eq. (15): the film up to |e| = c, half and half at c + E_0/2, the contact beyond c + E_0."""
     assert mix(-3.0, -7.0, -1e-9, TRANSITION) == -3.0
     assert mix(-3.0, -7.0, 0.0, TRANSITION) == -3.0

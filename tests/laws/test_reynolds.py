@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from linkages.laws.film import half_film_long, short_bearing
-from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds, solve_even, solve_odd
+from linkages.laws.film.closed_form import half_film_long, short_bearing
+from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds, solve_even, solve_odd
 
 
 def manufactured(parity, around):

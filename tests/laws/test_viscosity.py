@@ -35,7 +35,7 @@ def test_iso_grades_against_typical_oils(grade, at_100):
     assert iso_vg_viscosity(grade, 40.0) / density(40.0) * 1e6 == pytest.approx(grade, rel=1e-12)
 
 
-def test_iso_vg_460_is_the_oil_of_the_seed():
+def test_iso_vg_460_is_the_oil_of_chen_2025():
     """Chen et al. (2025), Table 5: 0.4 Pa s at 40 deg C; ISO VG 460 of 870 kg/m3 has 0.393."""
     assert iso_vg_viscosity(460, 40.0) == pytest.approx(0.4, rel=0.03)
     assert density(40.0) == pytest.approx(870.0 - 0.65 * 25.0)

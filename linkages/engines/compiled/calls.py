@@ -2,7 +2,8 @@
 
 Compiled code contains all that it calls: at every level of calls, what is below is optimised and written once more. The
 integrator is many levels above the laws. Here these are compiled once, to C functions, of which the problem holds the
-addresses (`linkages.engines.compiled.model.Calls`); a call costs some nanoseconds. What a model does not need is not compiled.
+addresses (`linkages.engines.compiled.model.Calls`); a call costs some nanoseconds. What a model does not need is not
+compiled.
 """
 
 from __future__ import annotations
@@ -10,14 +11,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba.core import cgutils, types
-from numba.extending import intrinsic
+from numba.core import types
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.model import Problem
 from linkages.integrate.stepper import Stepper
-from linkages.kernel import kernel
+from linkages.kernel import caller, kernel
 
 Array = NDArray[np.float64]
 
@@ -25,26 +24,8 @@ VECTOR, MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 
 PAIR = types.UniTuple(types.float64, 2)
 
 
-def _caller(result: Any) -> Any:
-    """Make ``call(address, arguments)`` for C functions with this type of result."""
-
-    @intrinsic
-    def call(typing: Any, address: Any, arguments: Any) -> Any:
-        kinds = tuple(types.unliteral(kind) for kind in arguments)
-
-        def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            given = zip(cgutils.unpack_tuple(builder, values[1]), arguments, kinds, strict=True)
-            passed = [context.cast(builder, value, kind, plain) for value, kind, plain in given]
-            function = ir.FunctionType(context.get_value_type(result), [value.type for value in passed])
-            return builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
-
-        return result(types.int64, arguments), code
-
-    return call
-
-
 _call_for_nothing, _call_for_bool, _call_for_pair = (
-    _caller(kind) for kind in (types.none, types.boolean, PAIR)
+    caller(kind) for kind in (types.none, types.boolean, PAIR)
 )
 
 

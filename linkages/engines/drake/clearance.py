@@ -17,7 +17,6 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
-from linkages.laws import FRICTIONS
 from linkages.laws.parameters import MODELS
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
 from linkages.system.law_records import film_limits
@@ -92,7 +91,7 @@ class ClearanceJoints(LeafSystem):
         #: Largest eccentricity ratio of each contact that its film covers.
         self.film_limits = film_limits(laws, tables)
         self._touching = np.flatnonzero(laws["model"] != MODELS["lubricated"])
-        self._lugre = np.flatnonzero(laws["friction"] == FRICTIONS["lugre"].code)
+        self._lugre = np.flatnonzero(laws["bristles"])
         self._no_memory = np.zeros((len(laws), 2))
         self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
         needs = {self.input_port_ticket(self._state.get_index())}

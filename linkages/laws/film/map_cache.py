@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.laws.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map
+from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map
 
 Array = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """From material and geometry to the constants of the contact laws; and what restitution they really give.
 
 Units are SI. Journal and bearing are elastic, with Young's modulus E and Poisson's ratio nu; E' is the
-contact modulus, 1/E' = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j. (Seed 001 [0043] and many papers divide each
+contact modulus, 1/E' = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j. (Bai 2016 [0043] and many papers divide each
 term by pi, and then have pi in the stiffness too: it cancels.)
 """
 
@@ -61,7 +61,7 @@ def _check_radii(radius_b: float, radius_j: float) -> None:
 def effective_restitution(chi: float) -> float:
     """Restitution e' that F_e(delta)*(1 + chi*ddelta/ddelta0) gives in a free impact.
 
-    Solves chi - ln(1 + chi) = -chi*e' - ln(1 - chi*e'), see `linkages.laws.contact`.
+    Solves chi - ln(1 + chi) = -chi*e' - ln(1 - chi*e'), see the head of `linkages.laws.contact`.
     """
     if chi < 1e-9:
         return 1.0

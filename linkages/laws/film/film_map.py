@@ -5,7 +5,7 @@ force depends, but for a factor, on eps and on the direction of (deps, ew) alone
 
     f_n/|f_long|, f_t/|f_long| and extent*sqrt(1 - eps^2), for ew >= 0 (f_t is odd in ew),
 
-|f_long| the force of `film.half_film_long` in the same state, on a uniform grid of
+|f_long| the force of `linkages.laws.film.closed_form.half_film_long` in the same state, on a uniform grid of
 
     x = -ln(1 - eps) in [0, -ln(1 - EPS_LIMIT)],  y = atan2((1 - eps^2)^(1/4)*ew/2, deps) in [0, pi],
 
@@ -14,7 +14,7 @@ of floats: a head of `HEAD` numbers, then the spline's coefficients, and compile
 it as it is. **A map is never extrapolated**: eps is clipped to `table_limit(table)`; where a run exceeds it
 the caller should report that.
 
-Maps are kept on disk by `linkages.laws.map_cache`.
+Maps are kept on disk by `linkages.laws.film.map_cache`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
-from linkages.laws.film import half_film_long
-from linkages.laws.reynolds import full_film, guembel, make_mesh, reynolds
+from linkages.laws.film.closed_form import half_film_long
+from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
 
 Array = NDArray[np.float64]
 

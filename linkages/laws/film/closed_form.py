@@ -1,21 +1,4 @@
-"""Hydrodynamic films of a journal bearing: dimensionless forces, one scalar function per film.
-
-Every film has the signature ``film(eps, deps, ew, slenderness) -> (f_n, f_t, extent)``:
-
-- ``eps``: eccentricity ratio |e|/c, in [0, 1);
-- ``deps``: its rate of change v.n/c [1/s];
-- ``ew``: wedge rate eps*(omega_j + omega_b) - 2*v.t/c [1/s]. It is eps*(omega_j + omega_b - 2*dgamma/dt),
-  written so that it stays regular at eps = 0. Both angular velocities are inertial: only with their
-  *sum* is the force the same for every rotating observer. (Seed 000 eqs. (9)-(11) print the relative
-  speed, which holds only if the attitude rate dgamma/dt is measured in the bearing's own frame.)
-- ``slenderness``: L/D, used by films of finite or small length.
-
-Returned are the normal and tangential force on the journal in units of mu*L*R^3/c^2, and the integral
-of dtheta/(1 + eps*cos(theta)) over the half film that carries pressure, for its shear torque. All films
-are isoviscous, homogeneous of degree one in (deps, ew), and passive: f_n*deps - f_t*ew/2 <= 0.
-
-To add a film: write the function here, and add a line to `FILMS` and to `film_force` in `linkages.laws.films`.
-"""
+"""Films in closed form: exact half film, Pinkus-Sternlicht, short bearing; signature: see `linkages.laws.film`."""
 
 from __future__ import annotations
 

@@ -1,0 +1,73 @@
+"""Functions by address: compiled once to C functions, and called without becoming a part of what calls them.
+
+Compiled code contains all that it calls: at every level of calls, what is below is optimised and written once more.
+A call by address costs a few nanoseconds, and what is called is compiled apart, when it is first needed. With
+NUMBA_DISABLE_JIT=1 the addresses are tokens for the Python functions, which are called themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, cast
+
+from llvmlite import ir
+from numba import config
+from numba.core import cgutils, types
+from numba.core.ccallback import CFunc
+from numba.extending import intrinsic
+
+from linkages.kernel.compile import note_edits
+
+_COMPILING = not getattr(config, "DISABLE_JIT", False)
+_alive: dict[int, Any] = {}  # an address is good as long as its function lives
+
+
+@cache
+def address(function: Callable[..., Any], signature: Any) -> int:
+    """Compile to a C function, or load it.
+
+    Parameters
+    ----------
+    function : callable
+        A function, plain or made by `linkages.kernel.kernel`.
+    signature : numba signature
+
+    Returns
+    -------
+    int
+        Its address in this process. Functions of this package are cached on disk, as kernels are. Others are not:
+        nothing would notice an edit of what they refer to.
+    """
+    plain = getattr(function, "py_func", function)
+    if not _COMPILING:
+        _alive[id(plain)] = plain
+        return id(plain)
+    compiled = CFunc(plain, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
+    if plain.__module__.startswith("linkages."):
+        compiled.enable_caching()
+        note_edits(compiled)
+    compiled.compile()
+    place = cast(int, compiled.address)
+    _alive[place] = compiled
+    return place
+
+
+def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
+    """Make ``call(address, arguments)``, for use within compiled code, for C functions with this type of result."""
+    if not _COMPILING:
+        return lambda address, arguments: _alive[address](*arguments)
+
+    @intrinsic
+    def call(typing: Any, address: Any, arguments: Any) -> Any:
+        kinds = tuple(types.unliteral(kind) for kind in arguments)
+
+        def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = zip(cgutils.unpack_tuple(builder, values[1]), arguments, kinds, strict=True)
+            passed = [context.cast(builder, value, kind, plain) for value, kind, plain in given]
+            function = ir.FunctionType(context.get_value_type(result), [value.type for value in passed])
+            return builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
+
+        return result(types.int64, arguments), code
+
+    return cast(Any, call)

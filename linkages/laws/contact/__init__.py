@@ -1,0 +1,31 @@
+"""Normal contact of a journal in a bearing; imports nothing of ours but `linkages.kernel` and the record of a joint.
+
+| module   | what it holds                                                               |
+|----------|-----------------------------------------------------------------------------|
+| forces   | the forces: power law, Kelvin-Voigt, conformal cylinders                    |
+| contacts | the contact laws by name, each a force and a hysteresis factor              |
+| material | from material and geometry to stiffness and damping; effective restitution |
+
+A contact law is a function ``force(delta, ddelta, ddelta0, joint) -> F``:
+
+delta, ddelta
+    Penetration |e| - c > 0 [m] and its rate v.n [m/s], positive while journal and bearing approach.
+ddelta0
+    Speed of approach at the start of *this* contact [m/s], latched by the caller, >= 0.
+joint
+    Record of `linkages.laws.PARAMETERS`, of which a law reads what it needs.
+F
+    Normal force [N]; a negative one is set to zero by the caller (a contact does not pull).
+
+All but Kelvin-Voigt have the form F = F_e(delta)*(1 + chi*ddelta/ddelta0), with a hysteresis factor chi(e) that
+depends on the nominal coefficient of restitution e alone. Their *effective* restitution e' depends on chi alone,
+whatever stiffness, exponent, mass and speed (divide m*v*dv = -F*d(delta) by 1 + chi*v/ddelta0 and integrate over the
+impact):
+
+    chi - ln(1 + chi) = -chi*e' - ln(1 - chi*e')        (`material.effective_restitution`)
+
+**Why the ratio is clipped.** chi is derived for a free impact, where |ddelta| <= ddelta0. A journal that swings inside
+a contact which never separates can move many times faster than the latched speed, and the damping explodes. Clipped
+to `forces.CLIP`, the force stays below F_e*(1 + chi). Latched speeds below `forces.GRAZING` are taken as `GRAZING`,
+which keeps the force continuous in a contact that starts without any speed.
+"""

@@ -1,0 +1,144 @@
+"""The contact laws by name; see the head of `linkages.laws.contact` for their signature.
+
+To add one: a line in `CONTACTS`, and a function in `linkages.laws.contact.forces` if it has a force of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from linkages.kernel import address, caller, kernel
+from linkages.laws.contact.forces import dubowsky_freudenstein, esdu_78035, johnson, kelvin_voigt, power_law
+from linkages.laws.parameters import RECORD
+
+#: Smallest restitution that a law with 1/e uses.
+LEAST_RESTITUTION = 1e-3
+
+_F = types.float64
+_SIGNATURE = _F(_F, _F, _F, RECORD)
+_call = caller(_F)
+
+
+class Contact(NamedTuple):
+    """A contact law: its force, what it is, and what it is good for."""
+
+    force: Callable[..., float]
+    formula: str
+    valid: str
+    source: str
+    chi: str = ""  # chi(e) where the force is F_e*(1 + chi*ddelta/ddelta0)
+    factor: Callable[[float], float] = lambda e: 0.0  # the same as a function
+    conformal: bool = False  # its stiffness is S = pi E' L, else Hertz's
+
+    @property
+    def address(self) -> int:
+        """Address of the compiled force in this process."""
+        return address(self.force, _SIGNATURE)
+
+
+def _damped(
+    chi: str,
+    factor: Callable[[float], float],
+    valid: str,
+    source: str,
+    force: Callable[..., float] = power_law,
+    formula: str = "K delta^n (1 + chi ddelta/ddelta0)",
+) -> Contact:
+    return Contact(force, formula, valid, source, chi, factor, force is not power_law)
+
+
+def _lankarani_nikravesh(e: float) -> float:
+    return 0.75 * (1.0 - e * e)
+
+
+def _conformal(force: Callable[..., float], formula: str, source: str) -> Contact:
+    valid = "conformal cylinders, delta << DR"
+    return _damped("3(1-e^2)/4", _lankarani_nikravesh, valid, source, force, formula)
+
+
+#: The contact laws an experiment can name.
+CONTACTS = {
+    "hertz": Contact(
+        power_law, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0"
+    ),
+    "kelvin-voigt": Contact(
+        kelvin_voigt,
+        "K delta + D ddelta",
+        "one known impacting mass; jumps at first touch",
+        "Goldsmith, Impact, 1960",
+    ),
+    "hunt-crossley": _damped(
+        "3(1-e)/2", lambda e: 1.5 * (1.0 - e), "e > 0.9", "Hunt and Crossley, J. Appl. Mech. 42, 1975"
+    ),
+    "lankarani-nikravesh": _damped(
+        "3(1-e^2)/4",
+        _lankarani_nikravesh,
+        "e > 0.9, low speed, compact bodies",
+        "Lankarani and Nikravesh, J. Mech. Des. 112, 1990",
+    ),
+    "herbert-mcwhannell": _damped(
+        "6(1-e)/((2e-1)^2+3)",
+        lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
+        "e > 0.7",
+        "Herbert and McWhannell, J. Eng. Ind. 99, 1977",
+    ),
+    "lee-wang": _damped(
+        "3(1-e)/4",
+        lambda e: 0.75 * (1.0 - e),
+        "e > 0.97: half the damping that small losses need",
+        "Lee and Wang, J. Mech. Transm. 105, 1983",
+    ),
+    "flores": _damped(
+        "8(1-e)/(5e)",
+        lambda e: 1.6 * (1.0 - e) / max(e, LEAST_RESTITUTION),
+        "any e",
+        "Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25, 2011",
+    ),
+    "gonthier": _damped(
+        "(1-e^2)/e",
+        lambda e: (1.0 - e * e) / max(e, LEAST_RESTITUTION),
+        "any e",
+        "Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11, 2004",
+    ),
+    "zhiying-qishao": _damped(
+        "3(1-e^2)/4 exp(2(1-e))",
+        lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e)),
+        "e > 0.3",
+        "Zhiying and Qishao, J. Dyn. Control 4, 2006",
+    ),
+    "hu-guo": _damped(
+        "3(1-e)/(2e)",
+        lambda e: 1.5 * (1.0 - e) / max(e, LEAST_RESTITUTION),
+        "any e",
+        "Hu and Guo, Multibody Syst. Dyn. 35, 2015",
+    ),
+    "esdu-78035": _conformal(esdu_78035, "delta = F/S (ln(4 S DR/F) + 1), S = pi E' L", "ESDU 78035, 1978"),
+    "johnson": _conformal(
+        johnson, "delta = F/S (ln(4 S DR/F) - 1), S = pi E' L", "Johnson, Contact Mechanics, 1985"
+    ),
+    "dubowsky-freudenstein": _conformal(
+        dubowsky_freudenstein,
+        "delta = F/S (ln(L^3 DR pi E'/(F R_b R_j)) + 1), S = pi E' L",
+        "Dubowsky and Freudenstein, J. Eng. Ind. 93, 1971",
+    ),
+}
+
+
+@kernel
+def contact_force(delta: float, ddelta: float, ddelta0: float, joint: np.record) -> float:
+    """Evaluate the contact law of a joint [N]: zero without penetration, and never negative.
+
+    Parameters
+    ----------
+    delta, ddelta, ddelta0 : float
+        Penetration [m], its rate, and the speed at which the contact began [m/s].
+    joint : record of `linkages.laws.PARAMETERS`
+    """
+    if delta <= 0.0:
+        return 0.0
+    return max(_call(joint.contact, (delta, ddelta, ddelta0, joint)), 0.0)

@@ -1,0 +1,92 @@
+"""The films by name; see the head of `linkages.laws.film` for their signature.
+
+To add one: its function in `linkages.laws.film.closed_form`, and a line in `FILMS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from linkages.kernel import address, caller, kernel
+from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
+from linkages.laws.film.film_map import finite_film
+
+#: Stands for the address of a film that is given by a map.
+MAPPED = 1
+
+_F = types.float64
+_TRIPLE = types.UniTuple(_F, 3)
+_SIGNATURE = _TRIPLE(_F, _F, _F, _F)
+_call = caller(_TRIPLE)
+
+
+class Film(NamedTuple):
+    """A film: its force, what it is, and what it is good for."""
+
+    force: Callable[..., tuple[float, float, float]] | None  # none: a map
+    formula: str
+    valid: str
+    source: str
+
+    @property
+    def address(self) -> int:
+        """Address of the compiled force in this process, or `MAPPED`."""
+        return MAPPED if self.force is None else address(self.force, _SIGNATURE)
+
+
+#: The films an experiment can name.
+FILMS = {
+    "long": Film(
+        half_film_long,
+        "closed form of the film of extent pi",
+        "L/D > 2, half film",
+        "exact integral of Chen 2025 eq. (8) over the pi film",
+    ),
+    "pinkus-sternlicht": Film(
+        pinkus_sternlicht,
+        "rational fit of the film of extent pi",
+        "L/D > 2, half film",
+        "Chen 2025 eqs. (9)-(11), sign corrected",
+    ),
+    "short": Film(
+        short_bearing,
+        "closed form of the parabolic film where p > 0",
+        "L/D < 1/4, half film",
+        "Ocvirk's short bearing",
+    ),
+    "finite": Film(None, "map of the 2D Reynolds equation", "any L/D", "`linkages.laws.film.film_map`"),
+}
+
+
+@kernel
+def film_force(
+    film: int, eps: float, deps: float, ew: float, slenderness: float, table: NDArray[np.float64]
+) -> tuple[float, float, float]:
+    """Evaluate a film; eps is clipped to `EPS_MAX`.
+
+    Parameters
+    ----------
+    film : int
+        ``FILMS[name].address``.
+    eps, deps, ew, slenderness : float
+        State of the film and L/D, see `linkages.laws.film`.
+    table : array of float
+        Map of a finite film (`linkages.laws.film.film_map`); others ignore it.
+
+    Returns
+    -------
+    f_n, f_t : float
+        Force on the journal in units of mu*L*R^3/c^2.
+    extent : float
+        Integral of dtheta/h over the film that carries pressure.
+    """
+    eps = min(eps, EPS_MAX)
+    if film == MAPPED:
+        return finite_film(eps, deps, ew, table)
+    f_n, f_t, extent = _call(film, (eps, deps, ew, slenderness))
+    return f_n, f_t, extent

@@ -1,0 +1,207 @@
+"""Laws of the user's own, registered from a script or a notebook beside the built-in ones.
+
+A registered law is an entry of `CONTACTS`, `FILMS` or `FRICTIONS` like any other: experiments can name it, both
+engines call it by its address. A name can be registered again, as happens when the cell of a notebook is run again;
+what was built before keeps the law it was built with. Built-in laws cannot be replaced.
+
+Registries are those of a process. To take registered laws to another one, send what `registered` returns, and hand it
+to `restore` there.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import time
+from collections.abc import Callable, Iterable
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from numba.core.errors import NumbaError
+
+from linkages.laws.contact.contacts import CONTACTS, Contact
+from linkages.laws.contact.forces import power_law
+from linkages.laws.film.films import FILMS, Film
+from linkages.laws.friction import FRICTIONS, Friction
+
+_REGISTRIES: dict[str, dict[str, Any]] = {"contact": CONTACTS, "film": FILMS, "friction": FRICTIONS}
+_BUILT_IN = {kind: frozenset(registry) for kind, registry in _REGISTRIES.items()}
+_registered: dict[tuple[str, str], Registered] = {}
+
+
+class Registered(NamedTuple):
+    """A registered law as plain data: its kind and name, the arguments of its registration, and when it was [ns]."""
+
+    kind: str
+    name: str
+    arguments: dict[str, Any]
+    time: int
+
+
+def register_contact(
+    name: str,
+    force: Callable[..., float] | None = None,
+    *,
+    factor: Callable[[float], float] | None = None,
+    conformal: bool = False,
+    formula: str = "",
+    valid: str = "",
+    source: str = "",
+) -> None:
+    """Register a contact law under a name that an experiment can give as ``joints.NAME.contact.law``.
+
+    Parameters
+    ----------
+    name : str
+    force : callable, optional
+        ``force(delta, ddelta, ddelta0, joint) -> F`` as described in `linkages.laws.contact`: a Python function that
+        numba can compile, plain or compiled already. Called with delta > 0 only; a negative F is taken as zero.
+        Default K*delta^n, damped by `factor`.
+    factor : callable, optional
+        Hysteresis factor chi(e), any Python function; a force reads it as ``joint.hysteresis``. Default 0.
+    conformal : bool
+        Whether a stiffness that follows from the material is that of conformal cylinders, pi E' L, instead of Hertz's.
+    formula, valid, source : str
+        For the tables of the laws.
+
+    Raises
+    ------
+    ValueError
+        If the name is that of a built-in law, or a function does not fit or does not compile.
+    """
+    arguments = {"force": force, "factor": factor, "conformal": conformal}
+    _register("contact", name, arguments, formula, valid, source)
+
+
+def register_film(
+    name: str,
+    force: Callable[..., tuple[float, float, float]],
+    *,
+    formula: str = "",
+    valid: str = "",
+    source: str = "",
+) -> None:
+    """Register a film under a name that an experiment can give as ``joints.NAME.film``.
+
+    Parameters
+    ----------
+    name : str
+    force : callable
+        ``force(eps, deps, ew, slenderness) -> (f_n, f_t, extent)`` as described in `linkages.laws.film`: a Python
+        function that numba can compile, plain or compiled already. Called with 0 <= eps <= 1 - 1e-6.
+    formula, valid, source : str
+        For the tables of the laws.
+
+    Raises
+    ------
+    ValueError
+        If the name is that of a built-in film, or the function does not fit or does not compile.
+    """
+    _register("film", name, {"force": force}, formula, valid, source)
+
+
+def register_friction(
+    name: str,
+    coefficient: Callable[..., float],
+    *,
+    bristles: bool = False,
+    formula: str = "",
+    valid: str = "",
+    source: str = "",
+) -> None:
+    """Register a friction law under a name that an experiment can give as ``joints.NAME.friction.law``.
+
+    Parameters
+    ----------
+    name : str
+    coefficient : callable
+        ``coefficient(v, bristle, joint) -> mu`` as described in `linkages.laws.friction`: a Python function that numba
+        can compile, plain or compiled already. Odd in (v, bristle), and v*mu >= 0 if it is to dissipate.
+    bristles : bool
+        Whether the joint gets LuGre's bristles as a state, with `linkages.laws.friction.bristle_rate`.
+    formula, valid, source : str
+        For the tables of the laws.
+
+    Raises
+    ------
+    ValueError
+        If the name is that of a built-in law, or the function does not fit or does not compile.
+    """
+    _register("friction", name, {"coefficient": coefficient, "bristles": bristles}, formula, valid, source)
+
+
+def registered(names: Iterable[str] | None = None) -> tuple[Registered, ...]:
+    """Give the records of the registered laws of these names, or of all; they pickle where their functions do."""
+    wanted = None if names is None else set(names)
+    return tuple(law for law in _registered.values() if wanted is None or law.name in wanted)
+
+
+def restore(records: Iterable[Registered]) -> None:
+    """Register the laws of `registered`, of another process, that are missing in this one or older here."""
+    for record in records:
+        here = _registered.get((record.kind, record.name))
+        if here is None or here.time < record.time:
+            _add(record)
+
+
+def _register(kind: str, name: str, arguments: dict[str, Any], formula: str, valid: str, source: str) -> None:
+    plain = {key: getattr(value, "py_func", value) for key, value in arguments.items()}
+    texts = {"formula": formula, "valid": valid, "source": source}
+    _add(Registered(kind, name, plain | texts, time.time_ns()))
+
+
+def _add(record: Registered) -> None:
+    """Compile a law and enter it in its registry."""
+    kind, name = record.kind, record.name
+    if not (isinstance(name, str) and name):
+        raise ValueError(f"{kind} law {name!r}: the name must be a text")
+    if name in _BUILT_IN[kind]:
+        raise ValueError(f'{kind} law "{name}" is built in: register yours under another name')
+    try:
+        law = _MAKERS[kind](**record.arguments)
+        law.address  # noqa: B018 - compiles
+    except (NumbaError, TypeError, ValueError) as error:
+        raise ValueError(f'{kind} law "{name}": {_reason(error)}') from None
+    _REGISTRIES[kind][name] = law
+    _registered[kind, name] = record
+
+
+def _contact(force: Any, factor: Any, conformal: bool, formula: str, valid: str, source: str) -> Contact:
+    if force is None and factor is None:
+        raise ValueError("give a force, a factor, or both")
+    if force is not None:
+        _check(force, "delta", "ddelta", "ddelta0", "joint")
+    if factor is not None:
+        _check(factor, "e")
+        float(factor(0.5))
+    chi = {} if factor is None else {"factor": factor}
+    return Contact(force or power_law, formula, valid, source, conformal=conformal, **chi)
+
+
+def _film(force: Any, formula: str, valid: str, source: str) -> Film:
+    return Film(_check(force, "eps", "deps", "ew", "slenderness"), formula, valid, source)
+
+
+def _friction(coefficient: Any, bristles: bool, formula: str, valid: str, source: str) -> Friction:
+    return Friction(_check(coefficient, "v", "bristle", "joint"), formula, valid, source, bristles)
+
+
+_MAKERS: dict[str, Callable[..., Any]] = {"contact": _contact, "film": _film, "friction": _friction}
+
+
+def _check(function: Any, *arguments: str) -> Any:
+    """Refuse what is not a function of these arguments."""
+    if not isinstance(function, FunctionType):
+        raise ValueError(f"{function!r} is not a Python function")
+    try:
+        inspect.signature(function).bind(*arguments)
+    except TypeError:
+        raise ValueError(f"{function.__name__} must take ({', '.join(arguments)})") from None
+    return function
+
+
+def _reason(error: Exception) -> str:
+    """First line of an error that says something; numba's begin with the stage of its compiler."""
+    lines = re.sub(r"\x1b\[\d*m", "", str(error)).splitlines()
+    telling = [line for line in lines if line.strip() and not line.startswith("Failed in")]
+    return telling[0].strip() if telling else type(error).__name__
