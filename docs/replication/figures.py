@@ -13,15 +13,16 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from linkages.outputs.columns import Columns
+from linkages.plots.style import COLORS
 
 Array = NDArray[np.float64]
 
-#: Okabe and Ito's palette; line styles tell the designs apart without colours.
+#: Line styles tell the designs apart without colours.
 STYLES = {
     "nominal": {"color": "#000000", "linestyle": "-"},
-    "paper 1": {"color": "#D55E00", "linestyle": "--"},
-    "paper 2": {"color": "#0072B2", "linestyle": "-."},
-    "ours": {"color": "#009E73", "linestyle": ":"},
+    "paper 1": {"color": COLORS[1], "linestyle": "--"},
+    "paper 2": {"color": COLORS[0], "linestyle": "-."},
+    "ours": {"color": COLORS[2], "linestyle": ":"},
 }
 _RC: dict[Any, Any] = {
     "font.size": 9,

@@ -18,9 +18,9 @@ from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, Impact, ph
 _RUN, _IDEAL = COLORS[:2]
 # what a journal does: label, colour, width; distinct in grey too
 _PHASES = {
-    FREE: ("free flight", "#56B4E9", 0.7),
+    FREE: ("free flight", COLORS[5], 0.7),
     SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
-    IMPACT: ("impact", "#D55E00", 1.4),
+    IMPACT: ("impact", COLORS[1], 1.4),
 }
 
 _CHORD = 0.05  # of the clearance: between the points of a drawn orbit

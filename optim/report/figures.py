@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from linkages.files.whole import whole
-from linkages.plots.style import figure_style
+from linkages.plots.style import COLORS, figure_style
 from optim.algorithms import pareto
 from optim.problem.study import Study, label
 from optim.search.run import FEASIBLE
@@ -22,9 +22,8 @@ from optim.store.store import Iteration
 
 Array = NDArray[np.float64]
 
-_BEST, _NOMINAL = "#0072B2", "#D55E00"  # Okabe and Ito's palette
+_BEST, _NOMINAL, *_DESIGNS = COLORS
 _KNEE = "#000000"
-_DESIGNS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _MARKERS = ("s", "^", "v", "P")
 
 
