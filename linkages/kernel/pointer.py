@@ -44,7 +44,7 @@ def address(function: Callable[..., Any], signature: Any) -> int:
         _alive[id(plain)] = plain
         return id(plain)
     compiled = CFunc(plain, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
-    if plain.__module__.startswith("linkages."):
+    if (plain.__module__ or "").startswith("linkages."):  # none if typed in
         compiled.enable_caching()
         note_edits(compiled)
     compiled.compile()

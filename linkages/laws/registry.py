@@ -160,7 +160,7 @@ def _add(record: Registered) -> None:
     try:
         law = _MAKERS[kind](**record.arguments)
         law.address  # noqa: B018 - compiles
-    except (NumbaError, TypeError, ValueError) as error:
+    except Exception as error:
         raise ValueError(f'{kind} law "{name}": {_reason(error)}') from None
     _REGISTRIES[kind][name] = law
     _registered[kind, name] = record
@@ -201,7 +201,10 @@ def _check(function: Any, *arguments: str) -> Any:
 
 
 def _reason(error: Exception) -> str:
-    """First line of an error that says something; numba's begin with the stage of its compiler."""
+    """Say in one line what is wrong; numba's errors begin with the stage of its compiler."""
     lines = re.sub(r"\x1b\[\d*m", "", str(error)).splitlines()
-    telling = [line for line in lines if line.strip() and not line.startswith("Failed in")]
-    return telling[0].strip() if telling else type(error).__name__
+    text = next((line.strip() for line in lines if line.strip() and not line.startswith("Failed in")), "")
+    returns = re.match(r"No conversion from (.*) to (.*) for ", text)
+    if returns:
+        return f"returns {returns[1]}; must return {returns[2]}"
+    return text if isinstance(error, NumbaError | ValueError) else f"{type(error).__name__}: {text}"

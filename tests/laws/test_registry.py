@@ -1,0 +1,231 @@
+"""Laws of the user's own: called as the built-in ones are, replaced, refused, taken to another process."""
+
+import math
+import pickle
+
+import cloudpickle
+import numba
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from joint_records import joint
+from numba import config
+from pydantic import TypeAdapter, ValidationError
+
+from linkages.laws import (
+    CONTACTS,
+    FILMS,
+    FRICTIONS,
+    register_contact,
+    register_film,
+    register_friction,
+    registered,
+    registry,
+    restore,
+)
+from linkages.laws.contact.contacts import contact_force
+from linkages.laws.film.films import film_force
+from linkages.laws.friction import friction_coefficient
+from linkages.model.tables import ContactLaw
+
+compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _own_registries():
+    """Leave the registries as they were."""
+    places = (CONTACTS, FILMS, FRICTIONS, registry._registered)
+    before = [dict(place) for place in places]
+    yield
+    for place, entries in zip(places, before, strict=True):
+        place.clear()
+        place.update(entries)
+
+
+def lankarani_nikravesh(delta, ddelta, ddelta0, joint):
+    """The built-in law, written without it."""
+    chi = 0.75 * (1.0 - joint.restitution * joint.restitution)
+    ratio = min(max(ddelta / max(ddelta0, 1e-6), -1.0), 1.0)
+    return joint.stiffness * (delta * math.sqrt(delta)) * (1.0 + chi * ratio)
+
+
+def long_film(eps, deps, ew, slenderness):
+    """The built-in film, written without it."""
+    q = 1.0 - eps * eps
+    root = math.sqrt(q)
+    a = ew / (2.0 + eps * eps)
+    speed = math.hypot(a, deps)
+    extent = 2.0 * math.atan2(root * speed, -eps * deps) if speed > 0.0 else math.pi
+    return (
+        -6.0 * (2.0 * eps * root * speed + deps * extent) / (q * root),
+        6.0 * a * extent / root,
+        extent / root,
+    )
+
+
+@given(
+    delta=st.floats(-1e-5, 1e-4),
+    ddelta=st.floats(-5.0, 5.0),
+    ddelta0=st.floats(0.0, 2.0),
+    restitution=st.floats(0.0, 1.0),
+)
+def test_a_registered_contact_law_is_the_built_in_one(delta, ddelta, ddelta0, restitution):
+    register_contact("mine", lankarani_nikravesh)
+    register_contact("by factor", factor=lambda e: 0.75 * (1.0 - e * e))
+    built_in, mine, by_factor = (
+        contact_force(delta, ddelta, ddelta0, joint(contact=name, restitution=restitution, stiffness=1e10))
+        for name in ("lankarani-nikravesh", "mine", "by factor")
+    )
+    assert mine == built_in == by_factor
+
+
+@given(eps=st.floats(0.0, 1.1), deps=st.floats(-50.0, 50.0), ew=st.floats(-50.0, 50.0))
+def test_a_registered_film_is_the_built_in_one(eps, deps, ew):
+    register_film("mine", long_film)
+    table = np.empty(0)
+    mine, built_in = (film_force(FILMS[name].address, eps, deps, ew, 1.0, table) for name in ("mine", "long"))
+    assert mine == built_in
+
+
+def coulomb(v, bristle, joint):
+    """The built-in law, written without it."""
+    return joint.mu_d * math.tanh(v / joint.v_1)
+
+
+@given(v=st.floats(-1.0, 1.0))
+def test_a_registered_friction_law_is_the_built_in_one(v):
+    register_friction("mine", coulomb)
+    numbers = {"mu_d": 0.1, "v_1": 1e-3}
+    mine, built_in = (
+        friction_coefficient(v, 0.0, joint(friction=name, **numbers)) for name in ("mine", "coulomb")
+    )
+    assert mine == built_in
+
+
+def test_a_registered_friction_law_can_have_bristles():
+    register_friction("bristly", lambda v, bristle, joint: joint.bristle_stiffness * bristle, bristles=True)
+    assert friction_coefficient(0.1, 2e-6, joint(friction="bristly", bristle_stiffness=1e5)) == 1e5 * 2e-6
+    assert FRICTIONS["bristly"].bristles
+
+
+def test_no_contact_pulls_nor_acts_without_penetration():
+    register_contact("glue", lambda delta, ddelta, ddelta0, joint: -1.0)
+    register_contact("far", lambda delta, ddelta, ddelta0, joint: 1.0)
+    assert contact_force(1e-6, 0.0, 0.0, joint(contact="glue")) == 0.0
+    assert contact_force(-1e-6, 0.0, 0.0, joint(contact="far")) == 0.0
+
+
+def spring(stiffness):
+    return lambda delta, ddelta, ddelta0, joint: stiffness * delta
+
+
+def test_closures_compiled_functions_and_functions_without_a_source_are_laws():
+    space = {}
+    exec("def typed(delta, ddelta, ddelta0, joint):\n    return 4.0 * delta", space)
+    register_contact("closure", spring(2.0))
+    register_contact("jitted", numba.njit(spring(3.0)))
+    register_contact("typed", space["typed"])
+    for name, stiffness in (("closure", 2.0), ("jitted", 3.0), ("typed", 4.0)):
+        assert contact_force(0.5, 0.0, 0.0, joint(contact=name)) == 0.5 * stiffness
+
+
+def test_a_law_registered_again_is_the_new_one_and_records_made_before_keep_theirs():
+    register_contact("again", spring(2.0))
+    before = joint(contact="again")
+    register_contact("again", spring(3.0))
+    assert contact_force(1.0, 0.0, 0.0, joint(contact="again")) == 3.0
+    assert contact_force(1.0, 0.0, 0.0, before) == 2.0
+
+
+@pytest.mark.parametrize(
+    ("register", "name"), [(register_contact, "hertz"), (register_film, "long"), (register_friction, "none")]
+)
+def test_built_in_laws_cannot_be_replaced(register, name):
+    with pytest.raises(ValueError, match=f'law "{name}" is built in: register yours under another name$'):
+        register(name, spring(1.0))
+
+
+def helper(x):
+    return x
+
+
+UNFIT = [
+    (register_contact, lambda delta, ddelta: 1.0, r"must take \(delta, ddelta, ddelta0, joint\)"),
+    (register_contact, math.sqrt, "is not a Python function"),
+    (register_contact, None, "give a force, a factor, or both"),
+    (register_film, lambda eps, deps, ew: (1.0, 1.0, 1.0), r"must take \(eps, deps, ew, slenderness\)"),
+    (register_friction, lambda v: v, r"must take \(v, bristle, joint\)"),
+]
+UNCOMPILABLE = [
+    (register_contact, lambda delta, ddelta, ddelta0, joint: (1.0, 2.0), "must return float64"),
+    (register_contact, lambda delta, ddelta, ddelta0, joint: joint.hardness, "hardness"),
+    (register_contact, lambda delta, ddelta, ddelta0, joint: helper(delta), "helper"),
+    (register_film, lambda eps, deps, ew, slenderness: (eps, ew), "must return UniTuple"),
+    (register_film, lambda eps, deps, ew, slenderness: eps, "must return UniTuple"),
+]
+
+
+@pytest.mark.parametrize(
+    ("register", "function", "reason"),
+    [*UNFIT, *(pytest.param(*case, marks=compiled_only) for case in UNCOMPILABLE)],
+)
+def test_unfit_functions_are_refused_in_one_line(register, function, reason):
+    with pytest.raises(ValueError, match=reason) as refused:
+        register("unfit", function)
+    assert '"unfit"' in str(refused.value)
+    assert len(str(refused.value).splitlines()) == 1
+    assert not registered(["unfit"])
+
+
+def test_a_factor_that_fails_is_refused():
+    with pytest.raises(ValueError, match=r'contact law "unfit": ZeroDivisionError: float division by zero$'):
+        register_contact("unfit", factor=lambda e: 1.0 / (e - e))
+
+
+def test_an_experiment_can_name_a_law_registered_later():
+    name = TypeAdapter(ContactLaw)
+    with pytest.raises(ValidationError, match='"later" is unknown'):
+        name.validate_python("later")
+    register_contact("later", spring(1.0))
+    assert name.validate_python("later") == "later"
+    with pytest.raises(ValidationError, match="later"):  # among the nearest
+        name.validate_python("lateer")
+
+
+def forget(name):
+    for kind, law in list(registry._registered):
+        if law == name:
+            del registry._REGISTRIES[kind][name], registry._registered[kind, name]
+
+
+def test_laws_go_to_another_process():
+    """As Dask sends them: functions by value."""
+    register_contact("sent", spring(5.0), source="a page")
+    sent = cloudpickle.dumps(registered(["sent", "hertz"]))
+    forget("sent")
+    restore(pickle.loads(sent))
+    assert contact_force(1.0, 0.0, 0.0, joint(contact="sent")) == 5.0
+    assert CONTACTS["sent"].source == "a page"
+
+
+def test_what_comes_from_another_process_replaces_older_laws_alone():
+    register_contact("shared", spring(1.0))
+    old = registered(["shared"])
+    here = CONTACTS["shared"]
+    restore(old)
+    assert CONTACTS["shared"] is here
+    register_contact("shared", spring(2.0))
+    new = registered(["shared"])
+    restore(old)
+    assert contact_force(1.0, 0.0, 0.0, joint(contact="shared")) == 2.0
+    forget("shared")
+    restore(old)
+    restore(new)
+    assert contact_force(1.0, 0.0, 0.0, joint(contact="shared")) == 2.0
+
+
+def test_records_hold_plain_functions():
+    register_contact("plain", numba.njit(spring(1.0)))
+    (record,) = registered(["plain"])
+    assert type(record.arguments["force"]) is type(spring)
