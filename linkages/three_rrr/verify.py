@@ -16,7 +16,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 from scipy.linalg import subspace_angles
 
-from linkages.engines.drake.plant import add_tree, state_indices
+from linkages.engines.drake.plant import add_tree
 from linkages.model.mechanism import load_mechanism
 from linkages.system.tree import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel
@@ -75,7 +75,8 @@ class RigidPlant:
         self.plant.mutable_gravity_field().set_gravity_vector(gravity)
         self.plant.Finalize()
         self.context: Any = self.plant.CreateDefaultContext()
-        _, self.order = state_indices(self.plant, self.tree, instance)
+        joints = [self.plant.GetJointByName(name, instance) for name in self.tree.coordinates]
+        self.order = np.array([joint.velocity_start() for joint in joints])
         self.driven = self.order[[self.tree.coordinates.index(name) for name in drives]]
         self.free = np.setdiff1d(np.arange(self.plant.num_velocities()), self.driven)
         self.basis = mechanism.basis
