@@ -31,6 +31,14 @@ class RunError(RuntimeError):
     """A run that cannot start; its text is one line that says why and what to try."""
 
 
+class AssemblyError(RunError):
+    """The linkage cannot be assembled; `status` says how it failed."""
+
+    def __init__(self, status: Status, detail: str) -> None:
+        super().__init__(f"{status.value}: {detail}; {status.remedy}")
+        self.status = status
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Say which of `known` was probably meant by `name`, as the end of a sentence."""
     known = sorted(known)

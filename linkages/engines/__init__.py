@@ -1,19 +1,37 @@
-"""The engines: interchangeable modules that run an experiment."""
+"""What moves a `System`: two engines behind one function, and the runs that belong together.
+
+| module   | responsibility                                                                     |
+|----------|------------------------------------------------------------------------------------|
+| compiled | the compiled engine: milliseconds a run, batches                                   |
+| drake    | the Drake engine: a `MultibodyPlant` with systems for its joints and drives        |
+| study    | `simulate`, the ideal linkage beside a run, and how far the run can be trusted     |
+
+An engine is a module with ``simulate(system, progress) -> Trajectory``. The engines do not know each other.
+"""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
-from typing import Any
+from typing import Protocol, cast
 
 from linkages.errors import InputError, nearest
+from linkages.results.trajectory import Progress, Trajectory
+from linkages.system import System
 
-#: Module of each engine; its function ``simulate(mechanism, experiment, progress)`` returns a `Trajectory`.
+#: Module of each engine.
 ENGINES = {"drake": "linkages.engines.drake.simulation", "compiled": "linkages.engines.compiled.simulation"}
 
 
-def engine(name: str) -> Callable[..., Any]:
-    """Load the engine of this name and return its ``simulate``.
+class Engine(Protocol):
+    """What the module of an engine holds."""
+
+    @staticmethod
+    def simulate(system: System, progress: Progress | None = None) -> Trajectory:
+        """Run a system up to its duration."""
+
+
+def engine(name: str) -> Engine:
+    """Load the engine of this name.
 
     Raises
     ------
@@ -22,4 +40,4 @@ def engine(name: str) -> Callable[..., Any]:
     """
     if name not in ENGINES:
         raise InputError("engine", name, f"is unknown; {nearest(name, ENGINES)}")
-    return importlib.import_module(ENGINES[name]).simulate
+    return cast(Engine, importlib.import_module(ENGINES[name]))

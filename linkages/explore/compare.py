@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.study import Progress, simulate, touching
+from linkages.engines.study import simulate
 from linkages.errors import InputError
 from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
 from linkages.results.impacts import Impact, impacts
-from linkages.results.trajectory import Trajectory
+from linkages.results.summary import touching
+from linkages.results.trajectory import Progress, Trajectory
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -76,8 +77,7 @@ class Comparison:
 
 
 def compare(
-    mechanism: Mechanism,
-    experiment: Experiment,
+    system: System,
     progress: Callable[[str], Progress] | None = None,
 ) -> Comparison:
     """Run an experiment on both engines and compare them.
@@ -86,7 +86,7 @@ def compare(
 
     Parameters
     ----------
-    mechanism, experiment
+    system : System
     progress : callable, optional
         Called with the name of each stage; returns the stage's progress function.
 
@@ -98,23 +98,24 @@ def compare(
     stage = progress or (lambda name: lambda time: None)
     runs, horizons = {}, {}
     for engine in ("compiled", "drake"):
-        runs[engine] = simulate(mechanism, experiment, engine, stage(engine))
+        runs[engine] = simulate(system, engine, stage(engine))
         horizons[engine] = float(runs[engine].time[-1])
-        if touching(experiment, runs[engine]):
-            accuracy = min(_LOOSER * experiment.solver.accuracy, 0.1)
-            looser = experiment.replaced({"solver.accuracy": accuracy})
-            other = simulate(mechanism, looser, engine, stage(f"{engine}, looser"))
-            horizons[engine] = horizon(runs[engine], other, experiment)
+        if system.touching.any():
+            accuracy = min(_LOOSER * system.experiment.solver.accuracy, 0.1)
+            looser = system.replaced({"solver.accuracy": accuracy})
+            other = simulate(looser, engine, stage(f"{engine}, looser"))
+            horizons[engine] = horizon(runs[engine], other, system)
     until = min(horizons.values())
-    found = differences(runs["compiled"], runs["drake"], names(experiment, runs["compiled"]), until)
-    return Comparison(runs, horizons, found, _contacts(runs["compiled"], runs["drake"], experiment, until))
+    found = differences(runs["compiled"], runs["drake"], names(system), until)
+    return Comparison(runs, horizons, found, _contacts(runs["compiled"], runs["drake"], system, until))
 
 
-def names(experiment: Experiment, run: Trajectory) -> list[str]:
-    """Columns that are compared: outputs, force and eccentricity of joints with play, drive torques."""
+def names(system: System) -> list[str]:
+    """Name what is compared: outputs, force and eccentricity of joints with play, drive torques."""
+    experiment = system.experiment
     of_joints = [f"{joint}.{what}" for joint in experiment.play for what in ("force", "eccentricity_ratio")]
     of_drives = [f"{drive}.torque" for drive in experiment.drives]
-    return [name for name in (*experiment.outputs, *of_joints, *of_drives) if name in run.columns]
+    return [*experiment.outputs, *of_joints, *of_drives]
 
 
 def differences(
@@ -142,7 +143,7 @@ def differences(
     return result
 
 
-def horizon(run: Trajectory, other: Trajectory, experiment: Experiment) -> float:
+def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
     """Time up to which the journals of two runs stay within `PARTED` clearances of each other [s].
 
     Looked at at the steps of `other`, of which every contact has many.
@@ -151,10 +152,9 @@ def horizon(run: Trajectory, other: Trajectory, experiment: Experiment) -> float
     times = other.time[other.time <= end]
     exact = dense(run)(times)
     apart = np.zeros(len(times))
-    for name in _journals(run):
-        model = experiment.joints[name.partition(".")[0]]
-        for column in (f"{name}.ex", f"{name}.ey"):
-            apart = np.maximum(apart, np.abs(exact[column] - other[column][: len(times)]) / model.clearance)
+    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=True):
+        for column in (f"{label}.ex", f"{label}.ey"):
+            apart = np.maximum(apart, np.abs(exact[column] - other[column][: len(times)]) / clearance)
     beyond = np.flatnonzero(~(apart <= PARTED))
     return float(times[max(beyond[0] - 1, 0)]) if len(beyond) else float(end)
 
@@ -182,16 +182,12 @@ def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
     return run.evaluate
 
 
-def _journals(run: Trajectory) -> list[str]:
-    return [name.removesuffix(".ex") for name in run.columns if name.endswith(".ex")]
-
-
 def _contacts(
-    run: Trajectory, other: Trajectory, experiment: Experiment, until: float
+    run: Trajectory, other: Trajectory, system: System, until: float
 ) -> list[tuple[Impact, Impact]]:
     """Pair the first contacts of each joint."""
     result = []
-    for joint in touching(experiment, run):
+    for joint in touching(system):
         pairs = zip(impacts(run, [joint]), impacts(other, [joint]), strict=False)
         ended = [pair for pair in pairs if all(row.start + row.duration < until for row in pair)]
         result += ended[:_IMPACTS]

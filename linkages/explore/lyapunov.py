@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from linkages.errors import InputError, RunError, Status
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -61,8 +60,7 @@ class Exponent:
 
 
 def largest_exponent(
-    mechanism: Mechanism,
-    experiment: Experiment,
+    system: System,
     revolutions: int,
     transient: int = 0,
     drive: str | None = None,
@@ -78,6 +76,7 @@ def largest_exponent(
 
     Parameters
     ----------
+    system : System
     revolutions, transient : int
         Revolutions to average over, and before them to discard; the second trajectory starts with them.
     drive : str, optional
@@ -94,16 +93,17 @@ def largest_exponent(
     RunError
         If a trajectory fails.
     """
+    experiment = system.experiment
     period = period_of(experiment, drive)
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
     total = transient + revolutions
-    tight = lasting(experiment, total, drive).replaced({"solver.accuracy": accuracy})
-    first = Flow(mechanism, tight)
+    tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
+    first = Flow(tight)
     if not len(first.y):
         raise InputError(
             experiment.source, "drives", "they determine the whole motion: nothing is free to part"
         )
-    second = Flow(mechanism, tight, first.assembly)
+    second = Flow(tight)
     second.put(first.y + distance * first.scale, first)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):

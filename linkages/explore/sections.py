@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from linkages.errors import Status
 from linkages.explore.compare import PARTED, dense
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
 from linkages.outputs.columns import Columns
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -54,8 +53,7 @@ class Section:
 
 
 def stroboscopic(
-    mechanism: Mechanism,
-    experiment: Experiment,
+    system: System,
     names: Sequence[str],
     revolutions: int,
     transient: int = 0,
@@ -65,8 +63,9 @@ def stroboscopic(
 
     Parameters
     ----------
+    system : System
     names : sequence of str
-        Columns (see `linkages.outputs.columns`).
+        Outputs (see `linkages.outputs.registry`).
     revolutions, transient : int
         Revolutions to keep, and before them to discard.
     drive : str, optional
@@ -77,8 +76,8 @@ def stroboscopic(
     InputError, AssemblyError
         As `linkages.engines.study.simulate`, and if a column or drive does not exist.
     """
-    period = period_of(experiment, drive)
-    flow = Flow(mechanism, lasting(experiment, transient + revolutions, drive))
+    period = period_of(system.experiment, drive)
+    flow = Flow(lasting(system, transient + revolutions, drive))
     flow.check_names(names)
     if transient:
         flow.advance(transient * period)
@@ -134,14 +133,15 @@ def crossings(
     return evaluate(right)
 
 
-def horizon(mechanism: Mechanism, experiment: Experiment, most: float, drive: str | None = None) -> float:
+def horizon(system: System, most: float, drive: str | None = None) -> float:
     """Revolutions for which runs at the experiment's and at a ten times looser accuracy stay together.
 
-    Together means that every journal is within `linkages.explore.compare.PARTED` clearances of where the other run has it, at
-    fifty times in each revolution.
+    Together means that every journal is within `linkages.explore.compare.PARTED` clearances of where the other run has
+    it, at fifty times in each revolution.
 
     Parameters
     ----------
+    system : System
     most : float
         Revolutions after which to stop looking, and to return.
 
@@ -150,13 +150,12 @@ def horizon(mechanism: Mechanism, experiment: Experiment, most: float, drive: st
     InputError, AssemblyError
         As `stroboscopic`.
     """
-    period = period_of(experiment, drive)
-    fine = lasting(experiment, most, drive)
-    coarse = fine.replaced({"solver.accuracy": min(_LOOSER * experiment.solver.accuracy, 0.1)})
-    flows = Flow(mechanism, fine), Flow(mechanism, coarse)
-    contacts = flows[0].assembly.tree.contacts
-    names = [f"{label}.{axis}" for _, label in contacts for axis in ("ex", "ey")]
-    allowed = np.repeat([PARTED * (experiment.joints[name].clearance or 0.0) for name, _ in contacts], 2)
+    period = period_of(system.experiment, drive)
+    fine = lasting(system, most, drive)
+    coarse = fine.replaced({"solver.accuracy": min(_LOOSER * system.experiment.solver.accuracy, 0.1)})
+    flows = Flow(fine), Flow(coarse)
+    names = [f"{label}.{axis}" for _, label in system.tree.contacts for axis in ("ex", "ey")]
+    allowed = np.repeat(PARTED * system.laws["clearance"], 2)
     looks = int(np.floor(most * _LOOKS))
     for look in range(1, looks + 1):
         places = []

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, Status
-from linkages.explore.flow import Flow, lasting, period_of
+from linkages.errors import AssemblyError, InputError, Status
+from linkages.explore.flow import period_of
 from linkages.explore.sections import Section, horizon, stroboscopic
-from linkages.model.experiment import Experiment, check
-from linkages.model.mechanism import Mechanism, load_mechanism
-from linkages.system.assembly import AssemblyError
+from linkages.outputs.registry import pack
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -50,7 +49,7 @@ class Sweep:
     path : str
         Dotted path of the variable.
     names : tuple of str
-        Columns.
+        Outputs.
     transient : int
         Revolutions discarded.
     points : tuple of Point
@@ -64,8 +63,7 @@ class Sweep:
 
 
 def sweep(
-    mechanism: Mechanism,
-    experiment: Experiment,
+    system: System,
     path: str,
     values: Sequence[float] | Array,
     names: Sequence[str],
@@ -82,11 +80,12 @@ def sweep(
 
     Parameters
     ----------
+    system : System
     path : str
         Dotted path of the variable, of the experiment or, with ``sdf.``, of the machine.
     values : sequence of float
     names : sequence of str
-        Columns to look at.
+        Outputs to look at; see `linkages.outputs.registry`.
     revolutions, transient : int
         Revolutions to keep, and before them to discard.
     drive : str, optional
@@ -108,24 +107,24 @@ def sweep(
             raise InputError("argument", what, f"is {number}; it must be {least} or more")
     if len(values) == 0:
         raise InputError("argument", path, "has no values")
-    cases = [_case(mechanism, experiment, path, float(value)) for value in values]
-    for _, case in cases:
-        period_of(case, drive)
-    _check_names(cases, names, drive)
+    cases = [system.replaced({path: float(value)}) for value in values]
+    for case in cases:
+        period_of(case.experiment, drive)
+        pack(case, names)
 
-    def work(value: float, machine: Mechanism, case: Experiment) -> Point:
+    def work(value: float, case: System) -> Point:
         try:
-            section = stroboscopic(machine, case, names, revolutions, transient, drive)
+            section = stroboscopic(case, names, revolutions, transient, drive)
             found = None
-            if horizons and any(joint.can_touch for joint in case.joints.values()):
-                found = horizon(machine, case, transient + revolutions, drive)
+            if horizons and case.touching.any():
+                found = horizon(case, transient + revolutions, drive)
         except AssemblyError as problem:
             return Point(value, None, problem.status)
         return Point(value, section, section.status, found)
 
     pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
     try:
-        jobs = [pool.submit(work, float(value), *case) for value, case in zip(values, cases, strict=True)]
+        jobs = [pool.submit(work, float(value), case) for value, case in zip(values, cases, strict=True)]
         for done, _ in enumerate(as_completed(jobs), 1):
             if progress is not None:
                 progress(done / len(jobs))
@@ -133,23 +132,3 @@ def sweep(
     finally:
         pool.shutdown(cancel_futures=True)
     return Sweep(path, tuple(names), transient, points)
-
-
-def _case(
-    mechanism: Mechanism, experiment: Experiment, path: str, value: float
-) -> tuple[Mechanism, Experiment]:
-    case = experiment.replaced({path: value})
-    if path.startswith("sdf."):
-        mechanism = load_mechanism(case.mechanism_path, case.sdf_overrides)
-    check(mechanism, case)
-    return mechanism, case
-
-
-def _check_names(cases: list[tuple[Mechanism, Experiment]], names: Sequence[str], drive: str | None) -> None:
-    """Check the columns' names with the first case that can be assembled."""
-    for mechanism, case in cases:
-        try:
-            Flow(mechanism, lasting(case, 1.0, drive)).check_names(names)
-            return
-        except AssemblyError:
-            continue

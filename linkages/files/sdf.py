@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
+#: What this package adds to a joint, and the two lengths of each.
+_ANNOTATIONS = {"bearing": ("radius", "length"), "slot": ("length", "height")}
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,16 @@ class RawFrame:
 
 @dataclass(frozen=True)
 class RawModel:
-    """Everything the file says, resolved into world coordinates of the drawn configuration."""
+    """Everything the file says, resolved into world coordinates of the drawn configuration.
+
+    `values` are its numbers by the dotted paths that `read_sdf` replaces, as written.
+    """
 
     name: str
     links: dict[str, RawLink]
     joints: dict[str, RawJoint]
     frames: dict[str, RawFrame]
+    values: dict[str, float]
 
 
 def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawModel:
@@ -115,8 +121,13 @@ class _Reader:
         static = self.model.findtext("static", "false").strip()
         if static in ("true", "1"):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
+        self.places = {
+            f"{element.tag}s.{name}.{key}": place
+            for name, element in self.elements.items()
+            for key, place in _places(element)
+        }
         for key, value in overrides.items():
-            self._override(key, value)
+            self.place(key).put(value)
         self.resolved: dict[str, Pose] = {}
         self.resolving: list[str] = []
 
@@ -133,7 +144,28 @@ class _Reader:
             for n, e in self.elements.items()
             if e.tag == "frame"
         }
-        return RawModel(self.model.get("name", ""), links, joints, frames)
+        values = {path: place.value for path, place in self.places.items()}
+        return RawModel(self.model.get("name", ""), links, joints, frames, values)
+
+    def place(self, path: str) -> _Place:
+        """Find the number at a dotted path."""
+        if path in self.places:
+            return self.places[path]
+        kind, _, rest = path.partition(".")
+        kinds = ("links", "joints", "frames")
+        if kind not in kinds:
+            raise self.error(
+                f"sdf.{path}", f'"{kind}" is unknown; paths start with links., joints. or frames.'
+            )
+        name, _, key = rest.partition(".")
+        names = [n for n, e in self.elements.items() if e.tag == kind.removesuffix("s")]
+        if name not in names:
+            raise self.error(
+                f"sdf.{path}", f'there is no {kind.removesuffix("s")} "{name}"; {nearest(name, names)}'
+            )
+        start = f"{kind}.{name}."
+        known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
+        raise self.error(f"sdf.{path}", f'"{key}" is unknown; {nearest(key, known)}')
 
     # -- names and poses ---------------------------------------------------------------------------
 
@@ -282,8 +314,8 @@ class _Reader:
             on_parent,
             on_child,
             axis,
-            self._annotation(element, "bearing", ("radius", "length")),
-            self._annotation(element, "slot", ("length", "height")),
+            self._annotation(element, "bearing"),
+            self._annotation(element, "slot"),
         )
 
     def _axis(self, element: ET.Element, where: str, pose: Pose) -> Array:
@@ -305,8 +337,9 @@ class _Reader:
         rotation = self._pose(base, where).rotation if base else pose.rotation
         return rotation @ (direction / length)
 
-    def _annotation(self, element: ET.Element, tag: str, keys: tuple[str, str]) -> tuple[float, float] | None:
+    def _annotation(self, element: ET.Element, tag: str) -> tuple[float, float] | None:
         """Read the two lengths of <linkages:bearing> or <linkages:slot>."""
+        keys = _ANNOTATIONS[tag]
         found = [child for child in element if child.tag.startswith("{") and child.tag.endswith("}" + tag)]
         if not found:
             return None
@@ -349,53 +382,60 @@ class _Reader:
             return default
         return float(self._numbers(element, 1, f"{where}/<{key}>")[0])
 
-    # -- overrides ---------------------------------------------------------------------------------
 
-    def _override(self, path: str, value: float) -> None:
-        parts = path.split(".")
-        kinds = {"links": "link", "joints": "joint", "frames": "frame"}
-        if parts[0] not in kinds or len(parts) < 3:
-            raise self.error(
-                f"sdf.{path}", f'"{parts[0]}" is unknown; paths start with links., joints. or frames.'
-            )
-        kind = kinds[parts[0]]
-        names = [n for n, e in self.elements.items() if e.tag == kind]
-        if parts[1] not in names:
-            raise self.error(f"sdf.{path}", f'there is no {kind} "{parts[1]}"; {nearest(parts[1], names)}')
-        element = self.elements[parts[1]]
-        rest = ".".join(parts[2:])
-        known = {f"pose.{key}" for key in _POSE_KEYS}
-        if kind == "link":
-            known |= {"mass", "com.x", "com.y", "com.z", "inertia"}
-        if kind == "joint":
-            known |= {"bearing.radius", "bearing.length", "slot.length", "slot.height"}
-        if rest not in known:
-            raise self.error(f"sdf.{path}", f'"{rest}" is unknown; {nearest(rest, known)}')
-        if rest == "inertia":
-            return  # about the plane's normal: applied where the plane is known
-        if rest == "mass":
-            target = element.find("inertial/mass")
-            if target is not None:
-                target.text = repr(value)
-        elif parts[2] in ("bearing", "slot"):
-            for child in element.iter():
-                if child.tag.endswith("}" + parts[3]):
-                    child.text = repr(value)
-        else:
-            holder = element if parts[2] == "pose" else element.find("inertial")
-            if holder is not None:
-                _set_pose(holder, _POSE_KEYS.index(parts[3]), value)
+@dataclass(frozen=True)
+class _Place:
+    """Where a number stands in the file: alone in an element, or as one of those of a <pose>, which may be left out."""
+
+    holder: ET.Element
+    index: int | None = None
+
+    @property
+    def value(self) -> float:
+        """The number, angles in radians; NaN where the text is none."""
+        pose = self.holder.find("pose")
+        text = self.holder.text if self.index is None else pose.text if pose is not None else ""
+        words = (text or "").split() or ["0"] * 6
+        try:
+            number = float(words[self.index or 0])
+        except (ValueError, IndexError):
+            return math.nan
+        return math.radians(number) if pose is not None and self._in_degrees(pose) else number
+
+    def put(self, value: float) -> None:
+        """Replace the number."""
+        if self.index is None:
+            self.holder.text = repr(value)
+            return
+        pose = self.holder.find("pose")
+        if pose is None:
+            pose = ET.SubElement(self.holder, "pose")
+        words = (pose.text or "").split() or ["0"] * 6
+        words[self.index] = repr(math.degrees(value) if self._in_degrees(pose) else value)
+        pose.text = " ".join(words)
+
+    def _in_degrees(self, pose: ET.Element) -> bool:
+        return self.index is not None and self.index >= 3 and pose.get("degrees", "false") in ("true", "1")
 
 
-def _set_pose(holder: ET.Element, index: int, value: float) -> None:
-    pose = holder.find("pose")
-    if pose is None:
-        pose = ET.SubElement(holder, "pose")
-    words = (pose.text or "0 0 0 0 0 0").split()
-    if index >= 3 and pose.get("degrees", "false") in ("true", "1"):  # values by path are in radians
-        value = math.degrees(value)
-    words[index] = repr(value)
-    pose.text = " ".join(words)
+def _places(element: ET.Element) -> Iterator[tuple[str, _Place]]:
+    """Find every number of a link, joint or frame that a dotted path can name."""
+    inertial = element.find("inertial")
+    for holder, prefix, keys in ((element, "pose", _POSE_KEYS), (inertial, "com", _POSE_KEYS[:3])):
+        if holder is None:
+            continue
+        pose = holder.find("pose")
+        quaternion = pose is not None and pose.get("rotation_format", "euler_rpy") == "quat_xyzw"
+        for index, key in enumerate(keys[:3] if quaternion else keys):
+            yield f"{prefix}.{key}", _Place(holder, index)
+    mass = element.find("inertial/mass")
+    if mass is not None:
+        yield "mass", _Place(mass)
+    for annotation in element:
+        kind = annotation.tag.rpartition("}")[2]
+        if annotation.tag.startswith("{") and kind in _ANNOTATIONS:
+            for number in annotation:
+                yield f"{kind}.{number.tag.rpartition('}')[2]}", _Place(number)
 
 
 def _find_model(path: Path) -> ET.Element:

@@ -54,7 +54,9 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
         parts = path.split(".")
         if not all(parts):
             raise InputError(
-                origin, f'"{path}"', "is no path; write keys with points between, as joints.A.clearance"
+                origin,
+                f'"{path}"',
+                "is not a path; write keys with dots between them, such as joints.A.clearance",
             )
         table = data
         for part in parts[:-1]:
@@ -62,6 +64,30 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
             if not isinstance(table, dict):
                 raise InputError(origin, path, f'"{part}" is a value, not a table')
         table[parts[-1]] = parse_value(value) if isinstance(value, str) else value
+
+
+def value_at(table: Table, path: str, source: Path) -> float:
+    """Return the number at a dotted path of a table.
+
+    Raises
+    ------
+    InputError
+        If there is no such path, or no number there.
+    """
+    here: Any = table
+    for part in path.split("."):
+        if isinstance(here, BaseModel):
+            known: Mapping[str, Any] = {key: getattr(here, key) for key in type(here).model_fields}
+        else:
+            known = here if isinstance(here, Mapping) else {}
+        if part not in known:
+            raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
+        here = known[part]
+    if here is None:
+        raise InputError(source, path, "has no value in the experiment; give one there, or nominal")
+    if isinstance(here, bool) or not isinstance(here, int | float):
+        raise InputError(source, path, "is not a number, and cannot be a design variable")
+    return float(here)
 
 
 def validate(
@@ -112,7 +138,7 @@ def check_history(times: list[float] | None, values: Sized | None, name: str) ->
         raise ValueError("times must start at 0 or before")
 
 
-def keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
+def table_keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
     """Every key of a table and of the tables in it, by dotted path, with its meaning and unit."""
     for name, info in model.model_fields.items():
         inner = _inner(info)
@@ -120,7 +146,7 @@ def keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
         path = f"{prefix}{name}" + (".NAME" if named else "")
         yield path, info.description or ""
         if inner is not None:
-            yield from keys(inner, path + ".")
+            yield from table_keys(inner, path + ".")
 
 
 def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

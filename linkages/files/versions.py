@@ -1,17 +1,21 @@
-"""Versions of what determines an optimisation's numbers."""
+"""Versions of what determines the numbers."""
 
 from __future__ import annotations
 
 import importlib.metadata
 import platform
 
-_PACKAGES = ("linkages", "drake", "numba", "numpy", "pygad", "scipy")
 
+def versions(*more: str) -> dict[str, str]:
+    """Version of Python and of each package that determines the numbers; "not installed" where it is not.
 
-def versions() -> dict[str, str]:
-    """Version of Python and of each package; "not installed" where it is not."""
+    Parameters
+    ----------
+    *more : str
+        Further packages.
+    """
     found = {"python": platform.python_version()}
-    for package in _PACKAGES:
+    for package in sorted({"linkages", "drake", "numba", "numpy", "scipy", *more}):
         try:
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:

@@ -14,18 +14,26 @@ from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr
 
-from linkages.errors import InputError, nearest
-from linkages.files import toml as toml_tables
-from linkages.files.toml import Finite, Positive, Table
+from linkages.errors import InputError
+from linkages.files.toml import (
+    Finite,
+    Positive,
+    Table,
+    leaves,
+    read_toml,
+    replace_values,
+    table_keys,
+    validate,
+    value_at,
+)
 from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
-from linkages.model.mechanism import Mechanism, load_mechanism
 from linkages.model.tables import Drive, JointModel, Solver
-from linkages.system.loads import check_loads
-
-_CYLINDERS = ("esdu-78035", "johnson", "dubowsky-freudenstein")
 
 #: Where a replaced value came from, as its source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
+
+#: The tables of applied loads, in the order in which the loads are packed.
+LOADS = ("forces", "torques", "springs", "torsion_springs")
 
 #: What an output can measure of a link or frame, in plane axes; units m, rad and s.
 QUANTITIES = {
@@ -86,7 +94,7 @@ class Experiment(Table):
     def sdf_overrides(self) -> dict[str, float]:
         """Values that replace those of the SDF file, by dotted path without the leading ``sdf.``."""
         result = {}
-        for path, value in toml_tables.leaves(self.sdf):
+        for path, value in leaves(self.sdf):
             if isinstance(value, bool) or not isinstance(value, int | float):
                 given = self._sources.get(f"sdf.{path}")
                 source = given if given in (ARGUMENT, COMMAND_LINE) else self._source
@@ -95,24 +103,24 @@ class Experiment(Table):
         return result
 
     @property
-    def integrator(self) -> str:
-        """Drake's integration scheme: implicit for films, explicit for dry contact, which is not stiff."""
-        if self.solver.integrator is not None:
-            return self.solver.integrator
-        stiff = any(joint.has_film for joint in self.joints.values()) or not self.play
-        return "radau3" if stiff else "runge_kutta5"
-
-    @property
-    def max_step(self) -> float:
-        """Largest step [s]: short enough not to miss a contact, which lasts some 50 microseconds."""
-        if self.solver.max_step is not None:
-            return self.solver.max_step
-        return 2e-5 if any(joint.can_touch for joint in self.joints.values()) else 2e-3
-
-    @property
     def play(self) -> tuple[str, ...]:
         """Joints with clearance."""
         return tuple(name for name, joint in self.joints.items() if joint.has_play)
+
+    @property
+    def loads(self) -> tuple[tuple[str, str], ...]:
+        """Table and name of each applied load: forces, torques, springs, torsion springs."""
+        return tuple((table, name) for table in LOADS for name in getattr(self, table))
+
+    def value(self, path: str) -> float:
+        """Return the number at a dotted path.
+
+        Raises
+        ------
+        InputError
+            If there is no such path, or no number there.
+        """
+        return value_at(self, path, self._source)
 
     def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
         """Return the same experiment with values replaced by dotted path, which come from `origin`.
@@ -151,116 +159,13 @@ def load_experiment(
         One line with file, key and reason.
     """
     path = Path(path)
-    data, sources = toml_tables.read_toml(path)
+    data, sources = read_toml(path)
     return _build(path, data, sources, overrides or {}, origin)
-
-
-def load(
-    path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT
-) -> tuple[Mechanism, Experiment]:
-    """Read an experiment and its mechanism, and check that they fit each other.
-
-    Parameters
-    ----------
-    path : str or Path
-        The TOML file.
-    overrides : mapping, optional
-        Values by dotted path that replace those of the files.
-    origin : str
-        Where the overrides come from, for errors and as the source of their values.
-
-    Raises
-    ------
-    InputError
-        One line with file, element or key, and reason.
-    """
-    experiment = load_experiment(path, overrides, origin)
-    mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-    check(mechanism, experiment)
-    return mechanism, experiment
-
-
-def check(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Check that every name in the experiment exists in the mechanism and that the values suit it.
-
-    Raises
-    ------
-    InputError
-        One line with key and reason.
-    """
-    source = experiment.source
-    for kind in ("drives", "joints"):
-        for name in getattr(experiment, kind):
-            if name not in mechanism.joint:
-                raise InputError(
-                    source,
-                    f"{kind}.{name}",
-                    f"{mechanism.source.name} has no such joint; {nearest(name, mechanism.joint)}",
-                )
-    for name, drive in experiment.drives.items():
-        where = f"drives.{name}"
-        if mechanism.joint[name].type == "fixed":
-            raise InputError(source, where, "a fixed joint cannot be driven")
-        if name in experiment.play:
-            raise InputError(source, where, "a joint with clearance cannot be driven; make it ideal")
-        if drive.times is not None and drive.times[-1] < experiment.duration:
-            raise InputError(
-                source,
-                f"{where}.times",
-                f"end at {drive.times[-1]:g} s, before the duration of {experiment.duration:g} s",
-            )
-    for name, joint in experiment.joints.items():
-        if not joint.has_play:
-            continue
-        _check_joint(mechanism, experiment, name, joint)
-    check_loads(mechanism, experiment)
-    for output in experiment.outputs:
-        point, _, quantity = output.rpartition(".")
-        if point not in mechanism.point:
-            raise InputError(
-                source,
-                f'outputs: "{output}"',
-                f'{mechanism.source.name} has no link or frame "{point}"; {nearest(point, mechanism.point)}',
-            )
-        if quantity not in QUANTITIES:
-            raise InputError(
-                source, f'outputs: "{output}"', f'"{quantity}" is unknown; {nearest(quantity, QUANTITIES)}'
-            )
-
-
-def _check_joint(mechanism: Mechanism, experiment: Experiment, name: str, model: JointModel) -> None:
-    """Check a joint with play against the machine's bearing or slot."""
-    source, joint, clearance = experiment.source, mechanism.joint[name], model.clearance or 0.0
-    needs = {"revolute": "bearing", "prismatic": "slot"}.get(joint.type)
-    if needs is None:
-        raise InputError(source, f"joints.{name}", "a fixed joint cannot have play")
-    if (joint.bearing or joint.slot) is None:
-        raise InputError(
-            source,
-            f"joints.{name}.model",
-            f'"{model.model}" needs a <linkages:{needs}> in <joint name="{name}"> of {mechanism.source.name}',
-        )
-    if joint.bearing is not None:
-        if clearance >= joint.bearing.radius:
-            raise InputError(
-                source,
-                f"joints.{name}.clearance",
-                f"is {clearance:g} m; it must be smaller than the bearing's radius of {joint.bearing.radius:g} m",
-            )
-        if sum(x * x for x in model.offset) >= clearance**2:
-            raise InputError(source, f"joints.{name}.offset", "must lie inside the clearance circle")
-        return
-    if model.model != "dry":
-        raise InputError(source, f"joints.{name}.model", f'is "{model.model}"; a guide with play is "dry"')
-    if model.contact is not None and (model.contact.stiffness is None or model.contact.law in _CYLINDERS):
-        raise InputError(
-            source, f"joints.{name}.contact", "a corner at a wall needs a power law and its stiffness [N/m^n]"
-        )
 
 
 def keys() -> Iterator[tuple[str, str]]:
     """Every key of an experiment file with its meaning and unit."""
-    return toml_tables.keys(Experiment)
+    return table_keys(Experiment)
 
 
 def _build(
@@ -270,9 +175,9 @@ def _build(
     overrides: Mapping[str, Any],
     origin: str,
 ) -> Experiment:
-    toml_tables.replace_values(data, overrides, origin)
+    replace_values(data, overrides, origin)
     replaced = dict.fromkeys(overrides, origin)
-    experiment = toml_tables.validate(Experiment, data, source, replaced)
+    experiment = validate(Experiment, data, source, replaced)
     experiment._source = source
     experiment._sources = dict(sources) | replaced
     return experiment

@@ -8,6 +8,7 @@ about world x they are y and z. Angles are counter-clockwise about n. SI units.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,11 +17,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError
+from linkages.errors import InputError, nearest
 from linkages.files.sdf import RawJoint, RawModel, read_sdf
 
 Array = NDArray[np.float64]
 
+_INERTIA = re.compile(r"links\.[^.]+\.inertia")
 _PARALLEL = 1e-6  # largest sine of the angle by which an axis may miss the normal (or the plane)
 
 
@@ -124,7 +126,17 @@ class Frame:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A planar linkage. `basis` has the columns x_P, y_P, n in world axes."""
+    """A planar linkage.
+
+    Attributes
+    ----------
+    source : Path
+        The SDFormat file.
+    basis : (3, 3) array
+        Columns x_P, y_P, n in world axes.
+    values : mapping of str to float
+        Every number that can be replaced, by its dotted path (see `load_mechanism`).
+    """
 
     name: str
     source: Path
@@ -132,6 +144,7 @@ class Mechanism:
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
     frames: tuple[Frame, ...]
+    values: Mapping[str, float]
 
     @cached_property
     def link(self) -> dict[str, Link]:
@@ -148,6 +161,61 @@ class Mechanism:
         """Every named frame, link frames included."""
         own = {link.name: Frame(link.name, link.name, link.origin, link.angle) for link in self.links}
         return own | {frame.name: frame for frame in self.frames}
+
+    def value(self, path: str) -> float:
+        """Return the number at a dotted path.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if path in self.values:
+            return self.values[path]
+        kind, _, rest = path.partition(".")
+        name = rest.partition(".")[0]
+        same = {other for other in self.values if other.startswith(f"{kind}.{name}.")}
+        known = {other.rpartition(".")[0] for other in self.values}
+        near = nearest(path, same) if same else nearest(f"{kind}.{name}", known)
+        raise InputError(self.source, f"sdf.{path}", f"there is no such value; {near}")
+
+    def with_inertial(self, values: Mapping[str, float]) -> Mechanism:
+        """Return the mechanism with other masses and moments of inertia, without reading its file again.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            By the paths ``links.NAME.mass`` [kg] and ``links.NAME.inertia`` (about the mass centre and the plane's
+            normal; the tensor in space is scaled) [kg m2].
+
+        Raises
+        ------
+        InputError
+            If there is no such link, or a value is not positive.
+        """
+        if not values:
+            return self
+        for path, value in values.items():
+            if path not in self.values:
+                raise InputError(
+                    self.source,
+                    f"sdf.{path}",
+                    f'there is no link "{path.split(".")[1]}"; {nearest(path.split(".")[1], self.link)}',
+                )
+            if not 0.0 < value < np.inf:
+                raise InputError(self.source, f"sdf.{path}", f"is {value:g}; it must be positive and finite")
+        links = []
+        for link in self.links:
+            mass, inertia = values.get(_mass(link), link.mass), values.get(_inertia(link), link.inertia)
+            if (mass, inertia) != (link.mass, link.inertia):
+                link = replace(
+                    link,
+                    mass=mass,
+                    inertia=inertia,
+                    inertia_local=link.inertia_local * (inertia / link.inertia),
+                )
+            links.append(link)
+        return replace(self, links=tuple(links), values={**self.values, **values})
 
 
 def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = None) -> Mechanism:
@@ -169,7 +237,8 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     """
     path = Path(path)
     overrides = dict(overrides or {})
-    raw = read_sdf(path, overrides)
+    inertias = {key: value for key, value in overrides.items() if _INERTIA.fullmatch(key)}
+    raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias})
     basis = _plane(path, raw)
     links = tuple(_link(name, raw, basis) for name in raw.links)
     joints = tuple(_joint(name, joint, basis) for name, joint in raw.joints.items())
@@ -177,13 +246,8 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
         Frame(name, frame.link, basis[:, :2].T @ frame.pose.translation, _angle(frame.pose.rotation, basis))
         for name, frame in raw.frames.items()
     )
-    for key, value in overrides.items():
-        if key.endswith(".inertia"):
-            links = tuple(
-                _with_inertia(path, link, value) if f"links.{link.name}.inertia" == key else link
-                for link in links
-            )
-    mechanism = Mechanism(raw.name, path, basis, links, joints, frames)
+    values = raw.values | {_inertia(link): link.inertia for link in links}
+    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values).with_inertial(inertias)
     _check(mechanism)
     return mechanism
 
@@ -276,10 +340,12 @@ def _joint(name: str, raw: RawJoint, basis: Array) -> Joint:
     )
 
 
-def _with_inertia(path: Path, link: Link, value: float) -> Link:
-    if value <= 0.0:
-        raise InputError(path, f"sdf.links.{link.name}.inertia", f"is {value:g} kg m2; it must be positive")
-    return replace(link, inertia=value, inertia_local=link.inertia_local * (value / link.inertia))
+def _mass(link: Link) -> str:
+    return f"links.{link.name}.mass"
+
+
+def _inertia(link: Link) -> str:
+    return f"links.{link.name}.inertia"
 
 
 def _check(mechanism: Mechanism) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
@@ -14,11 +14,11 @@ from linkages.planar import motion
 from linkages.planar.motion import Pieces
 
 
-def _known(registry: Iterable[str]) -> AfterValidator:
-    """Validate a law's name against its registry: a law added there can be named in a file."""
-    names = sorted(registry)
+def _known(registry: Mapping[str, object]) -> AfterValidator:
+    """Validate a law's name against its registry as it is then: a law registered later can be named too."""
 
     def check_name(name: str) -> str:
+        names = sorted(set(registry) - {"none"})
         if name not in names:
             raise ValueError(f'"{name}" is unknown; {nearest(name, names)}')
         return name
@@ -28,7 +28,7 @@ def _known(registry: Iterable[str]) -> AfterValidator:
 
 FilmName = Annotated[str, _known(FILMS)]
 ContactLaw = Annotated[str, _known(CONTACTS)]
-FrictionLaw = Annotated[str, _known(set(FRICTIONS) - {"none"})]
+FrictionLaw = Annotated[str, _known(FRICTIONS)]
 
 
 class Drive(Table):
@@ -85,7 +85,7 @@ class Drive(Table):
 
 
 class SmallEccentricity(Table):
-    """The paper's correction of the film near the centre, seed eqs. (12)-(13): force times eps^power below ratio.
+    """The paper's correction of the film near the centre, Chen 2025 eqs. (12)-(13): force times eps^power below ratio.
 
     It is not needed (the film is regular there) and leaves the centred journal nearly unsupported; it is here to
     replicate the paper.
@@ -149,7 +149,7 @@ class Friction(Table):
 class Mixed(Table):
     """Between film and contact, for mixed joints."""
 
-    law: Literal["blend", "greenwood-tripp"] = Field(description="blend of seed eq. (15), or asperities")
+    law: Literal["blend", "greenwood-tripp"] = Field(description="blend of Chen 2025 eq. (15), or asperities")
     transition: Positive | None = Field(
         None, description="blend: penetration E_0 where only contact is left [m]"
     )
@@ -240,6 +240,12 @@ class JointModel(Table):
         return self.model != "ideal"
 
 
+#: Integration schemes that an experiment can name: implicit ones for stiff equations, explicit ones. Drake has them
+#: all; the compiled engine takes its one of the same kind.
+IMPLICIT = ("radau3", "radau1", "implicit_euler")
+EXPLICIT = ("runge_kutta5", "runge_kutta3", "bogacki_shampine3")
+
+
 class Solver(Table):
     """Numerical settings; the defaults suit lubricated joints."""
 
@@ -247,7 +253,8 @@ class Solver(Table):
         Literal["radau3", "radau1", "implicit_euler", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
         | None
     ) = Field(
-        None, description="Drake's integration scheme; default radau3, with dry joints alone runge_kutta5"
+        None,
+        description="Drake's integration scheme; default radau3 with films or bristles, else runge_kutta5",
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
     max_step: Positive | None = Field(

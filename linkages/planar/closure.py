@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import kernel
 from linkages.planar.kinematics import (
     body_accelerations,
@@ -22,6 +23,7 @@ Array = NDArray[np.float64]
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
 _ITERATIONS = 50
+_PIVOT = 1e-8  # smallest pivot, in parts of the largest, with which a system counts as regular
 _DEPENDENT = 1e-11  # singular values below, in parts of the largest, are those of dependent rows
 
 
@@ -88,6 +90,23 @@ def least_squares(parts: tuple[Array, Array, Array], rhs: Array) -> Array:
 
 
 @kernel
+def solve_columns(matrix: Array, rhs: Array) -> Array:
+    """Solve matrix @ x = rhs: by LU if it is square and its pivots allow, else by `least_squares`."""
+    n = len(rhs)
+    if matrix.shape[1] == n:
+        factors, pivots, x = matrix.copy(), np.empty(n, np.int64), rhs.copy()
+        if factorise(factors, pivots):
+            largest, smallest = 0.0, np.inf
+            for i in range(n):
+                largest = max(largest, abs(factors[i, i]))
+                smallest = min(smallest, abs(factors[i, i]))
+            if smallest > _PIVOT * largest:
+                back_substitute(factors, pivots, x)
+                return x
+    return least_squares(decompose(matrix), rhs)
+
+
+@kernel
 def sum_of_squares(x: Array) -> float:
     """Sum of the squares of a vector's entries."""
     total = 0.0
@@ -125,7 +144,7 @@ def close(
         if math.sqrt(merit) <= TOLERANCE * size:
             return True
         inner = free_columns(closure_jacobian(bodies, rows, pose, len(q)), free)
-        step = least_squares(decompose(inner), -error)
+        step = solve_columns(inner, -error)
         trial = q.copy()
         fraction = 1.0
         improved = False
@@ -154,40 +173,46 @@ def consistent_rates(
     q: Array,
     v: Array,
     a: Array,
-) -> float:
-    """Fill the free entries of rates v and accelerations a so that the rows stay closed.
-
-    Prescribed entries are given. Returns the ratio of the smallest to the largest singular value of the free
-    columns of the Jacobian: it is zero where the linkage is singular or has a free motion left.
-    """
+) -> None:
+    """Fill the free entries of rates v and accelerations a so that the rows stay closed; others are given."""
     nb, n = len(bodies), len(q)
     pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
     body_positions(bodies, q, pose)
-    jacobian = closure_jacobian(bodies, rows, pose, n)
-    parts = decompose(free_columns(jacobian, free))
+    inner = free_columns(closure_jacobian(bodies, rows, pose, n), free)
     for i in range(len(free)):
         v[free[i]] = 0.0
         a[free[i]] = 0.0
     error = np.empty(len(rows))
+    body_velocities(bodies, pose, v, vel)
     for k in range(len(rows)):
-        error[k] = 0.0
-        for i in range(n):
-            error[k] -= jacobian[k, i] * v[i]
-    rates = least_squares(parts, error)
+        error[k] = -row_rate(rows[k], pose, vel)
+    rates = solve_columns(inner, error)
     for i in range(len(free)):
         v[free[i]] = rates[i]
     body_velocities(bodies, pose, v, vel)
     body_accelerations(bodies, pose, vel, v, a, acc)
     for k in range(len(rows)):
         error[k] = -row_acceleration(rows[k], pose, vel, acc)
-    seconds = least_squares(parts, error)
+    seconds = solve_columns(inner, error)
     for i in range(len(free)):
         a[free[i]] = seconds[i]
+
+
+@kernel
+def closure_quality(
+    bodies: NDArray[np.record], rows: NDArray[np.record], free: NDArray[np.int64], q: Array
+) -> float:
+    """Ratio of the smallest to the largest singular value of the free columns of the closure's Jacobian.
+
+    It is zero where the linkage is singular or has a free motion left.
+    """
     if len(free) == 0 or len(rows) == 0:
         return 1.0
     if len(rows) < len(free):
         return 0.0
-    values = parts[1]
+    pose = np.empty((len(bodies), 5))
+    body_positions(bodies, q, pose)
+    values = decompose(free_columns(closure_jacobian(bodies, rows, pose, len(q)), free))[1]
     return values[-1] / values[0] if values[0] > 0.0 else 0.0
 
 
@@ -211,7 +236,7 @@ def follow(
     q, v, a : (nt, n) arrays
         Prescribed entries given, free entries guessed in q; on return all of them.
     quality : (nt,) array
-        Filled with the ratio of `consistent_rates`.
+        Filled with `closure_quality`.
 
     Returns
     -------
@@ -221,5 +246,6 @@ def follow(
     for k in range(len(q)):
         if not close(bodies, rows, offset[k], free, size, q[k]):
             return k
-        quality[k] = consistent_rates(bodies, rows, free, q[k], v[k], a[k])
+        consistent_rates(bodies, rows, free, q[k], v[k], a[k])
+        quality[k] = closure_quality(bodies, rows, free, q[k])
     return len(q)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from linkages.kernel import kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
-from linkages.planar.kinematics import add_force, body_positions, body_velocities, point_offset
+from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.markers import Arms, add_force, gap, gap_rate, turned
 from linkages.planar.records import CORNER
 
 Array = NDArray[np.float64]
@@ -54,16 +55,12 @@ def clearance_wrenches(
     """
     for k in range(len(ends)):
         end = ends[k]
-        b, j = end.bearing, end.journal
         motion, arms = contact_motion(end, pose, vel)
         ex, ey = motion[0], motion[1]
         fx, fy, couple, rate, delta, closing, sliding = contact_action(
             end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
         )
-        add_force(wrench, j, arms[2], arms[3], fx, fy)
-        add_force(wrench, b, arms[0] + ex, arms[1] + ey, -fx, -fy)
-        wrench[j, 0] += couple
-        wrench[b, 0] -= couple
+        add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
         out[k, 0] = ex
         out[k, 1] = ey
         out[k, 2] = fx
@@ -73,6 +70,18 @@ def clearance_wrenches(
         out[k, 6] = closing
         out[k, 7] = sliding
         out[k, 8] = rate
+
+
+@kernel
+def add_contact(
+    wrench: Array, end: np.record, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
+) -> None:
+    """Add a contact's force pair to the bodies' wrenches: both forces act at the journal's marker."""
+    b, j = end.bearing.body, end.journal.body
+    add_force(wrench, j, arms[2], arms[3], fx, fy)
+    add_force(wrench, b, arms[0] + ex, arms[1] + ey, -fx, -fy)
+    wrench[j, 0] += couple
+    wrench[b, 0] -= couple
 
 
 @kernel
@@ -88,18 +97,12 @@ def contact_motion(
     arms : tuple
         From the origin of the outer body's frame to its end, and of the inner's.
     """
-    b, j = end.bearing, end.journal
-    rbx, rby = point_offset(pose, b, end.bx, end.by)
-    rjx, rjy = point_offset(pose, j, end.jx, end.jy)
-    ex = pose[j, 0] + rjx - pose[b, 0] - rbx
-    ey = pose[j, 1] + rjy - pose[b, 1] - rby
-    wb, wj = vel[b, 0], vel[j, 0]
-    vx = vel[j, 1] - wj * rjy - vel[b, 1] + wb * rby
-    vy = vel[j, 2] + wj * rjx - vel[b, 2] - wb * rbx
+    ex, ey, arms = gap(pose, end.bearing, end.journal)
+    vx, vy = gap_rate(vel, end.bearing, end.journal, arms)
     nx, ny = 0.0, 0.0
     if end.kind == CORNER:
-        nx, ny = point_offset(pose, b, end.nx, end.ny)
-    return (ex, ey, vx, vy, wb, wj, nx, ny), (rbx, rby, rjx, rjy)
+        nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
+    return (ex, ey, vx, vy, vel[end.bearing.body, 0], vel[end.journal.body, 0], nx, ny), arms
 
 
 @kernel

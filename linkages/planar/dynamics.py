@@ -18,11 +18,11 @@ from linkages.kernel import inlined_kernel, kernel
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
-    point_offset,
     row_acceleration,
     row_rate,
     row_value,
 )
+from linkages.planar.markers import turned
 from linkages.planar.records import PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
@@ -99,11 +99,11 @@ def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, ta
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
-        p = body.parent
+        p = body.base.body
         if body.type == REVOLUTE:
             tau[body.dof] += body.sign * wrench[i, 0]
         elif body.type == PRISMATIC:
-            ux, uy = point_offset(pose, p, body.ux, body.uy)
+            ux, uy = turned(pose, p, body.ux, body.uy)
             tau[body.dof] += ux * wrench[i, 1] + uy * wrench[i, 2]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
@@ -122,7 +122,7 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
         body = bodies[i]
         if not body.moving:
             continue
-        cx, cy = point_offset(pose, i, body.cx, body.cy)
+        cx, cy = turned(pose, i, body.cx, body.cy)
         m = body.mass
         inertia[i, 0] = body.inertia + m * (cx * cx + cy * cy)
         inertia[i, 1] = -m * cy
@@ -134,7 +134,7 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
         body = bodies[i]
         if not body.moving:
             continue
-        p = body.parent
+        p = body.base.body
         i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
         i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
         if body.dof >= 0 and body.driven < 0:
@@ -144,7 +144,7 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
                 u0, u1, u2 = i0 * s0, i1 * s0, i2 * s0
                 d = s0 * u0
             else:
-                s1, s2 = point_offset(pose, p, body.ux, body.uy)
+                s1, s2 = turned(pose, p, body.ux, body.uy)
                 u0, u1, u2 = i1 * s1 + i2 * s2, i3 * s1 + i4 * s2, i4 * s1 + i5 * s2
                 d = s1 * u1 + s2 * u2
             axis[i, 0] = s0
@@ -187,7 +187,7 @@ def inertial_load(
     """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches."""
     for i in range(len(bodies)):
         body = bodies[i]
-        cx, cy = point_offset(pose, i, body.cx, body.cy)
+        cx, cy = turned(pose, i, body.cx, body.cy)
         m, al, w2 = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]
         fx = m * (acc[i, 1] - al * cy - w2 * cx - gravity[0])
         fy = m * (acc[i, 2] + al * cx - w2 * cy - gravity[1])
@@ -228,7 +228,7 @@ def respond(
             f0 += axis[i, 3] * push
             f1 += axis[i, 4] * push
             f2 += axis[i, 5] * push
-        p = body.parent
+        p = body.base.body
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         load[p, 0] += f0 + rx * f2 - ry * f1
         load[p, 1] += f1
@@ -237,7 +237,7 @@ def respond(
         body = bodies[i]
         if not body.moving:
             continue
-        p = body.parent
+        p = body.base.body
         a0, a1, a2 = 0.0, 0.0, 0.0
         if bodies[p].moving:
             rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]

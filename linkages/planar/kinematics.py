@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
+from linkages.planar.markers import add_force, arm, gap, gap_acceleration, gap_rate, turned
 from linkages.planar.records import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
@@ -23,14 +24,14 @@ def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
     pose[0, 4] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.parent
-        c, s = pose[p, 3], pose[p, 4]
-        x, y = body.x, body.y
+        p = body.base.body
+        rx, ry = arm(pose, body.base)
+        pose[i, 0] = pose[p, 0] + rx
+        pose[i, 1] = pose[p, 1] + ry
         if body.type == PRISMATIC:
-            x += body.ux * q[body.dof]
-            y += body.uy * q[body.dof]
-        pose[i, 0] = pose[p, 0] + c * x - s * y
-        pose[i, 1] = pose[p, 1] + s * x + c * y
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            pose[i, 0] += ux * q[body.dof]
+            pose[i, 1] += uy * q[body.dof]
         if body.type == REVOLUTE:
             angle = pose[p, 2] + body.sign * q[body.dof]
             pose[i, 2] = angle
@@ -38,8 +39,8 @@ def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
             pose[i, 4] = math.sin(angle)
         else:
             pose[i, 2] = pose[p, 2]
-            pose[i, 3] = c
-            pose[i, 4] = s
+            pose[i, 3] = pose[p, 3]
+            pose[i, 4] = pose[p, 4]
 
 
 @kernel
@@ -48,16 +49,16 @@ def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Arra
     vel[0, :] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.parent
+        p = body.base.body
         w = vel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         vx, vy = vel[p, 1] - w * ry, vel[p, 2] + w * rx
         if body.type == REVOLUTE:
             w += body.sign * v[body.dof]
         elif body.type == PRISMATIC:
-            c, s = pose[p, 3], pose[p, 4]
-            vx += (c * body.ux - s * body.uy) * v[body.dof]
-            vy += (s * body.ux + c * body.uy) * v[body.dof]
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            vx += ux * v[body.dof]
+            vy += uy * v[body.dof]
         vel[i, 0] = w
         vel[i, 1] = vx
         vel[i, 2] = vy
@@ -71,7 +72,7 @@ def body_accelerations(
     acc[0, :] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.parent
+        p = body.base.body
         w, al = vel[p, 0], acc[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         ax = acc[p, 1] - al * ry - w * w * rx
@@ -79,8 +80,7 @@ def body_accelerations(
         if body.type == REVOLUTE:
             al += body.sign * a[body.dof]
         elif body.type == PRISMATIC:
-            c, s = pose[p, 3], pose[p, 4]
-            ux, uy = c * body.ux - s * body.uy, s * body.ux + c * body.uy
+            ux, uy = turned(pose, p, body.ux, body.uy)
             rate = 2.0 * w * v[body.dof]
             ax += ux * a[body.dof] - uy * rate
             ay += uy * a[body.dof] + ux * rate
@@ -90,92 +90,69 @@ def body_accelerations(
 
 
 @kernel
-def point_offset(pose: Array, body: int, x: float, y: float) -> tuple[float, float]:
-    """Vector from the origin of a body frame to a point given in it, in plane axes [m]."""
-    c, s = pose[body, 3], pose[body, 4]
-    return c * x - s * y, s * x + c * y
-
-
-@kernel
 def row_value(row: np.record, pose: Array) -> float:
     """Closure error of one row [m, rad]; zero when the joint is closed."""
     if row.kind == ANGLE:
-        return pose[row.b, 2] - pose[row.a, 2]
-    rax, ray = point_offset(pose, row.a, row.ax, row.ay)
-    rbx, rby = point_offset(pose, row.b, row.bx, row.by)
-    dx = pose[row.b, 0] + rbx - pose[row.a, 0] - rax
-    dy = pose[row.b, 1] + rby - pose[row.a, 1] - ray
-    ux, uy = row.ux, row.uy
-    if row.kind == ALONG_BODY:
-        ux, uy = point_offset(pose, row.a, row.ux, row.uy)
+        return pose[row.b.body, 2] - pose[row.a.body, 2]
+    dx, dy, _ = gap(pose, row.a, row.b)
+    ux, uy = row_direction(row, pose)
     return dx * ux + dy * uy
+
+
+@kernel
+def row_direction(row: np.record, pose: Array) -> tuple[float, float]:
+    """Direction of a row in plane axes."""
+    if row.kind == ALONG_BODY:
+        return turned(pose, row.a.body, row.ux, row.uy)
+    return row.ux, row.uy
 
 
 @kernel
 def row_rate(row: np.record, pose: Array, vel: Array) -> float:
     """Time derivative of `row_value`."""
     if row.kind == ANGLE:
-        return vel[row.b, 0] - vel[row.a, 0]
-    rax, ray = point_offset(pose, row.a, row.ax, row.ay)
-    rbx, rby = point_offset(pose, row.b, row.bx, row.by)
-    wa, wb = vel[row.a, 0], vel[row.b, 0]
-    vx = vel[row.b, 1] - wb * rby - vel[row.a, 1] + wa * ray
-    vy = vel[row.b, 2] + wb * rbx - vel[row.a, 2] - wa * rax
-    if row.kind != ALONG_BODY:
-        return vx * row.ux + vy * row.uy
-    ux, uy = point_offset(pose, row.a, row.ux, row.uy)
-    dx = pose[row.b, 0] + rbx - pose[row.a, 0] - rax
-    dy = pose[row.b, 1] + rby - pose[row.a, 1] - ray
-    return vx * ux + vy * uy + wa * (dy * ux - dx * uy)
+        return vel[row.b.body, 0] - vel[row.a.body, 0]
+    dx, dy, arms = gap(pose, row.a, row.b)
+    vx, vy = gap_rate(vel, row.a, row.b, arms)
+    ux, uy = row_direction(row, pose)
+    rate = vx * ux + vy * uy
+    if row.kind == ALONG_BODY:
+        rate += vel[row.a.body, 0] * (dy * ux - dx * uy)
+    return rate
 
 
 @kernel
 def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
     """Second time derivative of `row_value`."""
     if row.kind == ANGLE:
-        return acc[row.b, 0] - acc[row.a, 0]
-    rax, ray = point_offset(pose, row.a, row.ax, row.ay)
-    rbx, rby = point_offset(pose, row.b, row.bx, row.by)
-    wa, wb = vel[row.a, 0], vel[row.b, 0]
-    ala, alb = acc[row.a, 0], acc[row.b, 0]
-    ax = acc[row.b, 1] - alb * rby - wb * wb * rbx - acc[row.a, 1] + ala * ray + wa * wa * rax
-    ay = acc[row.b, 2] + alb * rbx - wb * wb * rby - acc[row.a, 2] - ala * rax + wa * wa * ray
-    if row.kind != ALONG_BODY:
-        return ax * row.ux + ay * row.uy
-    ux, uy = point_offset(pose, row.a, row.ux, row.uy)
-    dx = pose[row.b, 0] + rbx - pose[row.a, 0] - rax
-    dy = pose[row.b, 1] + rby - pose[row.a, 1] - ray
-    vx = vel[row.b, 1] - wb * rby - vel[row.a, 1] + wa * ray
-    vy = vel[row.b, 2] + wb * rbx - vel[row.a, 2] - wa * rax
-    turn = ala * (dy * ux - dx * uy) - wa * wa * (dx * ux + dy * uy)
-    return ax * ux + ay * uy + 2.0 * wa * (vy * ux - vx * uy) + turn
+        return acc[row.b.body, 0] - acc[row.a.body, 0]
+    dx, dy, arms = gap(pose, row.a, row.b)
+    ax, ay = gap_acceleration(vel, acc, row.a, row.b, arms)
+    ux, uy = row_direction(row, pose)
+    second = ax * ux + ay * uy
+    if row.kind == ALONG_BODY:
+        w, al = vel[row.a.body, 0], acc[row.a.body, 0]
+        vx, vy = gap_rate(vel, row.a, row.b, arms)
+        turn = al * (dy * ux - dx * uy) - w * w * (dx * ux + dy * uy)
+        second += 2.0 * w * (vy * ux - vx * uy) + turn
+    return second
 
 
 @kernel
 def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
     """Add the wrench of a row's reaction of this size: on body b, and the opposite on body a."""
     if row.kind == ANGLE:
-        wrench[row.b, 0] += size
-        wrench[row.a, 0] -= size
+        wrench[row.b.body, 0] += size
+        wrench[row.a.body, 0] -= size
         return
-    rbx, rby = point_offset(pose, row.b, row.bx, row.by)
-    ux, uy = row.ux, row.uy
-    rax, ray = point_offset(pose, row.a, row.ax, row.ay)
+    dx, dy, arms = gap(pose, row.a, row.b)
+    ux, uy = row_direction(row, pose)
+    rax, ray, rbx, rby = arms
     if row.kind == ALONG_BODY:  # acts on body a at point b, where it touches
-        ux, uy = point_offset(pose, row.a, row.ux, row.uy)
-        rax = pose[row.b, 0] + rbx - pose[row.a, 0]
-        ray = pose[row.b, 1] + rby - pose[row.a, 1]
+        rax, ray = rax + dx, ray + dy
     fx, fy = size * ux, size * uy
-    add_force(wrench, row.b, rbx, rby, fx, fy)
-    add_force(wrench, row.a, rax, ray, -fx, -fy)
-
-
-@kernel
-def add_force(wrench: Array, body: int, rx: float, ry: float, fx: float, fy: float) -> None:
-    """Add a force at (rx, ry) from the body frame's origin to the body's wrench."""
-    wrench[body, 0] += rx * fy - ry * fx
-    wrench[body, 1] += fx
-    wrench[body, 2] += fy
+    add_force(wrench, row.b.body, rbx, rby, fx, fy)
+    add_force(wrench, row.a.body, rax, ray, -fx, -fy)
 
 
 @kernel

@@ -19,7 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
-from linkages.planar.kinematics import add_force, point_offset
+from linkages.planar.markers import (
+    Two,
+    add_force,
+    add_force_tangent,
+    add_pair,
+    add_pair_tangent,
+    arm,
+    arm_tangent,
+    gap,
+    gap_rate,
+    gap_rate_tangent,
+    gap_tangent,
+    marker_velocity,
+    turned,
+)
 from linkages.planar.motion import motion_value
 from linkages.planar.records import FORCE, SPRING, TORQUE
 
@@ -50,20 +64,17 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     records, breaks, coefficients, segments = loads
     for k in range(len(records)):
         load = records[k]
-        a, b = load.a, load.b
+        a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
             wrench[a, 0] += motion_value(breaks, coefficients, segments, load.motion, t)
         elif load.kind == FORCE:
             fx, fy = _force(load, breaks, coefficients, segments, t, pose)
-            rx, ry = point_offset(pose, a, load.ax, load.ay)
+            rx, ry = arm(pose, load.a)
             add_force(wrench, a, rx, ry, fx, fy)
         elif load.kind == SPRING:
             tension, ux, uy, _, _ = _spring(load, pose, vel)
-            fx, fy = tension * ux, tension * uy
-            rx, ry = point_offset(pose, a, load.ax, load.ay)
-            add_force(wrench, a, rx, ry, fx, fy)
-            rx, ry = point_offset(pose, b, load.bx, load.by)
-            add_force(wrench, b, rx, ry, -fx, -fy)
+            _, _, arms = gap(pose, load.a, load.b)
+            add_pair(wrench, load.a, load.b, arms, -tension * ux, -tension * uy)
         else:
             torque, _, _ = _torsion(load, pose, vel)
             wrench[a, 0] += load.sign * torque
@@ -76,15 +87,15 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
     records, breaks, coefficients, segments = loads
     for k in range(len(records)):
         load = records[k]
-        a = load.a
         second, energy = 0.0, 0.0
         if load.kind == TORQUE:
             value = motion_value(breaks, coefficients, segments, load.motion, t)
-            power = value * vel[a, 0]
+            power = value * vel[load.a.body, 0]
         elif load.kind == FORCE:
             value, second = _force(load, breaks, coefficients, segments, t, pose)
-            rx, ry = point_offset(pose, a, load.ax, load.ay)
-            power = value * (vel[a, 1] - vel[a, 0] * ry) + second * (vel[a, 2] + vel[a, 0] * rx)
+            rx, ry = arm(pose, load.a)
+            vx, vy = marker_velocity(vel, load.a, rx, ry)
+            power = value * vx + second * vy
         else:
             if load.kind == SPRING:
                 value, _, _, second, rate = _spring(load, pose, vel)
@@ -114,19 +125,15 @@ def _force(
     fx = motion_value(breaks, coefficients, segments, load.motion, t)
     fy = motion_value(breaks, coefficients, segments, load.motion + 1, t)
     if load.turns:
-        fx, fy = point_offset(pose, load.a, fx, fy)
+        fx, fy = turned(pose, load.a.body, fx, fy)
     return fx, fy
 
 
 @kernel
 def _spring(load: np.record, pose: Array, vel: Array) -> tuple[float, float, float, float, float]:
     """Tension, its direction, length and rate of length of a spring."""
-    a, b = load.a, load.b
-    rax, ray = point_offset(pose, a, load.ax, load.ay)
-    rbx, rby = point_offset(pose, b, load.bx, load.by)
-    dx, dy = pose[b, 0] + rbx - pose[a, 0] - rax, pose[b, 1] + rby - pose[a, 1] - ray
-    vx = vel[b, 1] - vel[b, 0] * rby - vel[a, 1] + vel[a, 0] * ray
-    vy = vel[b, 2] + vel[b, 0] * rbx - vel[a, 2] - vel[a, 0] * rax
+    dx, dy, arms = gap(pose, load.a, load.b)
+    vx, vy = gap_rate(vel, load.a, load.b, arms)
     length = math.sqrt(dx * dx + dy * dy)
     if length > 0.0:
         ux, uy = dx / length, dy / length
@@ -141,8 +148,8 @@ def _spring(load: np.record, pose: Array, vel: Array) -> tuple[float, float, flo
 @kernel
 def _torsion(load: np.record, pose: Array, vel: Array) -> tuple[float, float, float]:
     """Resisting torque, angle and its rate of a torsion spring."""
-    angle = load.sign * (pose[load.b, 2] - pose[load.a, 2])
-    rate = load.sign * (vel[load.b, 0] - vel[load.a, 0])
+    angle = load.sign * (pose[load.b.body, 2] - pose[load.a.body, 2])
+    rate = load.sign * (vel[load.b.body, 0] - vel[load.a.body, 0])
     return load.stiffness * (angle - load.free) + load.damping * rate, angle, rate
 
 
@@ -156,27 +163,27 @@ def load_wrenches_tangent(
     ----------
     loads, t, pose, vel
         As for `load_wrenches`.
-    dpose, dvel : (nb, 5), (nb, 3) arrays
-        Directional derivatives of ``pose`` (x, y, angle, cosine, sine) and ``vel``; zero for the world.
+    dpose, dvel : (nb, 3) arrays
+        Changes of the bodies' poses, as (turn, dx, dy), and velocities; see `linkages.planar.tangent`.
     dwrench : (nb, 3) array
         Added to.
     """
     records, breaks, coefficients, segments = loads
     for k in range(len(records)):
         load = records[k]
-        a, b = load.a, load.b
+        a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
             continue
         if load.kind == FORCE:
             fx, fy = _force(load, breaks, coefficients, segments, t, pose)
-            dfx, dfy = 0.0, 0.0
-            if load.turns:
-                dfx, dfy = _force(load, breaks, coefficients, segments, t, dpose)
-            _add_force_tangent(dwrench, pose, dpose, a, load.ax, load.ay, fx, fy, dfx, dfy)
+            turn = dpose[a, 0] if load.turns else 0.0
+            rx, ry = arm(pose, load.a)
+            drx, dry = arm_tangent(dpose, load.a, rx, ry)
+            add_force_tangent(dwrench, a, rx, ry, drx, dry, (fx, fy), (-turn * fy, turn * fx))
         elif load.kind == SPRING:
             _spring_tangent(load, pose, vel, dpose, dvel, dwrench)
         else:
-            torque = load.stiffness * (dpose[b, 2] - dpose[a, 2]) + load.damping * (dvel[b, 0] - dvel[a, 0])
+            torque = load.stiffness * (dpose[b, 0] - dpose[a, 0]) + load.damping * (dvel[b, 0] - dvel[a, 0])
             dwrench[a, 0] += torque
             dwrench[b, 0] -= torque
 
@@ -186,17 +193,10 @@ def _spring_tangent(
     load: np.record, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array
 ) -> None:
     """Add the derivative of a spring's wrenches; at zero length, of the part that has one."""
-    a, b = load.a, load.b
-    rax, ray = point_offset(pose, a, load.ax, load.ay)
-    rbx, rby = point_offset(pose, b, load.bx, load.by)
-    sax, say = point_offset(dpose, a, load.ax, load.ay)
-    sbx, sby = point_offset(dpose, b, load.bx, load.by)
-    wa, wb, dwa, dwb = vel[a, 0], vel[b, 0], dvel[a, 0], dvel[b, 0]
-    dx, dy = pose[b, 0] + rbx - pose[a, 0] - rax, pose[b, 1] + rby - pose[a, 1] - ray
-    vx, vy = vel[b, 1] - wb * rby - vel[a, 1] + wa * ray, vel[b, 2] + wb * rbx - vel[a, 2] - wa * rax
-    ex, ey = dpose[b, 0] + sbx - dpose[a, 0] - sax, dpose[b, 1] + sby - dpose[a, 1] - say
-    gx = dvel[b, 1] - dwb * rby - wb * sby - dvel[a, 1] + dwa * ray + wa * say
-    gy = dvel[b, 2] + dwb * rbx + wb * sbx - dvel[a, 2] - dwa * rax - wa * sax
+    dx, dy, arms = gap(pose, load.a, load.b)
+    vx, vy = gap_rate(vel, load.a, load.b, arms)
+    ex, ey, moved = gap_tangent(dpose, load.a, load.b, arms)
+    gx, gy = gap_rate_tangent(vel, dvel, load.a, load.b, arms, moved)
     length = math.sqrt(dx * dx + dy * dy)
     stiffness, damping = load.stiffness, load.damping
     if length > 0.0:
@@ -205,31 +205,9 @@ def _spring_tangent(
         turnx, turny = (ex - stretching * ux) / length, (ey - stretching * uy) / length
         tension = stiffness * (length - load.free) + damping * (vx * ux + vy * uy)
         rise = stiffness * stretching + damping * (gx * ux + gy * uy + vx * turnx + vy * turny)
-        fx, fy = tension * ux, tension * uy
-        dfx, dfy = rise * ux + tension * turnx, rise * uy + tension * turny
+        force: Two = (-tension * ux, -tension * uy)
+        change: Two = (-rise * ux - tension * turnx, -rise * uy - tension * turny)
     else:
-        fx, fy = damping * vx, damping * vy
-        dfx, dfy = stiffness * ex + damping * gx, stiffness * ey + damping * gy
-    _add_force_tangent(dwrench, pose, dpose, a, load.ax, load.ay, fx, fy, dfx, dfy)
-    _add_force_tangent(dwrench, pose, dpose, b, load.bx, load.by, -fx, -fy, -dfx, -dfy)
-
-
-@kernel
-def _add_force_tangent(
-    dwrench: Array,
-    pose: Array,
-    dpose: Array,
-    body: int,
-    x: float,
-    y: float,
-    fx: float,
-    fy: float,
-    dfx: float,
-    dfy: float,
-) -> None:
-    """Add the derivative of the wrench of a force at a point of a body."""
-    rx, ry = point_offset(pose, body, x, y)
-    sx, sy = point_offset(dpose, body, x, y)
-    dwrench[body, 0] += sx * fy - sy * fx + rx * dfy - ry * dfx
-    dwrench[body, 1] += dfx
-    dwrench[body, 2] += dfy
+        force = (-damping * vx, -damping * vy)
+        change = (-stiffness * ex - damping * gx, -stiffness * ey - damping * gy)
+    add_pair_tangent(dwrench, load.a, load.b, arms, moved, force, change)

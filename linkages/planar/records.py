@@ -4,6 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+#: A point fixed to a body: what joints, contacts, loads, springs and outputs attach to; see `linkages.planar.markers`.
+MARKER = np.dtype(
+    (
+        np.record,
+        [
+            ("body", "i8"),
+            ("x", "f8"),  # in the body's frame [m]
+            ("y", "f8"),
+        ],
+    )
+)
+
 FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
 
 #: One body and the joint that carries it. A parent always stands before its children.
@@ -11,14 +23,12 @@ BODY = np.dtype(
     (
         np.record,
         [
-            ("parent", "i8"),
+            ("base", MARKER),  # joint on the parent
             ("type", "i8"),  # FIXED, REVOLUTE or PRISMATIC
             ("dof", "i8"),  # index of its coordinate in q and v; -1 if fixed
             ("driven", "i8"),  # index of the motion that prescribes it; -1 if free
             ("moving", "i8"),  # whether a free joint carries it, directly or through its parents
             ("sign", "f8"),  # revolute: +1 if q turns the body counter-clockwise
-            ("x", "f8"),  # joint in the parent's frame [m]
-            ("y", "f8"),
             ("ux", "f8"),  # prismatic: unit direction in the parent's frame
             ("uy", "f8"),
             ("mass", "f8"),  # [kg]
@@ -32,18 +42,14 @@ BODY = np.dtype(
 #: Row kinds: displacement along a world direction, along a direction fixed to body a, relative angle.
 ALONG_WORLD, ALONG_BODY, ANGLE = 0, 1, 2
 
-#: One scalar closure equation between point a on body a and point b on body b. Two or three rows close a cut joint.
+#: One scalar closure equation between markers a and b. Two or three rows close a cut joint.
 ROW = np.dtype(
     (
         np.record,
         [
             ("kind", "i8"),
-            ("a", "i8"),
-            ("b", "i8"),
-            ("ax", "f8"),  # point on body a, in its frame [m]
-            ("ay", "f8"),
-            ("bx", "f8"),
-            ("by", "f8"),
+            ("a", MARKER),
+            ("b", MARKER),
             ("ux", "f8"),  # direction
             ("uy", "f8"),
         ],
@@ -60,12 +66,8 @@ ENDS = np.dtype(
         np.record,
         [
             ("kind", "i8"),
-            ("bearing", "i8"),  # outer body
-            ("journal", "i8"),  # inner body
-            ("bx", "f8"),  # point on the outer body, in its frame [m]
-            ("by", "f8"),
-            ("jx", "f8"),  # point on the inner body
-            ("jy", "f8"),
+            ("bearing", MARKER),  # on the outer body
+            ("journal", MARKER),  # on the inner body
             ("nx", "f8"),  # corner: normal into the wall, in the outer body's frame
             ("ny", "f8"),
             ("half", "f8"),  # corner: half the height of the block [m]
@@ -76,26 +78,43 @@ ENDS = np.dtype(
 #: Kinds of applied load.
 FORCE, TORQUE, SPRING, TORSION = 0, 1, 2, 3
 
-#: One applied load. A force acts at a point of body a, a torque on body a; their values over time are motions
-#: ``motion`` (and ``motion + 1``, a force's second component). A spring joins a point of body a to one of body b;
-#: a torsion spring turns body b against body a.
+#: One applied load. A force acts at marker a, a torque on its body; their values over time are motions
+#: ``motion`` (and ``motion + 1``, a force's second component). A spring joins marker a to marker b; a torsion spring
+#: turns b's body against a's.
 LOAD = np.dtype(
     (
         np.record,
         [
             ("kind", "i8"),
-            ("a", "i8"),
-            ("b", "i8"),
-            ("ax", "f8"),  # point on body a, in its frame [m]
-            ("ay", "f8"),
-            ("bx", "f8"),
-            ("by", "f8"),
+            ("a", MARKER),
+            ("b", MARKER),
             ("motion", "i8"),  # index of the value over time; -1 for springs
             ("turns", "i8"),  # force: 1 if given in the body's axes, 0 if in plane axes
             ("sign", "f8"),  # torsion: +1 if its angle grows with b's angle from a
             ("stiffness", "f8"),  # [N/m], torsion [N m/rad]
             ("free", "f8"),  # free length [m] or angle [rad]
             ("damping", "f8"),  # [N s/m], torsion [N m s/rad]
+        ],
+    )
+)
+
+#: Where the force in a joint comes from: the tree's recursion, a cut joint's closure rows, a journal's contact, the
+#: contacts of a guide's corners.
+OF_TREE, OF_ROWS, OF_JOURNAL, OF_CORNERS = 0, 1, 2, 3
+
+#: One joint of the mechanism, for the force in it.
+JOINT = np.dtype(
+    (
+        np.record,
+        [
+            ("source", "i8"),
+            ("type", "i8"),  # FIXED, REVOLUTE or PRISMATIC
+            ("at", "i8"),  # body that it carries, first row, or first contact
+            ("reversed", "i8"),  # tree: 1 if it carries the mechanism's parent
+            ("parent", "i8"),  # body
+            ("child", MARKER),  # where the joint is on the child
+            ("ux", "f8"),  # prismatic: unit direction in the parent's frame
+            ("uy", "f8"),
         ],
     )
 )

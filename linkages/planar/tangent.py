@@ -11,11 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
-from linkages.planar.kinematics import point_offset
+from linkages.planar.kinematics import row_direction
+from linkages.planar.markers import (
+    acceleration_tangent,
+    add_force_tangent,
+    gap,
+    gap_acceleration,
+    gap_rate,
+    gap_rate_tangent,
+    gap_tangent,
+    turned,
+)
 from linkages.planar.records import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
-Six = tuple[float, float, float, float, float, float]
 
 
 @kernel
@@ -35,14 +44,14 @@ def body_tangents(
     """Fill the changes of poses, velocities and accelerations, (nb, 3) each."""
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.parent
+        p = body.base.body
         if not body.moving:
             continue
         w, al, turn, dw, dal = vel[p, 0], acc[p, 0], dpose[p, 0], dvel[p, 0], dacc[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         ux, uy, slide, rate, push, drate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if body.type == PRISMATIC:
-            ux, uy = point_offset(pose, p, body.ux, body.uy)
+            ux, uy = turned(pose, p, body.ux, body.uy)
             slide, rate, push, drate = dq[body.dof], v[body.dof], a[body.dof], dv[body.dof]
         # change of the arm r, of u, and of z x u
         tx, ty = -turn * uy, turn * ux
@@ -79,7 +88,7 @@ def inertial_tangents(
     """Fill ``dload`` (nb, 3) with the change of the rate of momentum less weight."""
     for i in range(len(bodies)):
         body = bodies[i]
-        cx, cy = point_offset(pose, i, body.cx, body.cy)
+        cx, cy = turned(pose, i, body.cx, body.cy)
         m, w, al, turn = body.mass, vel[i, 0], acc[i, 0], dpose[i, 0]
         dw, dal = dvel[i, 0], dacc[i, 0]
         dcx, dcy = -turn * cy, turn * cx
@@ -109,12 +118,12 @@ def residual_tangents(
         body = bodies[i]
         if not body.moving:
             continue
-        p = body.parent
+        p = body.base.body
         if body.dof >= 0 and body.driven < 0:
             if body.type == REVOLUTE:
                 out[body.dof] = body.sign * dload[i, 0]
             else:
-                ux, uy = point_offset(pose, p, body.ux, body.uy)
+                ux, uy = turned(pose, p, body.ux, body.uy)
                 turn = dpose[p, 0]
                 out[body.dof] = ux * dload[i, 1] + uy * dload[i, 2]
                 out[body.dof] += turn * (ux * force[i, 2] - uy * force[i, 1])
@@ -130,7 +139,7 @@ def residual_tangents(
 def transmitted(bodies: NDArray[np.record], pose: Array, load: Array) -> None:
     """Turn the bodies' own loads (nb, 3), in place, into the wrenches that they get through their joints."""
     for i in range(len(bodies) - 1, 0, -1):
-        p = bodies[i].parent
+        p = bodies[i].base.body
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         load[p, 0] += load[i, 0] + rx * load[i, 2] - ry * load[i, 1]
         load[p, 1] += load[i, 1]
@@ -138,37 +147,24 @@ def transmitted(bodies: NDArray[np.record], pose: Array, load: Array) -> None:
 
 
 @kernel
-def add_force_tangent(
-    dwrench: Array, body: int, rx: float, ry: float, drx: float, dry: float, force: tuple[float, float],
-    change: tuple[float, float],
-) -> None:  # fmt: skip
-    """Add the change of a force at the arm r, which changes by dr, to a body's wrench."""
-    dwrench[body, 0] += drx * force[1] - dry * force[0] + rx * change[1] - ry * change[0]
-    dwrench[body, 1] += change[0]
-    dwrench[body, 2] += change[1]
-
-
-@kernel
 def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
     """Add the change of a row's reaction wrench, of fixed size, to the bodies' wrenches."""
     if row.kind == ANGLE:
         return
-    ta, tb = dpose[row.a, 0], dpose[row.b, 0]
-    rbx, rby = point_offset(pose, row.b, row.bx, row.by)
-    rax, ray = point_offset(pose, row.a, row.ax, row.ay)
-    drbx, drby = -tb * rby, tb * rbx
-    drax, dray = -ta * ray, ta * rax
-    ux, uy, dux, duy = row.ux, row.uy, 0.0, 0.0
+    dx, dy, arms = gap(pose, row.a, row.b)
+    ex, ey, moved = gap_tangent(dpose, row.a, row.b, arms)
+    ux, uy = row_direction(row, pose)
+    rax, ray, rbx, rby = arms
+    drax, dray, drbx, drby = moved
+    dux, duy = 0.0, 0.0
     if row.kind == ALONG_BODY:
-        ux, uy = point_offset(pose, row.a, row.ux, row.uy)
-        dux, duy = -ta * uy, ta * ux
-        rax, ray = pose[row.b, 0] + rbx - pose[row.a, 0], pose[row.b, 1] + rby - pose[row.a, 1]
-        drax = dpose[row.b, 1] + drbx - dpose[row.a, 1]
-        dray = dpose[row.b, 2] + drby - dpose[row.a, 2]
+        turn = dpose[row.a.body, 0]
+        dux, duy = -turn * uy, turn * ux
+        rax, ray, drax, dray = rax + dx, ray + dy, drax + ex, dray + ey
     force, change = (size * ux, size * uy), (size * dux, size * duy)
-    add_force_tangent(dwrench, row.b, rbx, rby, drbx, drby, force, change)
+    add_force_tangent(dwrench, row.b.body, rbx, rby, drbx, drby, force, change)
     force, change = (-size * ux, -size * uy), (-size * dux, -size * duy)
-    add_force_tangent(dwrench, row.a, rax, ray, drax, dray, force, change)
+    add_force_tangent(dwrench, row.a.body, rax, ray, drax, dray, force, change)
 
 
 @kernel
@@ -177,59 +173,26 @@ def row_tangent(
 ) -> float:
     """Change of `row_acceleration`."""
     if row.kind == ANGLE:
-        return dacc[row.b, 0] - dacc[row.a, 0]
-    pax, pay, vax, vay, aax, aay = _point(row.a, row.ax, row.ay, pose, vel, acc)
-    pbx, pby, vbx, vby, abx, aby = _point(row.b, row.bx, row.by, pose, vel, acc)
-    dpax, dpay, dvax, dvay, daax, daay = _point_tangent(
-        row.a, row.ax, row.ay, pose, vel, acc, dpose, dvel, dacc
-    )
-    dpbx, dpby, dvbx, dvby, dabx, daby = _point_tangent(
-        row.b, row.bx, row.by, pose, vel, acc, dpose, dvel, dacc
-    )
+        return dacc[row.b.body, 0] - dacc[row.a.body, 0]
+    px, py, arms = gap(pose, row.a, row.b)
+    dpx, dpy, moved = gap_tangent(dpose, row.a, row.b, arms)
+    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, row.a, arms[0], arms[1], moved[0], moved[1])
+    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, row.b, arms[2], arms[3], moved[2], moved[3])
+    dax, day = abx - aax, aby - aay
     if row.kind != ALONG_BODY:
-        return (dabx - daax) * row.ux + (daby - daay) * row.uy
-    ux, uy = point_offset(pose, row.a, row.ux, row.uy)
-    w, al = vel[row.a, 0], acc[row.a, 0]
-    turn, dw, dal = dpose[row.a, 0], dvel[row.a, 0], dacc[row.a, 0]
+        return dax * row.ux + day * row.uy
+    vx, vy = gap_rate(vel, row.a, row.b, arms)
+    ax, ay = gap_acceleration(vel, acc, row.a, row.b, arms)
+    dvx, dvy = gap_rate_tangent(vel, dvel, row.a, row.b, arms, moved)
+    ux, uy = row_direction(row, pose)
+    w, al = vel[row.a.body, 0], acc[row.a.body, 0]
+    turn, dw, dal = dpose[row.a.body, 0], dvel[row.a.body, 0], dacc[row.a.body, 0]
     u1x, u1y = -w * uy, w * ux  # rate of u, second rate of u, and their changes
     u2x, u2y = -al * uy - w * w * ux, al * ux - w * w * uy
     dux, duy = -turn * uy, turn * ux
     du1x, du1y = -dw * uy - w * duy, dw * ux + w * dux
     du2x = -dal * uy - al * duy - 2.0 * w * dw * ux - w * w * dux
     du2y = dal * ux + al * dux - 2.0 * w * dw * uy - w * w * duy
-    change = (dabx - daax) * ux + (daby - daay) * uy + (abx - aax) * dux + (aby - aay) * duy
-    change += 2.0 * ((dvbx - dvax) * u1x + (dvby - dvay) * u1y + (vbx - vax) * du1x + (vby - vay) * du1y)
-    return change + (dpbx - dpax) * u2x + (dpby - dpay) * u2y + (pbx - pax) * du2x + (pby - pay) * du2y
-
-
-@kernel
-def _point(body: int, x: float, y: float, pose: Array, vel: Array, acc: Array) -> Six:
-    """Position, velocity and acceleration of a point of a body."""
-    rx, ry = point_offset(pose, body, x, y)
-    w, al = vel[body, 0], acc[body, 0]
-    return (
-        pose[body, 0] + rx,
-        pose[body, 1] + ry,
-        vel[body, 1] - w * ry,
-        vel[body, 2] + w * rx,
-        acc[body, 1] - al * ry - w * w * rx,
-        acc[body, 2] + al * rx - w * w * ry,
-    )
-
-
-@kernel
-def _point_tangent(
-    body: int, x: float, y: float, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array
-) -> Six:
-    """Change of `_point`."""
-    rx, ry = point_offset(pose, body, x, y)
-    w, al, turn, dw, dal = vel[body, 0], acc[body, 0], dpose[body, 0], dvel[body, 0], dacc[body, 0]
-    drx, dry = -turn * ry, turn * rx
-    return (
-        dpose[body, 1] + drx,
-        dpose[body, 2] + dry,
-        dvel[body, 1] - dw * ry - w * dry,
-        dvel[body, 2] + dw * rx + w * drx,
-        dacc[body, 1] - dal * ry - al * dry - 2.0 * w * dw * rx - w * w * drx,
-        dacc[body, 2] + dal * rx + al * drx - 2.0 * w * dw * ry - w * w * dry,
-    )
+    change = dax * ux + day * uy + ax * dux + ay * duy
+    change += 2.0 * (dvx * u1x + dvy * u1y + vx * du1x + vy * du1y)
+    return change + dpx * u2x + dpy * u2y + px * du2x + py * du2y

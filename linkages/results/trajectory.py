@@ -12,10 +12,13 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.outputs.columns import Columns
 from linkages.errors import InputError, Status
+from linkages.outputs.columns import Columns
 
 Array = NDArray[np.float64]
+
+#: Called with the simulated time [s] now and then.
+Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class Trajectory:
     time : (nt,) array
         Sample times [s]: every step of the integrator.
     columns : dict of (nt,) arrays
-        Named in `linkages.outputs.columns`.
+        By name; see `linkages.outputs.registry`.
     status : Status
         OK, or why the run ended before its duration.
     provenance : dict

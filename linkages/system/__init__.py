@@ -1,1 +1,15 @@
-"""."""
+"""The numeric model, built once from a mechanism and an experiment; everything after it takes a `System`.
+
+| module       | responsibility                                                       |
+|--------------|----------------------------------------------------------------------|
+| system       | `System`: tree, records, laws, loads, motions, start; `load`         |
+| tree         | spanning tree: what carries the bodies, what is cut, the coordinates |
+| law_records  | joint models -> the records that the force laws read                 |
+| loads        | applied loads -> the records that the kernels read                   |
+| assembly     | loop closure on the drawn branch, the consistent state at t = 0      |
+| ideal_motion | the ideal linkage's motion over time                                 |
+"""
+
+from linkages.system.system import System, load
+
+__all__ = ["System", "load"]

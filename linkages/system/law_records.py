@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
-from linkages.laws.contact import CLIP
-from linkages.laws.film import THINNEST
-from linkages.laws.film_map import table_limit
-from linkages.laws.map_cache import load_map
-from linkages.laws.material import contact_modulus, hertz_stiffness, line_shape, line_stiffness
+from linkages.laws.contact.forces import CLIP
+from linkages.laws.contact.material import contact_modulus, hertz_stiffness, line_shape, line_stiffness
+from linkages.laws.film.closed_form import THINNEST
+from linkages.laws.film.film_map import table_limit
+from linkages.laws.film.films import MAPPED
+from linkages.laws.film.map_cache import load_map
 from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR
 from linkages.laws.viscosity import iso_vg_viscosity
-from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Bearing
 from linkages.model.tables import Contact, JointModel, Mixed
 from linkages.system.tree import Tree
@@ -24,20 +25,20 @@ from linkages.system.tree import Tree
 Array = NDArray[np.float64]
 
 
-def law_parameters(tree: Tree, experiment: Experiment) -> NDArray[np.record]:
+def law_parameters(tree: Tree, models: Sequence[JointModel]) -> NDArray[np.record]:
     """One record of `PARAMETERS` for each contact of the tree."""
     records: NDArray[np.record] = np.zeros(len(tree.contacts), PARAMETERS)
-    for record, (name, _) in zip(records, tree.contacts, strict=True):
-        _fill(record, experiment.joints[name], tree.mechanism.joint[name].bearing)
+    for record, (name, _), model in zip(records, tree.contacts, models, strict=True):
+        _fill(record, model, tree.mechanism.joint[name].bearing)
     return records
 
 
-def film_tables(tree: Tree, experiment: Experiment) -> Array:
+def film_tables(tree: Tree, models: Sequence[JointModel]) -> Array:
     """Load the maps of the finite films, one line for each contact; empty lines where there is none needed."""
     tables = []
-    for name, _ in tree.contacts:
-        joint, bearing = experiment.joints[name], tree.mechanism.joint[name].bearing
-        if bearing is not None and joint.has_film and joint.film == "finite":
+    for (name, _), joint in zip(tree.contacts, models, strict=True):
+        bearing = tree.mechanism.joint[name].bearing
+        if bearing is not None and joint.has_film and FILMS[joint.film].force is None:
             tables.append(load_map(0.5 * bearing.length / bearing.radius, joint.cavitation))
         else:
             tables.append(np.zeros(0))
@@ -50,7 +51,7 @@ def film_tables(tree: Tree, experiment: Experiment) -> Array:
 def film_limits(laws: NDArray[np.record], tables: Array) -> Array:
     """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
     limits = np.full(len(laws), 1.0 - THINNEST)
-    for k in np.flatnonzero(laws["film"] == FILMS["finite"].code):
+    for k in np.flatnonzero(laws["film"] == MAPPED):
         if tables.shape[1]:
             limits[k] = min(limits[k], table_limit(tables[k]))
     return limits
@@ -60,23 +61,23 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
     record["clearance"] = joint.clearance
     if bearing is not None:
         record["radius"], record["length"] = bearing.radius, bearing.length
-    record["film"] = FILMS[joint.film].code
     record["model"] = MODELS[joint.model]
     record["shear"] = SHEAR[joint.shear_film if joint.shear_torque else "none"]
     if joint.small_eccentricity is not None:
         record["small_eps"] = joint.small_eccentricity.ratio
         record["small_power"] = joint.small_eccentricity.power
     if joint.has_film:
+        record["film"] = FILMS[joint.film].address
         oil = joint.oil
         record["viscosity"] = (
             joint.viscosity if oil is None else iso_vg_viscosity(oil.grade, oil.temperature, oil.density)
         )
     if joint.contact is not None and joint.can_touch:
         _fill_contact(record, joint.contact, bearing, joint.clearance or 0.0)
-    record["friction"] = FRICTIONS["none"].code
     if joint.friction is not None and joint.can_touch:
         friction = joint.friction
-        record["friction"] = FRICTIONS[friction.law].code
+        record["friction"] = FRICTIONS[friction.law].address
+        record["bristles"] = FRICTIONS[friction.law].bristles
         record["mu_d"] = friction.coefficient
         record["mu_s"] = friction.static or friction.coefficient
         for key in ("v_0", "v_1", "bristle_stiffness", "bristle_damping"):
@@ -92,7 +93,8 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
 
 
 def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, clearance: float) -> None:
-    record["contact"] = CONTACTS[contact.law].code
+    law = CONTACTS[contact.law]
+    record["contact"], record["hysteresis"] = law.address, law.factor(contact.restitution)
     record["exponent"], record["restitution"] = contact.exponent, contact.restitution
     record["damping"], record["damping_limit"] = contact.damping, CLIP if contact.clip else np.inf
     if contact.stiffness is not None:
@@ -103,7 +105,7 @@ def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, cleara
     record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)
     if contact.stiffness is None and contact.youngs_modulus is not None:
         modulus = _modulus(contact)
-        if contact.law in ("esdu-78035", "johnson", "dubowsky-freudenstein"):
+        if law.conformal:
             record["stiffness"] = line_stiffness(bearing.length, modulus)
         else:
             record["stiffness"] = hertz_stiffness(bearing.radius, journal, modulus)

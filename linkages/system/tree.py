@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,12 @@ from linkages.planar.records import (
     CORNER,
     ENDS,
     FIXED,
+    JOINT,
     JOURNAL,
+    OF_CORNERS,
+    OF_JOURNAL,
+    OF_ROWS,
+    OF_TREE,
     PRISMATIC,
     REVOLUTE,
     ROW,
@@ -27,6 +33,7 @@ from linkages.planar.records import (
 
 Array = NDArray[np.float64]
 
+_ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}  # that close a cut joint
 _TYPE = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
 _MOVING = list(BODY.names or ()).index("moving")
 #: Corners of a block, along and across its slot, in units of half its sides.
@@ -121,18 +128,62 @@ class Tree:
         rows = []
         for name in self.play:
             joint = self.mechanism.joint[name]
-            outer, inner = self.index[joint.parent], self.index[joint.child]
-            middle = self.local(joint.parent, joint.on_parent)
-            centre = self.local(joint.child, joint.on_child)
+            bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
-                rows.append((JOURNAL, outer, inner, *middle, *centre, 0.0, 0.0, 0.0))
+                journal = self.marker(joint.child, joint.on_child)
+                rows.append((JOURNAL, bearing, journal, 0.0, 0.0, 0.0))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
-                corner = centre + 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
-                rows.append((CORNER, outer, inner, *middle, *corner, *(y * across), 0.5 * joint.slot.height))
+                corner = joint.on_child + 0.5 * (
+                    x * joint.slot.length * along + y * joint.slot.height * across
+                )
+                marker = self.marker(joint.child, corner)
+                rows.append((CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
         return np.array(rows, ENDS)
+
+    @cached_property
+    def joints(self) -> NDArray[np.record]:
+        """Where the force in each of the mechanism's joints comes from, with play where there is."""
+        return self._joints(
+            self.loops, {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
+        )
+
+    @cached_property
+    def ideal_joints(self) -> NDArray[np.record]:
+        """The same with every joint ideal, closed by `closure_rows`."""
+        return self._joints((*self.play, *self.loops), {})
+
+    def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> NDArray[np.record]:
+        rows = np.cumsum([0, *(_ROWS[self.mechanism.joint[name].type] for name in cut)])
+        first = dict(zip(cut, rows.tolist(), strict=False))
+        carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
+        records = []
+        for joint in self.mechanism.joints:
+            name, backwards = joint.name, False
+            if name in contacts:
+                source, at = OF_JOURNAL if joint.slot is None else OF_CORNERS, contacts[name]
+            elif name in first:
+                source, at = OF_ROWS, first[name]
+            else:
+                source, (at, backwards) = OF_TREE, carried[name]
+            child, parent = self.marker(joint.child, joint.on_child), self.index[joint.parent]
+            records.append((source, _TYPE[joint.type], at, backwards, parent, child, *joint.direction))
+        return np.array(records, JOINT)
+
+    @cached_property
+    def driven_bodies(self) -> NDArray[np.int64]:
+        """Body that each driven joint carries."""
+        return self._bodies_of(self.driven_dofs)
+
+    @cached_property
+    def powered_bodies(self) -> NDArray[np.int64]:
+        """Body that each powered joint carries."""
+        return self._bodies_of(self.powered_dofs)
+
+    def _bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
+        return np.array([np.flatnonzero(self.bodies["dof"] == dof)[0] for dof in dofs], dtype=np.int64)
 
     @cached_property
     def free_dofs(self) -> NDArray[np.int64]:
@@ -157,19 +208,24 @@ class Tree:
         size = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
         return size or 1.0
 
-    def local(self, link: str, point: Array) -> Array:
-        """Coordinates in the body frame of a point drawn on `link` [m]."""
-        return point - self.drawn[self.index[link]]
+    def marker(self, link: str, point: Array) -> tuple[int, float, float]:
+        """Marker (a record of `linkages.planar.records.MARKER`) of a point drawn on `link` [m]."""
+        body = self.index[link]
+        x, y = point - self.drawn[body]
+        return body, float(x), float(y)
+
+    def named_marker(self, name: str) -> tuple[int, float, float]:
+        """Marker of a link's or frame's origin."""
+        point = self.mechanism.point[name]
+        return self.marker(point.link, point.origin)
 
     def _rows(self, names: Sequence[str]) -> NDArray[np.record]:
         rows = []
         for name in names:
             joint = self.mechanism.joint[name]
-            a, b = self.index[joint.parent], self.index[joint.child]
-            pa, pb = self.local(joint.parent, joint.on_parent), self.local(joint.child, joint.on_child)
-            if joint.type == "fixed":  # the drawn relative pose, whatever frames it was written with
-                pa = self.local(joint.parent, joint.on_child)
-            ends = (a, b, *pa, *pb)
+            # a fixed joint keeps the drawn relative pose, whatever frames it was written with
+            on_parent = joint.on_child if joint.type == "fixed" else joint.on_parent
+            ends = self.marker(joint.parent, on_parent), self.marker(joint.child, joint.on_child)
             if joint.type == "prismatic":
                 across = (-joint.direction[1], joint.direction[0])
                 rows += [(ALONG_BODY, *ends, *across), (ANGLE, *ends, 0.0, 0.0)]
@@ -259,7 +315,9 @@ class _Builder:
     def __init__(self, mechanism: Mechanism, driven: tuple[str, ...]) -> None:
         self.mechanism = mechanism
         self.driven = driven
-        self.rows: list[tuple[float, ...]] = [(-1, FIXED, -1, -1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0)]
+        self.rows: list[tuple[Any, ...]] = [
+            ((-1, 0.0, 0.0), FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        ]
         self.index = {"world": 0}
         self.drawn = [np.zeros(2)]
         self.coordinates: list[str] = []
@@ -331,5 +389,5 @@ class _Builder:
             mass, com, inertia = link.mass, link.com - drawn, link.inertia
             self.index[link_name] = len(self.rows)
         moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
-        self.rows.append((parent, kind, dof, motion, moving, sign, *at, *direction, mass, *com, inertia))
+        self.rows.append(((parent, *at), kind, dof, motion, moving, sign, *direction, mass, *com, inertia))
         self.drawn.append(np.array(drawn))

@@ -110,13 +110,13 @@ class Branch:
         Raises
         ------
         BranchError
-            Beyond the end of the branch.
+            Before the start or beyond the end of the branch.
         """
-        times = np.asarray(times, dtype=float)
-        if np.any(times > self.times[-1] * (1 + 1e-12)) or np.any(times < 0.0):
-            late = float(np.max(times))
+        times, end = np.asarray(times, dtype=float), float(self.times[-1])
+        outside = times[(times < 0.0) | (times > end * (1 + 1e-12))]
+        if outside.size:
             raise BranchError(
-                Status.SINGULAR, f"t = {late:g} s is beyond the branch's end at {self.times[-1]:.9g} s"
+                Status.SINGULAR, f"t = {outside[-1]:g} s is outside the branch, from 0 to {end:.9g} s"
             )
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times

@@ -21,8 +21,9 @@ from linkages.planar.contacts import contact_motion
 from linkages.planar.dynamics import inertial_load, loop_responses, respond, solve_semidefinite
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
+from linkages.planar.markers import add_force_tangent, gap, gap_rate_tangent, gap_tangent, turned
+from linkages.planar.records import CORNER
 from linkages.planar.tangent import (
-    add_force_tangent,
     add_row_tangent,
     body_tangents,
     inertial_tangents,
@@ -42,7 +43,6 @@ class Scratch(NamedTuple):
     dq: Array
     dv: Array
     dpose: Array
-    moved: Array
     dvel: Array
     dacc: Array
     dload: Array
@@ -61,7 +61,6 @@ def _scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
         np.zeros(n),
         np.zeros(n),
         np.zeros((nb, 3)),
-        np.zeros((nb, 5)),
         np.zeros((nb, 3)),
         np.zeros((nb, 3)),
         np.zeros((nb, 3)),
@@ -123,14 +122,7 @@ def _direction(problem: Problem, s: Scratch, t: float, bristle: int, column: Arr
             if model.bristles[m] == k:
                 column[2 * n + m] = rate
     if len(model.loads):
-        for i in range(len(bodies)):
-            turn = s.dpose[i, 0]
-            s.moved[i, 0] = s.dpose[i, 1]
-            s.moved[i, 1] = s.dpose[i, 2]
-            s.moved[i, 2] = turn
-            s.moved[i, 3] = -turn * w.pose[i, 4]
-            s.moved[i, 4] = turn * w.pose[i, 3]
-        loads_tangent(problem, t, s.moved, s.dvel, s.dwrench)
+        loads_tangent(problem, t, s.dpose, s.dvel, s.dwrench)
     for k in range(len(model.rows)):
         add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
     inertial_tangents(bodies, w.pose, w.vel, w.acc, model.gravity, s.dpose, s.dvel, s.dacc, s.dload)
@@ -171,26 +163,26 @@ def add_loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out
 def _contact_tangent(model: Model, work: Work, s: Scratch, k: int, dz: float) -> float:
     """Add the change of a contact's wrenches; returns that of its bristles' rate."""
     w, end = work.dynamics, model.ends[k]
-    b, j = end.bearing, end.journal
-    motion, arms = contact_motion(end, w.pose, w.vel)
-    ex, ey, _, _, wb, wj, nx, ny = motion
-    rbx, rby, rjx, rjy = arms
-    tb, tj, dwb, dwj = s.dpose[b, 0], s.dpose[j, 0], s.dvel[b, 0], s.dvel[j, 0]
-    drbx, drby, drjx, drjy = -tb * rby, tb * rbx, -tj * rjy, tj * rjx
-    dex = s.dpose[j, 1] + drjx - s.dpose[b, 1] - drbx
-    dey = s.dpose[j, 2] + drjy - s.dpose[b, 2] - drby
-    dvx = s.dvel[j, 1] - dwj * rjy - wj * drjy - s.dvel[b, 1] + dwb * rby + wb * drby
-    dvy = s.dvel[j, 2] + dwj * rjx + wj * drjx - s.dvel[b, 2] - dwb * rbx - wb * drbx
-    inputs = (dex, dey, dvx, dvy, dwb, dwj, -tb * ny, tb * nx, dz)
+    b, j = end.bearing.body, end.journal.body
+    ex, ey, arms = gap(w.pose, end.bearing, end.journal)
+    dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
+    dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
+    turn = s.dpose[b, 0]
+    nx, ny = 0.0, 0.0
+    if end.kind == CORNER:
+        nx, ny = turned(w.pose, b, end.nx, end.ny)
+    inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], -turn * ny, turn * nx, dz)
     d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
     for i in range(INPUTS):
         d0 += s.partials[k, 0, i] * inputs[i]
         d1 += s.partials[k, 1, i] * inputs[i]
         d2 += s.partials[k, 2, i] * inputs[i]
         d3 += s.partials[k, 3, i] * inputs[i]
-    fx, fy = work.contacts[k, 2], work.contacts[k, 3]
-    add_force_tangent(s.dwrench, j, rjx, rjy, drjx, drjy, (fx, fy), (d0, d1))
-    add_force_tangent(s.dwrench, b, rbx + ex, rby + ey, drbx + dex, drby + dey, (-fx, -fy), (-d0, -d1))
+    # both forces act at the journal's marker
+    force, change = (work.contacts[k, 2], work.contacts[k, 3]), (d0, d1)
+    add_force_tangent(s.dwrench, j, arms[2], arms[3], moved[2], moved[3], force, change)
+    force, change = (-force[0], -force[1]), (-d0, -d1)
+    add_force_tangent(s.dwrench, b, arms[0] + ex, arms[1] + ey, moved[0] + dex, moved[1] + dey, force, change)
     s.dwrench[j, 0] += d2
     s.dwrench[b, 0] -= d2
     return d3

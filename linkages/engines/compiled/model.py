@@ -1,4 +1,4 @@
-"""A mechanism and an experiment as plain arrays: all that compiled code needs to run them."""
+"""A system as the named tuples of plain arrays that compiled code runs on."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.laws import FRICTIONS
-from linkages.model.experiment import Experiment
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
-from linkages.planar.motion import Motions
-from linkages.system.assembly import Assembly
-from linkages.system.law_records import film_limits, film_tables, law_parameters
-from linkages.system.loads import pack_loads
+from linkages.planar.loads import LOAD_OUTPUTS
+from linkages.planar.records import REVOLUTE
+from linkages.system import System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -32,8 +29,8 @@ class Model(NamedTuple):
 
     Attributes
     ----------
-    bodies, rows, ends : arrays of BODY, ROW, ENDS
-        The tree, its cut ideal joints, its contacts.
+    bodies, rows, ends, joints : arrays of BODY, ROW, ENDS, JOINT
+        The tree, its cut ideal joints, its contacts, where the force in each joint comes from.
     laws, tables
         As for `linkages.planar.contacts.clearance_wrenches`.
     limits : (nc,) array
@@ -44,6 +41,8 @@ class Model(NamedTuple):
         Contacts with LuGre friction.
     free, driven, powered : arrays of int
         Coordinates: free (powered ones too), prescribed, with an applied torque.
+    driven_bodies, powered_bodies : arrays of int
+        Bodies that the prescribed and the powered joints carry.
     motion, motion_c, motion_n, torque, torque_c, torque_n
         `Motions.arrays` of prescribed motions and of torques.
     loads, load_t, load_c, load_n
@@ -58,6 +57,7 @@ class Model(NamedTuple):
     bodies: NDArray[np.record]
     rows: NDArray[np.record]
     ends: NDArray[np.record]
+    joints: NDArray[np.record]
     laws: NDArray[np.record]
     tables: Array
     limits: Array
@@ -66,6 +66,8 @@ class Model(NamedTuple):
     free: Indices
     driven: Indices
     powered: Indices
+    driven_bodies: Indices
+    powered_bodies: Indices
     motion: Array
     motion_c: Array
     motion_n: Indices
@@ -95,6 +97,8 @@ class Work(NamedTuple):
         1 in contact, -1 free.
     value, rate, second : arrays
         For prescribed motions and torques.
+    forces, efforts, applied : (nj, 3), (nd,), (nl, 4) arrays
+        Of joints, drives and loads; see `linkages.outputs.values.View`.
     """
 
     dynamics: Workspace
@@ -104,6 +108,9 @@ class Work(NamedTuple):
     value: Array
     rate: Array
     second: Array
+    forces: Array
+    efforts: Array
+    applied: Array
 
 
 class Calls(NamedTuple):
@@ -136,43 +143,39 @@ def make_work(model: Model, memory: Array, modes: Indices) -> Work:
         np.zeros(nm),
         np.zeros(nm),
         np.zeros(nm),
+        np.zeros((len(model.joints), 3)),
+        np.zeros(len(model.driven) + len(model.powered)),
+        np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
     )
 
 
-def pack(assembly: Assembly, experiment: Experiment) -> tuple[Model, Array]:
-    """Make the arrays of an assembled experiment, and the state at t = 0."""
-    tree = assembly.tree
-    laws = law_parameters(tree, experiment)
-    tables = film_tables(tree, experiment)
-    joints = [experiment.joints[name] for name, _ in tree.contacts]
-    touching = np.array([joint.can_touch for joint in joints], dtype=np.int64)
-    limits = laws["clearance"] * film_limits(laws, tables)
-    limits[touching == 1] = np.inf
-    bristles = np.flatnonzero(laws["friction"] == FRICTIONS["lugre"].code)
+def pack(system: System) -> tuple[Model, Array]:
+    """Make the arrays of a system, and the state at t = 0."""
+    tree, assembly = system.tree, system.assembly
+    limits = system.laws["clearance"] * system.film_limits
+    limits[system.touching] = np.inf
     free = tree.free_dofs
-    torques = Motions([experiment.drives[name].torque_history() for name in tree.powered])
-    loads, load_t, load_c, load_n = pack_loads(tree, experiment)
-    y = np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(bristles))])
+    y = np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles))])
     model = Model(
         tree.bodies,
         tree.loop_rows,
         tree.ends,
-        laws,
-        tables,
+        tree.joints,
+        system.laws,
+        system.film_tables,
         limits,
-        touching,
-        bristles.astype(np.int64),
+        system.touching.astype(np.int64),
+        system.bristles,
         free,
         tree.driven_dofs,
         tree.powered_dofs,
-        *assembly.motions.arrays,
-        *torques.arrays,
-        loads,
-        load_t,
-        load_c,
-        load_n,
-        tree.mechanism.basis[:, :2].T @ np.array(experiment.gravity),
-        error_scale(assembly, experiment, free, len(bristles)),
+        tree.driven_bodies,
+        tree.powered_bodies,
+        *system.motions.arrays,
+        *system.torques.arrays,
+        *system.loads,
+        system.gravity,
+        error_scale(system),
         tree.extent,
     )
     # what is called by address is compiled for contiguous arrays, and nothing checks them there
@@ -182,25 +185,22 @@ def pack(assembly: Assembly, experiment: Experiment) -> tuple[Model, Array]:
     return model._replace(**arrays), y
 
 
-def error_scale(assembly: Assembly, experiment: Experiment, free: Indices, bristles: int) -> Array:
+def error_scale(system: System) -> Array:
     """Return what an error of each entry of the state is measured by.
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
     length so far; a rate by the same in the time in which the fastest drive turns by 1 rad.
     """
-    tree = assembly.tree
-    joints = [experiment.joints[name] for name in tree.play]
-    lengths = [(_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) for joint in joints]
+    tree, free = system.tree, system.tree.free_dofs
+    lengths = [
+        (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) for joint in system.models
+    ]
     length = min(tree.extent, *lengths) if lengths else tree.extent
-    rates = np.abs(assembly.motions(np.linspace(0.0, experiment.duration, 101))[1])
-    fastest = rates.max(initial=0.0) or 2.0 * np.pi / experiment.duration
-    turning = np.array([name != "" and _turns(tree.bodies, i) for i, name in enumerate(tree.coordinates)])
-    position = np.where(turning[free], length / tree.extent, length)
-    return np.concatenate([position, fastest * position, np.full(bristles, 1e-6)])
-
-
-def _turns(bodies: NDArray[np.record], dof: int) -> bool:
-    from linkages.planar.records import REVOLUTE
-
-    return bool(bodies[bodies["dof"] == dof]["type"][0] == REVOLUTE)
+    duration = system.experiment.duration
+    rates = np.abs(system.motions(np.linspace(0.0, duration, 101))[1])
+    fastest = rates.max(initial=0.0) or 2.0 * np.pi / duration
+    turns = np.zeros(tree.size, dtype=bool)
+    turns[tree.bodies["dof"][tree.bodies["type"] == REVOLUTE]] = True
+    position = np.where(turns[free], length / tree.extent, length)
+    return np.concatenate([position, fastest * position, np.full(len(system.bristles), 1e-6)])

@@ -1,4 +1,4 @@
-"""An assembled mechanism as an object that runs."""
+"""A system as an object that runs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from linkages.engines.compiled.statistics import summarise
 from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
-from linkages.model.experiment import Experiment
+from linkages.model.tables import IMPLICIT
 from linkages.planar.contacts import WIDTH
 from linkages.planar.ideal import Ideal
-from linkages.system.assembly import Assembly
+from linkages.system import System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -30,17 +30,6 @@ STATUS = {
 
 _FIRST = 1e-7  # first step, in parts of the duration
 _LANDING = 1e-10  # how close to touching a contact is located, in parts of the clearance
-_EXPLICIT = ("runge_kutta5", "runge_kutta3", "bogacki_shampine3")
-
-
-def is_stiff(experiment: Experiment) -> bool:
-    """Whether the laws in play make the equations stiff: films and LuGre's bristles do, dry contact does not."""
-    if experiment.solver.integrator is not None:
-        return experiment.solver.integrator not in _EXPLICIT
-    joints = [experiment.joints[name] for name in experiment.play]
-    return any(
-        joint.has_film or (joint.friction is not None and joint.friction.law == "lugre") for joint in joints
-    )
 
 
 def join(records: list[Record]) -> Steps:
@@ -54,12 +43,12 @@ def join(records: list[Record]) -> Steps:
     )
 
 
-class Machine:
-    """An assembled mechanism and its experiment, ready to run.
+class Runner:
+    """A system, ready to run.
 
     Attributes
     ----------
-    assembly, experiment
+    system : System
     model : Model
     start : (ny,) array
         State at t = 0.
@@ -71,11 +60,12 @@ class Machine:
         Of the contacts, see `linkages.engines.compiled.model.Work`; `run` keeps them up to date.
     """
 
-    def __init__(self, assembly: Assembly, experiment: Experiment) -> None:
-        self.assembly, self.experiment = assembly, experiment
-        self.model, self.start = pack(assembly, experiment)
-        self.implicit = is_stiff(experiment)
-        self.tolerance = experiment.solver.accuracy * self.model.scale
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.model, self.start = pack(system)
+        solver = system.experiment.solver
+        self.implicit = system.stiff if solver.integrator is None else solver.integrator in IMPLICIT
+        self.tolerance = solver.accuracy * self.model.scale
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
@@ -85,12 +75,12 @@ class Machine:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Addresses are those of this process: a copy in another one finds its own."""
-        return _restored, (self.assembly, self.experiment, self.memory, self.modes)
+        return _restored, (self.system, self.memory, self.modes)
 
     @property
     def first_step(self) -> float:
         """First step to try [s]."""
-        return _FIRST * self.experiment.duration
+        return _FIRST * self.system.experiment.duration
 
     def run(self, t: float, y: Array, first: float, most: int, end: float | None = None) -> Record:
         """Run from a state.
@@ -108,8 +98,8 @@ class Machine:
         end : float, optional
             Default the experiment's duration [s].
         """
-        duration = self.experiment.duration
-        largest = self.experiment.solver.max_step or duration
+        duration = self.system.experiment.duration
+        largest = self.system.experiment.solver.max_step or duration
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
         return run(self._problem, self._stepper, self.tolerance, t, y, options)
 
@@ -123,14 +113,14 @@ class Machine:
         return q, v, a, contacts
 
     def summarise(
-        self, ideal: Ideal, signals: NDArray[np.record], steps: Steps, windows: Array, out: Array
+        self, ideal: Ideal, outputs: NDArray[np.record], steps: Steps, windows: Array, out: Array
     ) -> bool:
-        """Fill ``out`` (nw, ns, 6) with the signals' `linkages.engines.compiled.statistics.STATISTICS` over windows of a run.
+        """Fill ``out`` (nw, no, 6) with the outputs' `STATISTICS` over windows of a run.
 
         Returns False if the ideal linkage does not close where it is asked for.
         """
         aside, stepper = self.aside(), make_stepper(len(self.start))
-        return summarise(aside, stepper, ideal, signals, self.tolerance, steps, windows, out)
+        return summarise(aside, stepper, ideal, outputs, self.tolerance, steps, windows, out)
 
     def aside(self) -> Problem:
         """Return the problem with contacts that remember nothing, so that a run can go on beside."""
@@ -140,7 +130,7 @@ class Machine:
         return Problem(self.model, make_work(self.model, memory, modes), self._calls)
 
 
-def _restored(assembly: Assembly, experiment: Experiment, memory: Array, modes: Indices) -> Machine:
-    machine = Machine(assembly, experiment)
-    machine.memory[:], machine.modes[:] = memory, modes
-    return machine
+def _restored(system: System, memory: Array, modes: Indices) -> Runner:
+    runner = Runner(system)
+    runner.memory[:], runner.modes[:] = memory, modes
+    return runner

@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.runner import STATUS, Machine, join
+from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
-from linkages.outputs.columns import Columns, columns_from_states
+from linkages.outputs.columns import Columns, columns
 from linkages.planar.closure import closure_error
 from linkages.results.trajectory import Trajectory, sample
-from linkages.system.assembly import assemble
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -25,15 +23,14 @@ _CHUNK = 20_000  # steps between two looks at the clock and at the keyboard
 
 
 def simulate(
-    mechanism: Mechanism,
-    experiment: Experiment,
+    system: System,
     progress: Callable[[float], None] | None = None,
 ) -> Trajectory:
-    """Simulate an experiment with the compiled engine.
+    """Simulate a system with the compiled engine.
 
     Parameters
     ----------
-    mechanism, experiment
+    system : System
     progress : callable, optional
         Called with the simulated time [s] now and then.
 
@@ -48,13 +45,13 @@ def simulate(
         If there is nothing to start from.
     """
     started = clock.perf_counter()
-    machine = Machine(assemble(mechanism, experiment), experiment)
-    t, y, step, status = 0.0, machine.start, machine.first_step, Status.OK
+    runner = Runner(system)
+    t, y, step, status = 0.0, runner.start, runner.first_step, Status.OK
     parts = []
     totals = np.zeros(3, dtype=np.int64)
     try:
         while True:
-            part = machine.run(t, y, step, _CHUNK)
+            part = runner.run(t, y, step, _CHUNK)
             parts.append(part)
             totals += part.steps, part.rejected, part.evaluations
             t, y, step = float(part.times[-1]), part.states[-1], part.next_step
@@ -69,10 +66,10 @@ def simulate(
             raise
     steps = join(parts)
     wall = clock.perf_counter() - started
-    replay = Replay(machine, steps)
+    replay = Replay(runner, steps)
     provenance = {
         "engine": "compiled",
-        "method": "radau-iia-5" if machine.implicit else "dormand-prince-5",
+        "method": "radau-iia-5" if runner.implicit else "dormand-prince-5",
         "steps": int(totals[0]),
         "rejected": int(totals[1]),
         "evaluations": int(totals[2]),
@@ -85,27 +82,25 @@ def simulate(
 class Replay:
     """All columns at any times of a run; see `linkages.engines.compiled.replay`."""
 
-    def __init__(self, machine: Machine, steps: Steps) -> None:
-        self.machine, self.steps = machine, steps
+    def __init__(self, runner: Runner, steps: Steps) -> None:
+        self.runner, self.steps = runner, steps
 
     def __call__(self, times: Array) -> Columns:
         """All columns at the given times."""
-        tree = self.machine.assembly.tree
-        q, v, a, contacts = self.machine.evaluate(self.steps, times)
-        clearance = contacts if tree.contacts else None
-        return columns_from_states(tree, self.machine.experiment, times, q, v, a, clearance)
+        q, v, a, contacts = self.runner.evaluate(self.steps, times)
+        return columns(self.runner.system, times, q, v, a, contacts)
 
     def loop_error(self) -> float:
         """Largest closure error of the cut ideal joints at the run's steps [m, rad]."""
-        tree = self.machine.assembly.tree
+        tree = self.runner.system.tree
         if not tree.loops:
             return 0.0
         none, pose = np.zeros(len(tree.loop_rows)), np.empty((len(tree.bodies), 5))
-        free = self.machine.model.free
+        free = self.runner.model.free
         times, states, _ = self.steps
         worst, q = 0.0, np.zeros((len(times), tree.size))
         q[:, free] = states[:, : len(free)]
-        q[:, tree.driven_dofs] = self.machine.assembly.motions(times)[0]
+        q[:, tree.driven_dofs] = self.runner.system.motions(times)[0]
         for line in q:
             error = closure_error(tree.bodies, tree.loop_rows, none, line, pose)
             worst = max(worst, float(np.abs(error).max()))

@@ -1,4 +1,4 @@
-"""Extremes, mean and rms of signals over windows of a run, over continuous time."""
+"""Extremes, mean and rms of outputs over windows of a run, over continuous time."""
 
 from __future__ import annotations
 
@@ -13,8 +13,11 @@ from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import kernel
 from linkages.kernel.reference import reference
-from linkages.outputs.signals import fill_signals
+from linkages.outputs.values import DRIVE, JOINT, LINKAGE, LOAD, View, output_value, point_value
+from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import Ideal, ideal_state
+from linkages.planar.loads import load_outputs
+from linkages.planar.reactions import joint_forces
 
 Array = NDArray[np.float64]
 
@@ -27,20 +30,48 @@ _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
 @kernel
-def _needs_ideal(signals: NDArray[np.record]) -> bool:
-    """Whether a signal is measured against the ideal linkage."""
-    count = 0
-    for k in range(len(signals)):
-        count += signals[k].jitter
-    return count > 0
+def _needs(outputs: NDArray[np.record]) -> tuple[bool, bool, bool]:
+    """Whether outputs need the ideal linkage's state, the forces in joints, what the loads do."""
+    ideal, forces, loads = False, False, False
+    for k in range(len(outputs)):
+        kind = outputs[k].kind
+        ideal = ideal or outputs[k].jitter != 0
+        forces = forces or kind in (JOINT, DRIVE)
+        loads = loads or kind in (LOAD, LINKAGE)
+    return ideal, forces, loads
 
 
 @kernel
-def _look(problem: Problem, ideal: Ideal, jitter: bool, signals: NDArray[np.record], out: Array) -> bool:
-    """Fill the signals of the solved state."""
-    if jitter and not ideal_state(problem.model, problem.work.dynamics, ideal):
+def _look(
+    problem: Problem,
+    ideal: Ideal,
+    needs: tuple[bool, bool, bool],
+    outputs: NDArray[np.record],
+    t: float,
+    out: Array,
+) -> bool:
+    """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
+    model, work = problem.model, problem.work
+    w = work.dynamics
+    if needs[0] and not ideal_state(model, w, ideal):
         return False
-    fill_signals(problem, ideal, signals, out)
+    if needs[2] and len(model.loads):
+        load_outputs((model.loads, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied)
+    if needs[1]:
+        inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
+        joint_forces(
+            model.bodies, model.rows, model.ends, model.joints, model.driven_bodies, model.powered_bodies,
+            w.pose, work.contacts, w.tau, w.reaction, w.load, work.forces, work.efforts,
+        )  # fmt: skip
+    view = View(
+        model.bodies, model.ends, model.gravity, w.q, w.v, w.pose, w.vel, w.acc,
+        work.contacts, work.forces, work.efforts, work.applied,
+    )  # fmt: skip
+    seen = reference(view)
+    for k in range(len(outputs)):
+        out[k] = output_value(outputs[k], seen)
+        if outputs[k].jitter:
+            out[k] -= point_value(outputs[k], ideal.pose, ideal.vel, ideal.acc)
     return True
 
 
@@ -48,8 +79,8 @@ def _look(problem: Problem, ideal: Ideal, jitter: bool, signals: NDArray[np.reco
 def _refine(
     problem: Problem,
     ideal: Ideal,
-    jitter: bool,
-    signals: NDArray[np.record],
+    needs: tuple[bool, bool, bool],
+    outputs: NDArray[np.record],
     k: int,
     sign: float,
     s: Stepper,
@@ -59,7 +90,7 @@ def _refine(
     y: Array,
     row: Array,
 ) -> tuple[float, float]:
-    """Largest sign * signal k within a bracket: times and signed values of three points, the middle one highest."""
+    """Largest sign * output k within a bracket: times and signed values of three points, the middle one highest."""
     a, b, c = bracket[0], bracket[1], bracket[2]
     fa, fb, fc = bracket[3], bracket[4], bracket[5]
     for _ in range(_ROUNDS):
@@ -67,7 +98,7 @@ def _refine(
         if abs(t - b) < 1e-5 * (c - a):
             break
         replay(problem, s, tolerance, steps, t, y)
-        if not _look(problem, ideal, jitter, signals, row):
+        if not _look(problem, ideal, needs, outputs, t, row):
             break
         f = sign * row[k]
         gain = abs(f - fb)
@@ -91,7 +122,7 @@ def summarise(
     problem: Problem,
     stepper: Stepper,
     ideal: Ideal,
-    signals: NDArray[np.record],
+    outputs: NDArray[np.record],
     tolerance: Array,
     steps: Steps,
     windows: Array,
@@ -108,14 +139,14 @@ def summarise(
     """
     p, s, beside, past = reference(problem), reference(stepper), reference(ideal), reference(steps)
     grid, states = past.times, past.states
-    nt, n, ns = len(grid), states.shape[1], len(signals)
+    nt, n, ns = len(grid), states.shape[1], len(outputs)
     y, row, bracket = np.empty(n), np.empty(ns), np.empty(6)
-    jitter = _needs_ideal(signals)  # from a function: a literal False would compile all that takes it twice
+    needs = _needs(outputs)
     table = np.empty((nt, ns))
     for i in range(nt):
         remember(p, past, i)
         solve(p, grid[i], states[i])
-        if not _look(p, beside, jitter, signals, table[i]):
+        if not _look(p, beside, needs, outputs, grid[i], table[i]):
             return False
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
@@ -124,7 +155,7 @@ def summarise(
         count = 0
         if first == last or grid[first] > t0:
             replay(p, s, tolerance, past, t0, y)
-            if not _look(p, beside, jitter, signals, values[0]):
+            if not _look(p, beside, needs, outputs, t0, values[0]):
                 return False
             times[0] = t0
             count = 1
@@ -136,7 +167,7 @@ def summarise(
             count += 1
         if times[count - 1] < t1:
             replay(p, s, tolerance, past, t1, y)
-            if not _look(p, beside, jitter, signals, values[count]):
+            if not _look(p, beside, needs, outputs, t1, values[count]):
                 return False
             times[count] = t1
             count += 1
@@ -158,7 +189,7 @@ def summarise(
                         bracket[j] = times[i - 1 + j]
                         bracket[3 + j] = sign * values[i - 1 + j, k]
                     t, f = _refine(
-                        p, beside, jitter, signals, k, sign, s, tolerance, past, bracket, y,
+                        p, beside, needs, outputs, k, sign, s, tolerance, past, bracket, y,
                         row,
                     )  # fmt: skip
                     if f > best:

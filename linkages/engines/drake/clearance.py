@@ -17,10 +17,9 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
-from linkages.laws.parameters import MODELS
+from linkages.engines.drake.plant import StatePlace
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
-from linkages.system.law_records import film_limits
-from linkages.system.tree import Tree
+from linkages.system import System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -61,45 +60,32 @@ class ClearanceJoints(LeafSystem):
 
     Parameters
     ----------
-    tree : Tree
-    laws : array of `linkages.laws.PARAMETERS`
-        One record for each of ``tree.contacts``.
-    tables : (nj, nt) array
-        Maps of the finite films.
-    positions, velocities : arrays of int
-        Where the tree's coordinates stand in the plant's state; see `linkages.engines.drake.plant.state_indices`.
-    num_positions, num_velocities : int
-        Of the whole plant.
+    system : System
+    place : StatePlace
+        Where the tree's coordinates stand in the plant's state.
     """
 
     def __init__(
         self,
-        tree: Tree,
-        laws: NDArray[np.record],
-        tables: Array,
-        positions: Indices,
-        velocities: Indices,
-        num_positions: int,
-        num_velocities: int,
+        system: System,
+        place: StatePlace,
     ) -> None:
         super().__init__()
         self.set_name("clearance_joints")
+        tree, laws, num_velocities = system.tree, system.laws, place.num_velocities
         self.joints = tuple(label for _, label in tree.contacts)
-        self._bodies, self._ends, self._laws, self._tables = tree.bodies, tree.ends, laws, tables
-        self._q, self._v, self._into = positions, num_positions + velocities, velocities
+        self._bodies, self._ends, self._laws, self._tables = tree.bodies, tree.ends, laws, system.film_tables
+        self._place = place
         self._size = num_velocities
-        #: Largest eccentricity ratio of each contact that its film covers.
-        self.film_limits = film_limits(laws, tables)
-        self._touching = np.flatnonzero(laws["model"] != MODELS["lubricated"])
-        self._lugre = np.flatnonzero(laws["bristles"])
+        self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
         self._no_memory = np.zeros((len(laws), 2))
-        self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
+        self._state = self.DeclareVectorInputPort("state", place.num_states)
         needs = {self.input_port_ticket(self._state.get_index())}
         if len(self._touching):
             self.DeclareDiscreteState(len(laws))
             needs.add(self.xd_ticket())
-        if len(self._lugre):
-            self.DeclareContinuousState(len(self._lugre))
+        if len(self._bristles):
+            self.DeclareContinuousState(len(self._bristles))
             needs.add(self.xc_ticket())
         self._witnesses = [self._witness(int(k)) for k in self._touching]
         self._evaluation = self.DeclareVectorOutputPort(
@@ -142,8 +128,8 @@ class ClearanceJoints(LeafSystem):
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
         """Rates of LuGre's bristles."""
-        if len(self._lugre):
-            derivatives.SetFromVector(self.evaluate(context)[self._lugre, _BRISTLE_RATE])
+        if len(self._bristles):
+            derivatives.SetFromVector(self.evaluate(context)[self._bristles, _BRISTLE_RATE])
 
     def _witness(self, k: int) -> WitnessFunction:
         def penetration(context: Context) -> float:
@@ -169,8 +155,8 @@ class ClearanceJoints(LeafSystem):
             return self._no_memory
         memory = np.zeros((len(self._laws), 2))
         memory[:, 0] = context.get_discrete_state(0).value()
-        if len(self._lugre):
-            memory[self._lugre, 1] = context.get_continuous_state_vector().CopyToVector()
+        if len(self._bristles):
+            memory[self._bristles, 1] = context.get_continuous_state_vector().CopyToVector()
         return memory
 
     # -- outputs -----------------------------------------------------------------------------------
@@ -184,9 +170,9 @@ class ClearanceJoints(LeafSystem):
                 self._tables,
                 self._memory(context),
                 self._state.Eval(context),
-                self._q,
-                self._v,
-                self._into,
+                self._place.q,
+                self._place.v,
+                self._place.velocities,
                 self._size,
             )
         )

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
+from linkages.engines.drake.plant import StatePlace
 from linkages.planar.driven import driven_forces
 from linkages.planar.kinematics import body_positions, row_value
-from linkages.planar.loads import Loads
-from linkages.planar.motion import Motions
-from linkages.system.tree import Tree
+from linkages.system import System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -39,48 +38,39 @@ class Drives(LeafSystem):
 
     Parameters
     ----------
-    tree : Tree
-    motions : Motions
-        Of the driven joints.
-    torques : Motions
-        Torque histories of the powered joints.
-    loads : tuple
-        Applied loads; see `linkages.system.loads.pack_loads`.
-    gravity : (2,) array
-        In plane axes [m/s^2]; must be the plant's.
-    stabilisation : float
-        [1/s]
-    positions, velocities, num_positions, num_velocities
-        As for `ClearanceJoints`.
+    system : System
+        Its gravity must be the plant's.
+    place : StatePlace
+        Where the tree's coordinates stand in the plant's state.
     extra : int
         Entries of `applied` after the forces.
     """
 
     def __init__(
         self,
-        tree: Tree,
-        motions: Motions,
-        torques: Motions,
-        loads: Loads,
-        gravity: Array,
-        stabilisation: float,
-        positions: Indices,
-        velocities: Indices,
-        num_positions: int,
-        num_velocities: int,
+        system: System,
+        place: StatePlace,
         extra: int = 0,
     ) -> None:
         super().__init__()
         self.set_name("drives")
+        tree, num_velocities = system.tree, place.num_velocities
         self.joints = (*tree.driven, *tree.powered)
         self._tree = tree
-        self._motion, self._torque = motions.arrays, torques.arrays
-        self._model = (tree.bodies, tree.loop_rows, stabilisation, np.asarray(gravity, float))
-        self._loads = loads
-        self._driven, self._powered = tree.driven_dofs, tree.powered_dofs
-        self._size = num_velocities
-        self._q, self._v, self._into = positions, num_positions + velocities, velocities
-        self._state = self.DeclareVectorInputPort("state", num_positions + num_velocities)
+        self._place = place
+        stabilisation = system.experiment.solver.stabilisation
+        self._model = (
+            tree.bodies,
+            tree.loop_rows,
+            stabilisation,
+            system.gravity,
+            tree.driven_dofs,
+            system.motions.arrays,
+            tree.powered_dofs,
+            system.torques.arrays,
+            system.loads,
+        )
+        self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         needs = {
             self.time_ticket(),
@@ -111,24 +101,19 @@ class Drives(LeafSystem):
     def loop_error(self, context: Context) -> float:
         """Largest closure error of the loops that ideal joints close [m, rad]."""
         pose = np.empty((len(self._tree.bodies), 5))
-        body_positions(self._tree.bodies, self._state.Eval(context)[self._q], pose)
+        body_positions(self._tree.bodies, self._state.Eval(context)[self._place.q], pose)
         return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
 
     def _solve(self, context: Context) -> tuple[Array, Array]:
         return driven_forces(
             *self._model,
-            self._driven,
-            self._motion,
-            self._powered,
-            self._torque,
-            self._loads,
             context.get_time(),
             self._state.Eval(context),
-            self._q,
-            self._v,
+            self._place.q,
+            self._place.v,
             self._applied.Eval(context),
-            self._into,
-            self._size,
+            self._place.velocities,
+            self._place.num_velocities,
         )
 
     def _give_force(self, context: Context, output: BasicVector) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,8 +86,41 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
     return instance
 
 
-def state_indices(plant: MultibodyPlant, tree: Tree, instance: int) -> tuple[Indices, Indices]:
-    """Index of each coordinate of the tree in the plant's state [q; v], and in its generalised velocities."""
+@dataclass(frozen=True)
+class StatePlace:
+    """Where a tree's coordinates stand in the state [q; v] of a plant.
+
+    Attributes
+    ----------
+    positions, velocities : (n,) arrays of int
+        In the plant's positions, and in its velocities and generalised forces.
+    num_positions, num_velocities : int
+        Of the whole plant.
+    """
+
+    positions: Indices
+    velocities: Indices
+    num_positions: int
+    num_velocities: int
+
+    @property
+    def num_states(self) -> int:
+        """Length of the plant's state."""
+        return self.num_positions + self.num_velocities
+
+    @property
+    def q(self) -> Indices:
+        """Where coordinates stand in the state."""
+        return self.positions
+
+    @property
+    def v(self) -> Indices:
+        """Where their rates stand in the state."""
+        return self.num_positions + self.velocities
+
+
+def state_place(plant: MultibodyPlant, tree: Tree, instance: int) -> StatePlace:
+    """Find where the tree's coordinates stand in the state of a finalized plant."""
     positions, velocities = [], []
     for name in tree.coordinates:
         link, _, part = name.rpartition(".")
@@ -94,7 +128,12 @@ def state_indices(plant: MultibodyPlant, tree: Tree, instance: int) -> tuple[Ind
         offset = ("x", "y", "angle").index(part) if link else 0
         positions.append(joint.position_start() + offset)
         velocities.append(joint.velocity_start() + offset)
-    return np.array(positions, dtype=np.int64), np.array(velocities, dtype=np.int64)
+    return StatePlace(
+        np.array(positions, dtype=np.int64),
+        np.array(velocities, dtype=np.int64),
+        plant.num_positions(),
+        plant.num_velocities(),
+    )
 
 
 def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -> None:

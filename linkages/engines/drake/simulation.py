@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +12,11 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.errors import Status
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
-from linkages.outputs.columns import Columns, columns_from_states
+from linkages.model.tables import IMPLICIT
+from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
-from linkages.results.trajectory import Trajectory, sample
+from linkages.results.trajectory import Progress, Trajectory, sample
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -27,19 +26,17 @@ _SHRUNK = 0.5  # of the step before: below it the integrator's matrices are drop
 _SMALL, _PATIENCE = 1e-2, 50  # with contacts: as many steps below this part of the largest one
 _BETWEEN = 1e-2  # of the accuracy: for what is integrated again between two steps
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
-_IMPLICIT = ("radau3", "radau1", "implicit_euler")
 
 
 def simulate(
-    mechanism: Mechanism,
-    experiment: Experiment,
-    progress: Callable[[float], None] | None = None,
+    system: System,
+    progress: Progress | None = None,
 ) -> Trajectory:
-    """Simulate an experiment with Drake.
+    """Simulate a system with Drake.
 
     Parameters
     ----------
-    mechanism, experiment
+    system : System
     progress : callable, optional
         Called with the simulated time [s] after every step.
 
@@ -54,15 +51,15 @@ def simulate(
         If there is nothing to start from.
     """
     started = clock.perf_counter()
-    diagram, linkage = build_diagram(mechanism, experiment)
+    diagram, linkage = build_diagram(system)
     simulator = Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
-    integrator = _set_up(simulator, experiment)
-    watch = _Watch(linkage, experiment, progress)
+    integrator = _set_up(simulator, system)
+    watch = _Watch(linkage, progress)
     simulator.set_monitor(watch)
     status = Status.OK
     try:
-        _advance(simulator, integrator, watch.steps, experiment.duration)
+        _advance(simulator, integrator, watch.steps, system.experiment.duration)
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     except RuntimeError as problem:  # Drake gives these failures no type of their own
@@ -78,19 +75,29 @@ def simulate(
         "wall_time": clock.perf_counter() - started,
         "loop_error": watch.loop_error,
     }
-    recorder = _Recorder(diagram, linkage, experiment, watch)
+    recorder = _Recorder(diagram, linkage, watch)
     trajectory = sample(recorder.times, recorder, status, provenance)
     if status is Status.STEP_SIZE_COLLAPSE:  # nor can its last steps be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
 
 
-def _set_up(simulator: Simulator, experiment: Experiment) -> IntegratorBase:
-    accuracy = experiment.solver.accuracy
-    integrator = ResetIntegratorFromFlags(simulator, experiment.integrator, experiment.max_step)
+def scheme(system: System) -> str:
+    """Name Drake's integration scheme: the experiment's, else implicit where the joint laws are stiff."""
+    return system.experiment.solver.integrator or ("radau3" if system.stiff else "runge_kutta5")
+
+
+def max_step(system: System) -> float:
+    """Largest step [s]: the experiment's, else short enough not to miss a contact, which lasts some 50 microseconds."""
+    return system.experiment.solver.max_step or (2e-5 if system.touching.any() else 2e-3)
+
+
+def _set_up(simulator: Simulator, system: System) -> IntegratorBase:
+    accuracy = system.experiment.solver.accuracy
+    integrator = ResetIntegratorFromFlags(simulator, scheme(system), max_step(system))
     integrator.set_target_accuracy(accuracy)
     simulator.get_mutable_context().SetAccuracy(_EVENT_ACCURACY * accuracy)
-    integrator.set_requested_minimum_step_size(_SMALLEST_STEP * experiment.duration)
+    integrator.set_requested_minimum_step_size(_SMALLEST_STEP * system.experiment.duration)
     integrator.set_throw_on_minimum_step_size_violation(True)
     return integrator
 
@@ -115,11 +122,10 @@ def _advance(simulator: Simulator, integrator: IntegratorBase, steps: _Steps, en
 class _Steps:
     """Looks at the lengths of steps: whether those of an implicit scheme shrink for no good reason (`_advance`)."""
 
-    def __init__(self, linkage: Linkage, experiment: Experiment) -> None:
-        joints = [experiment.joints[name] for name, _ in linkage.assembly.tree.contacts]
-        self._contacts_end_steps = any(joint.can_touch for joint in joints)
-        self._implicit = experiment.integrator in _IMPLICIT
-        self._small = _SMALL * experiment.max_step
+    def __init__(self, system: System) -> None:
+        self._contacts_end_steps = bool(system.touching.any())
+        self._implicit = scheme(system) in IMPLICIT
+        self._small = _SMALL * max_step(system)
         self.evaluations = 0  # of the derivatives, before the matrices were dropped
         self.begin(0.0, 0.0)
 
@@ -149,24 +155,18 @@ class _Steps:
 class _Watch:
     """Keeps the state of every accepted step and looks at it: journals in their bearings, loops closed."""
 
-    def __init__(
-        self, linkage: Linkage, experiment: Experiment, progress: Callable[[float], None] | None
-    ) -> None:
+    def __init__(self, linkage: Linkage, progress: Progress | None) -> None:
         self.linkage, self.progress = linkage, progress
+        system = linkage.system
         self.status = Status.OK
         self.loop_error = 0.0
-        self.steps = _Steps(linkage, experiment)
+        self.steps = _Steps(system)
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
-        contacts = linkage.assembly.tree.contacts
-        clearance = np.array([experiment.joints[name].clearance for name, _ in contacts])
-        self._limit = (
-            clearance * linkage.clearance.film_limits if linkage.clearance is not None else clearance
-        )
-        self._has_loops = bool(linkage.assembly.tree.loops)
-        joints = [experiment.joints[name] for name, _ in contacts]
-        self._film_alone = np.array([not joint.can_touch for joint in joints], dtype=bool)
+        self._limit = system.laws["clearance"] * system.film_limits
+        self._has_loops = bool(system.tree.loops)
+        self._film_alone = ~system.touching
 
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
@@ -210,41 +210,33 @@ class _Recorder:
     digits of the velocities, is lost in any interpolation of the state.
     """
 
-    def __init__(self, diagram: Diagram, linkage: Linkage, experiment: Experiment, watch: _Watch) -> None:
+    def __init__(self, diagram: Diagram, linkage: Linkage, watch: _Watch) -> None:
         self.times, self.states = np.array(watch.times), np.array(watch.states)
         # what was latched at the start of a step is known at its end
         self.memories = [*watch.memories[1:], watch.memories[-1]]
-        self.diagram, self.linkage, self.experiment = diagram, linkage, experiment
+        self.diagram, self.linkage, self.system = diagram, linkage, linkage.system
         self.simulator = Simulator(diagram)
-        self.integrator = _set_up(self.simulator, experiment)
-        self.steps = _Steps(linkage, experiment)
+        self.integrator = _set_up(self.simulator, self.system)
+        self.steps = _Steps(self.system)
         self.simulator.set_monitor(self._look)
         # a short step lets through errors of the velocities that a long one damps: they would show in a film's force
-        accuracy = experiment.solver.accuracy
+        accuracy = self.system.experiment.solver.accuracy
         self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
 
     def __call__(self, times: Array) -> Columns:
         linkage, root = self.linkage, self.simulator.get_mutable_context()
-        tree = linkage.assembly.tree
-        drives = linkage.drives.GetMyContextFromRoot(root)
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
-        torque = np.empty((len(times), len(linkage.drives.joints)))
-        clearance = (
-            np.empty((len(times), len(tree.contacts), WIDTH)) if linkage.clearance is not None else None
-        )
+        contacts = np.empty((len(times), len(self.system.tree.contacts), WIDTH))
         for k, t in enumerate(times):
             self._go_to(t)
             states[k] = root.get_continuous_state_vector().CopyToVector()
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
-            torque[k] = linkage.drives.get_torques_output_port().Eval(drives)
-            if clearance is not None and linkage.clearance is not None:
-                clearance[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
-        nq = linkage.plant.num_positions()
-        q, v = states[:, linkage.positions], states[:, nq + linkage.velocities]
-        a = rates[:, nq + linkage.velocities]
-        return columns_from_states(
-            tree, self.experiment, times, q, v, a, clearance, torque[:, : len(tree.driven)]
+            if linkage.clearance is not None:
+                contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
+        place = linkage.place
+        return columns(
+            self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts
         )
 
     def _go_to(self, t: float) -> None:
@@ -253,7 +245,7 @@ class _Recorder:
         try:
             self._advance_from(step, t, self.accuracy)
         except RuntimeError:  # too much asked where the laws are nearly singular: as the run itself did
-            self._advance_from(step, t, self.experiment.solver.accuracy)
+            self._advance_from(step, t, self.system.experiment.solver.accuracy)
 
     def _advance_from(self, step: int, t: float, accuracy: float) -> None:
         root = self.simulator.get_mutable_context()

@@ -1,0 +1,355 @@
+"""The outputs of a linkage by name: what there is, in which unit, of whom, and the record by which kernels compute it.
+
+A name is ``OWNER.quantity``, or a quantity of the whole linkage. Everything here is given by both engines, over time
+and as statistics of batches; `table` is what the documentation shows. Three names are made of others:
+
+``POINT.quantity.jitter``
+    The quantity less that of the ideal linkage at the same time, where the drives determine the ideal motion.
+``ideal.NAME``
+    An output of the linkage with every joint ideal: exact kinematics and inverse dynamics, no run.
+``ideal.JOINT.turning_rate``
+    Rate at which the direction of the force in a joint turns [rad/s], counter-clockwise positive.
+
+To add one: a line in `OWNERS`, and its formula in `linkages.outputs.values`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import AssemblyError, InputError, nearest
+from linkages.model.experiment import QUANTITIES
+from linkages.outputs.values import CONTACT, COORDINATE, DRIVE, GUIDE, JOINT, LINKAGE, LOAD, OUTPUT, POINT
+from linkages.system import System
+
+JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
+
+
+class Quantity(NamedTuple):
+    """What an output means, its unit (of a prismatic joint too where that differs), and its code for the kernels."""
+
+    meaning: str
+    unit: str
+    code: int
+    prismatic: str = ""
+
+
+@dataclass(frozen=True)
+class Owner:
+    """A kind of thing that has outputs.
+
+    Attributes
+    ----------
+    label : str
+        What stands before the dot, in the documentation.
+    real : bool
+        Whether only a linkage with play has it.
+    names : callable
+        From a system to the names of all its things of this kind.
+    record : callable
+        From a system and a name to index, other index, marker and constant of `linkages.outputs.values.OUTPUT`.
+    quantities : dict of str to Quantity
+    """
+
+    kind: int
+    label: str
+    real: bool
+    names: Callable[[System], Iterable[str]]
+    record: Callable[[System, str], tuple[Any, ...]]
+    quantities: dict[str, Quantity]
+
+
+def _described(quantities: dict[str, str]) -> dict[str, Quantity]:
+    """Quantities from texts that end with the unit in brackets, coded in their order."""
+    parts = {name: text.removesuffix("]").rpartition(" [") for name, text in quantities.items()}
+    return {name: Quantity(meaning, unit, k) for k, (name, (meaning, _, unit)) in enumerate(parts.items())}
+
+
+_NOWHERE = (0, 0.0, 0.0)
+_CONTACT = _described(
+    {
+        "ex": "eccentricity vector, from the bearing's centre to the journal's, along x_P [m]",
+        "ey": "the same along y_P [m]",
+        "fx": "force on the journal along x_P [N]",
+        "fy": "the same along y_P [N]",
+        "force": "its magnitude [N]",
+        "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
+        "power": "power that the force pair delivers [W]",
+        "film_thickness": "smallest thickness of the film [m]",
+        "penetration": "length of the eccentricity vector less the clearance [m]",
+        "closing": "rate of that length [m/s]",
+        "sliding": "sliding speed of the journal's surface [m/s]",
+    }
+)
+_POWER = Quantity("power that the load delivers to the linkage", "W", 2)
+
+
+def _some(quantities: dict[str, Quantity], *without: str) -> dict[str, Quantity]:
+    return {name: quantity for name, quantity in quantities.items() if name not in without}
+
+
+def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
+    """Labels of the contacts with and without film, that can and cannot touch."""
+
+    def names(system: System) -> Iterator[str]:
+        for (joint, label), model in zip(system.tree.contacts, system.models, strict=True):
+            has_film = model.has_film and system.mechanism.joint[joint].bearing is not None
+            if (has_film, model.can_touch) == (film, touching):
+                yield label
+
+    return names
+
+
+def _contact(system: System, name: str) -> tuple[Any, ...]:
+    k = [label for _, label in system.tree.contacts].index(name)
+    return k, 0, _NOWHERE, float(system.laws["clearance"][k])
+
+
+def _point(system: System, name: str) -> tuple[Any, ...]:
+    return 0, 0, system.tree.named_marker(name), system.mechanism.point[name].angle
+
+
+def _guide(system: System, name: str) -> tuple[Any, ...]:
+    tree, joint = system.tree, system.mechanism.joint[name]
+    k = [owner for owner, _ in tree.contacts].index(name)
+    across = (tree.index[joint.parent], float(-joint.direction[1]), float(joint.direction[0]))
+    return k, tree.index[joint.child], across, float(system.laws["clearance"][k])
+
+
+def _drive(system: System, name: str) -> tuple[Any, ...]:
+    tree = system.tree
+    return (*tree.driven, *tree.powered).index(name), tree.coordinates.index(name), _NOWHERE, 0.0
+
+
+def _load(system: System, name: str) -> tuple[Any, ...]:
+    return [load for _, load in system.experiment.loads].index(name), 0, _NOWHERE, 0.0
+
+
+def _loads(*tables: str) -> Callable[[System], Iterable[str]]:
+    return lambda system: [name for table, name in system.experiment.loads if table in tables]
+
+
+#: Every kind of thing that has outputs; of equal names the first counts.
+OWNERS = (
+    Owner(POINT, "POINT", False, lambda s: s.mechanism.point, _point, _described(QUANTITIES)),
+    Owner(
+        CONTACT, "JOINT (film)", True, _contacts(film=True, touching=False), _contact,
+        _some(_CONTACT, "penetration", "closing", "sliding"),
+    ),
+    Owner(
+        CONTACT, "JOINT (dry)", True, _contacts(film=False, touching=True), _contact,
+        _some(_CONTACT, "film_thickness"),
+    ),
+    Owner(CONTACT, "JOINT (mixed)", True, _contacts(film=True, touching=True), _contact, _CONTACT),
+    Owner(
+        GUIDE, "GUIDE", True,
+        lambda s: [name for name in s.tree.play if s.mechanism.joint[name].slot is not None], _guide,
+        {
+            "eccentricity_ratio": Quantity("largest of its corners'", "1", 0),
+            "power": Quantity("power that its force pairs deliver", "W", 1),
+            "offset": Quantity("place of the block across its slot", "m", 2),
+            "tilt": Quantity("angle of the block in its slot", "rad", 3),
+        },
+    ),
+    Owner(
+        JOINT, "JOINT", False, lambda s: s.mechanism.joint,
+        lambda s, name: (list(s.mechanism.joint).index(name), 0, _NOWHERE, 0.0),
+        {
+            "fx": Quantity("force on the joint's child along x_P, its drive's left out", "N", 0),
+            "fy": Quantity("the same along y_P", "N", 1),
+            "force": Quantity("its magnitude", "N", 2),
+            "moment": Quantity("moment on the child about the joint, its drive's left out", "N m", 3),
+        },
+    ),
+    Owner(
+        DRIVE, "DRIVE", False, lambda s: (*s.tree.driven, *s.tree.powered), _drive,
+        {
+            "torque": Quantity("torque of the drive, along the joint's coordinate", "N m", 0, "N"),
+            "rate": Quantity("rate of the joint's coordinate", "rad/s", 1, "m/s"),
+            "power": Quantity("power that the drive delivers", "W", 2),
+        },
+    ),
+    Owner(
+        LOAD, "FORCE", False, _loads("forces"), _load,
+        {
+            "fx": Quantity("applied force along x_P", "N", 0),
+            "fy": Quantity("the same along y_P", "N", 1),
+            "force": Quantity("its magnitude", "N", 3),
+            "power": _POWER,
+        },
+    ),
+    Owner(
+        LOAD, "TORQUE", False, _loads("torques"), _load,
+        {"torque": Quantity("applied torque, counter-clockwise", "N m", 0), "power": _POWER},
+    ),
+    Owner(
+        LOAD, "SPRING", False, _loads("springs"), _load,
+        {
+            "force": Quantity("tension", "N", 0),
+            "length": Quantity("distance of its ends", "m", 1),
+            "power": _POWER,
+        },
+    ),
+    Owner(
+        LOAD, "TORSION SPRING", False, _loads("torsion_springs"), _load,
+        {
+            "torque": Quantity("torque against its angle", "N m", 0),
+            "angle": Quantity("angle, zero in the drawn pose", "rad", 1),
+            "power": _POWER,
+        },
+    ),
+    Owner(
+        COORDINATE, "q", False, lambda s: (), lambda s, name: (), {},
+    ),
+    Owner(
+        LINKAGE, "", False, lambda s: ("",), lambda s, name: (0, 0, _NOWHERE, 0.0),
+        {
+            "kinetic_energy": Quantity("kinetic energy of the whole linkage", "J", 0),
+            "potential_energy": Quantity("energy of weight and springs", "J", 1),
+        },
+    ),
+)  # fmt: skip
+
+
+def names(system: System, ideal: bool = False) -> list[str]:
+    """Names of all outputs of a system, jitter aside; those of the linkage with every joint ideal, if asked for."""
+    found = {f"q.{name}": None for name in system.tree.coordinates}
+    for owner in OWNERS:
+        if ideal and owner.real:
+            continue
+        for thing in owner.names(system):
+            found |= {_joined(thing, name): None for name in owner.quantities}
+    return list(found)
+
+
+def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
+    """Return the record (see `linkages.outputs.values.OUTPUT`) of an output.
+
+    Raises
+    ------
+    InputError
+        If there is no such output.
+    """
+    plain = name.removesuffix(JITTER)
+    owner, quantity, thing = _look_up(system, plain, ideal)
+    jitter = int(plain != name)
+    if jitter and (owner.kind != POINT or ideal):
+        raise InputError(
+            system.experiment.source, f'output "{name}"', "jitter is that of the motion of a link or frame"
+        )
+    if jitter and not _determinate(system):
+        raise InputError(
+            system.experiment.source,
+            f'output "{name}"',
+            "the prescribed drives do not determine an ideal motion to compare with",
+        )
+    if owner.kind == COORDINATE:
+        return COORDINATE, 0, system.tree.coordinates.index(thing), 0, 0, _NOWHERE, 0.0
+    at, other, marker, constant = owner.record(system, thing)
+    return owner.kind, quantity.code, at, other, jitter, marker, constant
+
+
+def unit(system: System, name: str) -> str:
+    """SI unit of an output.
+
+    Raises
+    ------
+    InputError
+        If there is no such output.
+    """
+    if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
+        return "rad/s"
+    plain = name.removeprefix(IDEAL).removesuffix(JITTER)
+    owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
+    joint = system.mechanism.joint.get(thing)
+    slides = joint is not None and joint.type == "prismatic"
+    if owner.kind == COORDINATE:
+        return "m" if slides or thing.endswith((".x", ".y")) else "rad"
+    return quantity.prismatic if slides and quantity.prismatic else quantity.unit
+
+
+def check_output(system: System, name: str) -> None:
+    """Check that there is an output of this name, ``ideal.`` ones included.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if not name.startswith(IDEAL):
+        find(system, name)
+        return
+    plain = name.removeprefix(IDEAL)
+    joint, _, quantity = plain.rpartition(".")
+    if quantity == TURNING and joint in system.mechanism.joint:
+        return
+    find(system, plain, ideal=True)
+
+
+def default_outputs(system: System) -> tuple[str, ...]:
+    """Name the outputs of the experiment; force and eccentricity of each contact; torques of the drives."""
+    labels = [label for _, label in system.tree.contacts]
+    return (
+        *system.experiment.outputs,
+        *(f"{label}.{name}" for label in labels for name in ("force", "eccentricity_ratio")),
+        *(f"{name}.torque" for name in system.experiment.drives),
+    )
+
+
+def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> NDArray[np.record]:
+    """Make the records of named outputs.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    return np.array([find(system, name, ideal) for name in wanted], OUTPUT)
+
+
+def table() -> Iterator[tuple[str, str, str]]:
+    """Every output as name, meaning and unit, for people."""
+    for owner in OWNERS:
+        if owner.kind == COORDINATE:
+            yield (
+                "q.COORDINATE",
+                "coordinate of the spanning tree: a joint's, or a floating link's",
+                "rad or m",
+            )
+        for name, quantity in owner.quantities.items():
+            also = f" or {quantity.prismatic}" if quantity.prismatic else ""
+            yield _joined(owner.label, name), quantity.meaning, quantity.unit + also
+    yield f"POINT.quantity{JITTER}", "a point's quantity less that of the ideal linkage", "its own"
+    yield f"{IDEAL}NAME", "an output of the linkage with every joint ideal", "its own"
+    yield f"{IDEAL}JOINT.{TURNING}", "rate at which the direction of the force in a joint turns", "rad/s"
+
+
+def _joined(thing: str, quantity: str) -> str:
+    return f"{thing}.{quantity}" if thing else quantity
+
+
+def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str]:
+    thing, _, what = name.rpartition(".")
+    if name.startswith("q.") and name.removeprefix("q.") in system.tree.coordinates:
+        coordinate = next(owner for owner in OWNERS if owner.kind == COORDINATE)
+        return coordinate, Quantity("", "", 0), name.removeprefix("q.")
+    for owner in OWNERS:
+        if what in owner.quantities and not (ideal and owner.real) and thing in owner.names(system):
+            return owner, owner.quantities[what], thing
+    known = names(system, ideal)
+    same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
+    raise InputError(
+        system.experiment.source, f'output "{name}"', f"is unknown; {nearest(name, same or known)}"
+    )
+
+
+def _determinate(system: System) -> bool:
+    try:
+        return system.determinate
+    except AssemblyError:  # said where it is run
+        return True

@@ -1,0 +1,228 @@
+"""The value of each output at a state, in compiled code."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import kernel
+from linkages.kernel.reference import reference
+from linkages.planar.contacts import contact_motion
+from linkages.planar.dynamics import inertial_load
+from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.loads import Loads, load_outputs, load_wrenches
+from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
+from linkages.planar.motion import evaluate_motions
+from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
+from linkages.planar.records import MARKER
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Kinds of owners.
+POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE = range(8)
+
+#: One output.
+OUTPUT = np.dtype(
+    (
+        np.record,
+        [
+            ("kind", "i8"),
+            ("what", "i8"),  # quantity of the kind
+            ("at", "i8"),  # contact, joint, drive, load or coordinate
+            ("other", "i8"),  # drive: its coordinate; guide: the block's body
+            ("jitter", "i8"),  # 1: less the ideal linkage's
+            ("marker", MARKER),  # point: where it is; guide: the slot's body and the direction across it
+            ("constant", "f8"),  # point: drawn angle; contact: clearance
+        ],
+    )
+)
+
+_CORNERS = 4
+
+
+class View(NamedTuple):
+    """What is known of a linkage at one state.
+
+    Attributes
+    ----------
+    bodies, ends, gravity
+        Of the system.
+    q, v : (n,) arrays
+    pose, vel, acc : (nb, 5), (nb, 3), (nb, 3) arrays
+    contacts : (nc, WIDTH) array
+        `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
+    forces : (nj, 3) array
+        Force and moment on each joint's child; see `linkages.planar.reactions.joint_forces`.
+    efforts : (nd,) array
+        Of the drives.
+    loads : (nl, 4) array
+        `linkages.planar.loads.LOAD_OUTPUTS`.
+    """
+
+    bodies: NDArray[np.record]
+    ends: NDArray[np.record]
+    gravity: Array
+    q: Array
+    v: Array
+    pose: Array
+    vel: Array
+    acc: Array
+    contacts: Array
+    forces: Array
+    efforts: Array
+    loads: Array
+
+
+@kernel
+def output_value(output: np.record, view: View) -> float:
+    """Value of an output at a state; jitter is not taken off."""
+    kind, what, at = output.kind, output.what, output.at
+    if kind == POINT:
+        return point_value(output, view.pose, view.vel, view.acc)
+    if kind == CONTACT:
+        return _contact_value(what, at, output.constant, view)
+    if kind == GUIDE:
+        return _guide_value(output, view)
+    if kind == JOINT:
+        force = view.forces[at]
+        return math.hypot(force[0], force[1]) if what == 2 else force[min(what, 2)]
+    if kind == DRIVE:
+        rate, effort = view.v[output.other], view.efforts[at]
+        return effort if what == 0 else (rate if what == 1 else effort * rate)
+    if kind == LOAD:
+        load = view.loads[at]
+        return math.hypot(load[0], load[1]) if what == 3 else load[what]
+    if kind == COORDINATE:
+        return view.q[at]
+    return _energy(what, view)
+
+
+@kernel
+def point_value(output: np.record, pose: Array, vel: Array, acc: Array) -> float:
+    """Position, velocity or acceleration of a marker, or its body's angle and rates."""
+    marker, what = output.marker, output.what
+    b = marker.body
+    rx, ry = arm(pose, marker)
+    if what < 2:
+        return pose[b, 0] + rx if what == 0 else pose[b, 1] + ry
+    if what == 2:
+        return pose[b, 2] + output.constant
+    if what < 5:
+        vx, vy = marker_velocity(vel, marker, rx, ry)
+        return vx if what == 3 else vy
+    if what == 5:
+        return vel[b, 0]
+    if what < 8:
+        ax, ay = marker_acceleration(vel, acc, marker, rx, ry)
+        return ax if what == 6 else ay
+    return acc[b, 0]
+
+
+@kernel
+def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
+    contact = view.contacts[at]
+    if what < 4:
+        return contact[what]
+    if what == 4:
+        return math.hypot(contact[2], contact[3])
+    if what == 5:
+        return 1.0 + contact[5] / clearance
+    if what == 6:  # both forces act at the journal's marker, as a point of either body
+        motion, _ = contact_motion(view.ends[at], view.pose, view.vel)
+        ex, ey, vx, vy, wb, wj, _, _ = motion
+        return contact[2] * (vx + wb * ey) + contact[3] * (vy - wb * ex) + contact[4] * (wj - wb)
+    if what == 7:
+        return -contact[5]
+    return contact[what - 3]
+
+
+@kernel
+def _guide_value(output: np.record, view: View) -> float:
+    what, first, slot = output.what, output.at, output.marker
+    if what == 3:
+        return view.pose[output.other, 2] - view.pose[slot.body, 2]
+    total, largest = 0.0, -np.inf
+    nx, ny = turned(view.pose, slot.body, slot.x, slot.y)
+    for k in range(first, first + _CORNERS):
+        if what == 0:
+            largest = max(largest, _contact_value(5, k, output.constant, view))
+        elif what == 1:
+            total += _contact_value(6, k, output.constant, view)
+        else:
+            total += (view.contacts[k, 0] * nx + view.contacts[k, 1] * ny) / _CORNERS
+    return largest if what == 0 else total
+
+
+@kernel
+def _energy(what: int, view: View) -> float:
+    kinetic, potential = 0.0, 0.0
+    for i in range(1, len(view.bodies)):
+        body = view.bodies[i]
+        cx, cy = turned(view.pose, i, body.cx, body.cy)
+        w = view.vel[i, 0]
+        vx, vy = view.vel[i, 1] - w * cy, view.vel[i, 2] + w * cx
+        kinetic += 0.5 * (body.mass * (vx * vx + vy * vy) + body.inertia * w * w)
+        height = view.gravity[0] * (view.pose[i, 0] + cx) + view.gravity[1] * (view.pose[i, 1] + cy)
+        potential -= body.mass * height
+    for k in range(len(view.loads)):
+        potential += view.loads[k, 3]
+    return kinetic if what == 0 else potential
+
+
+@kernel
+def tabulate(
+    outputs: NDArray[np.record],
+    with_forces: bool,
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    ends: NDArray[np.record],
+    joints: NDArray[np.record],
+    free: Indices,
+    driven: Indices,
+    powered: Indices,
+    torque: tuple[Array, Array, Indices],
+    loads: Loads,
+    gravity: Array,
+    times: Array,
+    q: Array,
+    v: Array,
+    a: Array,
+    contacts: Array,
+    out: Array,
+) -> None:
+    """Fill ``out`` (nt, no) with outputs over time, from coordinates, rates, accelerations (nt, n) and contacts.
+
+    `driven` and `powered` are the bodies that driven joints carry; `torque` holds the powered ones' histories.
+    """
+    nb, n, np_ = len(bodies), q.shape[1], len(powered)
+    pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
+    forces, efforts = np.zeros((len(joints), 3)), np.zeros(len(driven) + np_)
+    applied, reaction = np.zeros((len(loads[0]), 4)), np.zeros(len(rows))
+    wrench, load, tau = np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
+    value, rate, second = np.zeros(np_), np.zeros(np_), np.zeros(np_)
+    for i in range(len(times)):
+        body_positions(bodies, q[i], pose)
+        body_velocities(bodies, pose, v[i], vel)
+        body_accelerations(bodies, pose, vel, v[i], a[i], acc)
+        load_outputs(loads, times[i], pose, vel, applied)
+        if with_forces:
+            wrench[:] = 0.0
+            add_known_contacts(ends, contacts[i], pose, wrench)
+            load_wrenches(loads, times[i], pose, vel, wrench)
+            evaluate_motions(torque[0], torque[1], torque[2], times[i], value, rate, second)
+            for k in range(np_):
+                tau[bodies[powered[k]].dof] = value[k]
+            inertial_load(bodies, pose, vel, acc, gravity, wrench, load)
+            if len(rows):
+                row_reactions(bodies, rows, free, pose, load, tau, reaction)
+            joint_forces(
+                bodies, rows, ends, joints, driven, powered, pose, contacts[i], tau, reaction, load, forces, efforts
+            )  # fmt: skip
+        view = View(bodies, ends, gravity, q[i], v[i], pose, vel, acc, contacts[i], forces, efforts, applied)
+        seen = reference(view)
+        for k in range(len(outputs)):
+            out[i, k] = output_value(outputs[k], seen)

@@ -1,0 +1,159 @@
+"""Markers: points fixed to bodies, to which joints, contacts, loads, springs and outputs attach.
+
+A `linkages.planar.records.MARKER` names a body and a place in its frame. Whatever a marker does is written here and
+nowhere else: where it is, how fast it moves, how that changes, and what a force at it does to its body. On a body that
+bends, modal coordinates will add to each of these.
+
+An *arm* r points from the origin of the body's frame to the marker, in plane axes. A *gap* d = p_b - p_a points from
+marker a to marker b. Directions of change are given as in `linkages.planar.tangent`: bodies turn and move by
+(turn, dx, dy).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import kernel
+
+Array = NDArray[np.float64]
+Two = tuple[float, float]
+Arms = tuple[float, float, float, float]
+
+
+@kernel
+def turned(pose: Array, body: int, x: float, y: float) -> Two:
+    """Turn a vector given in a body's frame into plane axes."""
+    c, s = pose[body, 3], pose[body, 4]
+    return c * x - s * y, s * x + c * y
+
+
+@kernel
+def arm(pose: Array, marker: np.record) -> Two:
+    """Arm of a marker [m]."""
+    return turned(pose, marker.body, marker.x, marker.y)
+
+
+@kernel
+def arm_tangent(dpose: Array, marker: np.record, rx: float, ry: float) -> Two:
+    """Change of a marker's arm r."""
+    turn = dpose[marker.body, 0]
+    return -turn * ry, turn * rx
+
+
+@kernel
+def marker_velocity(vel: Array, marker: np.record, rx: float, ry: float) -> Two:
+    """Velocity of a marker with the arm r [m/s]."""
+    w = vel[marker.body, 0]
+    return vel[marker.body, 1] - w * ry, vel[marker.body, 2] + w * rx
+
+
+@kernel
+def marker_acceleration(vel: Array, acc: Array, marker: np.record, rx: float, ry: float) -> Two:
+    """Acceleration of a marker with the arm r [m/s2]."""
+    w, al = vel[marker.body, 0], acc[marker.body, 0]
+    return (
+        acc[marker.body, 1] - al * ry - w * w * rx,
+        acc[marker.body, 2] + al * rx - w * w * ry,
+    )
+
+
+@kernel
+def velocity_tangent(
+    vel: Array, dvel: Array, marker: np.record, rx: float, ry: float, drx: float, dry: float
+) -> Two:
+    """Change of a marker's velocity; its arm r changes by dr."""
+    w, dw = vel[marker.body, 0], dvel[marker.body, 0]
+    return dvel[marker.body, 1] - dw * ry - w * dry, dvel[marker.body, 2] + dw * rx + w * drx
+
+
+@kernel
+def acceleration_tangent(
+    vel: Array, acc: Array, dvel: Array, dacc: Array, marker: np.record, rx: float, ry: float, drx: float, dry: float
+) -> Two:  # fmt: skip
+    """Change of a marker's acceleration; its arm r changes by dr."""
+    b = marker.body
+    w, al, dw, dal = vel[b, 0], acc[b, 0], dvel[b, 0], dacc[b, 0]
+    return (
+        dacc[b, 1] - dal * ry - al * dry - 2.0 * w * dw * rx - w * w * drx,
+        dacc[b, 2] + dal * rx + al * drx - 2.0 * w * dw * ry - w * w * dry,
+    )
+
+
+@kernel
+def gap(pose: Array, a: np.record, b: np.record) -> tuple[float, float, Arms]:
+    """Gap between two markers [m], and the arms of both: dx, dy, (rax, ray, rbx, rby)."""
+    rax, ray = arm(pose, a)
+    rbx, rby = arm(pose, b)
+    dx = pose[b.body, 0] + rbx - pose[a.body, 0] - rax
+    dy = pose[b.body, 1] + rby - pose[a.body, 1] - ray
+    return dx, dy, (rax, ray, rbx, rby)
+
+
+@kernel
+def gap_rate(vel: Array, a: np.record, b: np.record, arms: Arms) -> Two:
+    """Rate of a gap [m/s]."""
+    vax, vay = marker_velocity(vel, a, arms[0], arms[1])
+    vbx, vby = marker_velocity(vel, b, arms[2], arms[3])
+    return vbx - vax, vby - vay
+
+
+@kernel
+def gap_acceleration(vel: Array, acc: Array, a: np.record, b: np.record, arms: Arms) -> Two:
+    """Second rate of a gap [m/s2]."""
+    aax, aay = marker_acceleration(vel, acc, a, arms[0], arms[1])
+    abx, aby = marker_acceleration(vel, acc, b, arms[2], arms[3])
+    return abx - aax, aby - aay
+
+
+@kernel
+def gap_tangent(dpose: Array, a: np.record, b: np.record, arms: Arms) -> tuple[float, float, Arms]:
+    """Change of a gap and of both arms."""
+    drax, dray = arm_tangent(dpose, a, arms[0], arms[1])
+    drbx, drby = arm_tangent(dpose, b, arms[2], arms[3])
+    dx = dpose[b.body, 1] + drbx - dpose[a.body, 1] - drax
+    dy = dpose[b.body, 2] + drby - dpose[a.body, 2] - dray
+    return dx, dy, (drax, dray, drbx, drby)
+
+
+@kernel
+def gap_rate_tangent(vel: Array, dvel: Array, a: np.record, b: np.record, arms: Arms, change: Arms) -> Two:
+    """Change of a gap's rate; the arms change as `gap_tangent` says."""
+    ax, ay = velocity_tangent(vel, dvel, a, arms[0], arms[1], change[0], change[1])
+    bx, by = velocity_tangent(vel, dvel, b, arms[2], arms[3], change[2], change[3])
+    return bx - ax, by - ay
+
+
+@kernel
+def add_force(wrench: Array, body: int, rx: float, ry: float, fx: float, fy: float) -> None:
+    """Add a force at the arm r to a body's wrench."""
+    wrench[body, 0] += rx * fy - ry * fx
+    wrench[body, 1] += fx
+    wrench[body, 2] += fy
+
+
+@kernel
+def add_force_tangent(
+    dwrench: Array, body: int, rx: float, ry: float, drx: float, dry: float, force: Two, change: Two
+) -> None:
+    """Add the change of a force at the arm r, which changes by dr, to a body's wrench."""
+    dwrench[body, 0] += drx * force[1] - dry * force[0] + rx * change[1] - ry * change[0]
+    dwrench[body, 1] += change[0]
+    dwrench[body, 2] += change[1]
+
+
+@kernel
+def add_pair(wrench: Array, a: np.record, b: np.record, arms: Arms, fx: float, fy: float) -> None:
+    """Add a force that acts on b at its marker and the opposite one on a at its own."""
+    add_force(wrench, b.body, arms[2], arms[3], fx, fy)
+    add_force(wrench, a.body, arms[0], arms[1], -fx, -fy)
+
+
+@kernel
+def add_pair_tangent(
+    dwrench: Array, a: np.record, b: np.record, arms: Arms, moved: Arms, force: Two, change: Two
+) -> None:
+    """Add the change of what `add_pair` adds."""
+    opposite, back = (-force[0], -force[1]), (-change[0], -change[1])
+    add_force_tangent(dwrench, b.body, arms[2], arms[3], moved[2], moved[3], force, change)
+    add_force_tangent(dwrench, a.body, arms[0], arms[1], moved[0], moved[1], opposite, back)

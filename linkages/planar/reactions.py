@@ -1,0 +1,154 @@
+"""Forces in joints and efforts of drives: what the motion and the applied loads leave for them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import kernel
+from linkages.planar.closure import closure_jacobian, free_columns, solve_columns
+from linkages.planar.contacts import add_contact
+from linkages.planar.dynamics import generalized_force
+from linkages.planar.kinematics import add_row_wrench
+from linkages.planar.markers import arm, gap, turned
+from linkages.planar.records import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
+from linkages.planar.tangent import transmitted
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_CORNERS = 4
+
+
+@kernel
+def add_known_contacts(ends: NDArray[np.record], contacts: Array, pose: Array, wrench: Array) -> None:
+    """Add the force pairs of contacts whose `linkages.planar.contacts.CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
+    for k in range(len(ends)):
+        ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
+        add_contact(wrench, ends[k], ex, ey, arms, contacts[k, 2], contacts[k, 3], contacts[k, 4])
+
+
+@kernel
+def row_reactions(
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    free: Indices,
+    pose: Array,
+    load: Array,
+    tau: Array,
+    reaction: Array,
+) -> None:
+    """Fill the size of each row's reaction, (nr,), so that nothing is left for the free coordinates to carry.
+
+    Of statically indeterminate reactions those with the smallest sum of squares are taken.
+
+    Parameters
+    ----------
+    load : (nb, 3) array
+        From `linkages.planar.dynamics.inertial_load`.
+    tau : (n,) array
+        Applied generalised forces of the free coordinates.
+    """
+    n = len(tau)
+    left, used = np.zeros(n), load.copy()
+    generalized_force(bodies, pose, used, left)
+    jacobian = free_columns(closure_jacobian(bodies, rows, pose, n), free)
+    rhs = np.empty(len(free))
+    for i in range(len(free)):
+        rhs[i] = left[free[i]] - tau[free[i]]
+    found = solve_columns(np.ascontiguousarray(jacobian.T), rhs)
+    for k in range(len(rows)):
+        reaction[k] = found[k]
+
+
+@kernel
+def joint_forces(
+    bodies: NDArray[np.record],
+    rows: NDArray[np.record],
+    ends: NDArray[np.record],
+    joints: NDArray[np.record],
+    driven: Indices,
+    powered: Indices,
+    pose: Array,
+    contacts: Array,
+    tau: Array,
+    reaction: Array,
+    load: Array,
+    forces: Array,
+    efforts: Array,
+) -> None:
+    """Fill the forces in all joints and the efforts of all drives.
+
+    Parameters
+    ----------
+    joints : array of `linkages.planar.records.JOINT`
+    driven, powered : arrays of int
+        Bodies that the prescribed and the powered joints carry.
+    contacts : (nc, WIDTH) array
+    tau : (n,) array
+        Applied generalised forces.
+    reaction : (nr,) array
+        Sizes of the rows' reactions.
+    load : (nb, 3) array
+        From `linkages.planar.dynamics.inertial_load`; on return the wrench that each body gets through its joint.
+    forces : (nj, 3) array
+        Filled with fx, fy [N] and moment about the joint [N m] on each joint's child, its drive's effort left out.
+    efforts : (nd,) array
+        Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
+    """
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, -reaction[k], load)
+    transmitted(bodies, pose, load)
+    for k in range(len(joints)):
+        joint = joints[k]
+        at = joint.at
+        fx, fy, moment = 0.0, 0.0, 0.0
+        if joint.source == OF_TREE:
+            rx, ry = arm(pose, joint.child)
+            ox, oy = (
+                pose[at, 0] - pose[joint.child.body, 0] - rx,
+                pose[at, 1] - pose[joint.child.body, 1] - ry,
+            )
+            fx, fy = load[at, 1], load[at, 2]
+            moment = load[at, 0] + ox * fy - oy * fx
+            if joint.reversed:
+                fx, fy, moment = -fx, -fy, -moment
+        elif joint.source == OF_ROWS:
+            fx, fy = reaction[at], reaction[at + 1]
+            if joint.type == PRISMATIC:
+                nx, ny = turned(pose, joint.parent, -joint.uy, joint.ux)
+                fx, fy, moment = reaction[at] * nx, reaction[at] * ny, reaction[at + 1]
+            elif joint.type == FIXED:
+                moment = reaction[at + 2]
+        elif joint.source == OF_JOURNAL:
+            fx, fy, moment = contacts[at, 2], contacts[at, 3], contacts[at, 4]
+        else:
+            cx, cy = arm(pose, joint.child)
+            for i in range(at, at + _CORNERS):
+                rx, ry = arm(pose, ends[i].journal)
+                fx += contacts[i, 2]
+                fy += contacts[i, 3]
+                moment += (rx - cx) * contacts[i, 3] - (ry - cy) * contacts[i, 2]
+        if joint.source == OF_TREE and joint.type == REVOLUTE:  # what is left is its drive's
+            moment = 0.0
+        elif joint.source == OF_TREE and joint.type == PRISMATIC:
+            ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
+            along = fx * ux + fy * uy
+            fx -= along * ux
+            fy -= along * uy
+        forces[k, 0] = fx
+        forces[k, 1] = fy
+        forces[k, 2] = moment
+    for k in range(len(driven)):
+        efforts[k] = _along(bodies[driven[k]], pose, load[driven[k]])
+    for k in range(len(powered)):
+        efforts[len(driven) + k] = tau[bodies[powered[k]].dof]
+
+
+@kernel
+def _along(body: np.record, pose: Array, load: Array) -> float:
+    """Part of a wrench along a joint's coordinate."""
+    if body.type == REVOLUTE:
+        return body.sign * load[0]
+    ux, uy = turned(pose, body.base.body, body.ux, body.uy)
+    return ux * load[1] + uy * load[2]

@@ -1,0 +1,240 @@
+"""`System`: a mechanism and what is done with it as the numbers that every engine reads, each made once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.model.check import check
+from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
+from linkages.model.mechanism import Mechanism, load_mechanism
+from linkages.model.tables import JointModel
+from linkages.planar.loads import Loads
+from linkages.planar.motion import Motions
+from linkages.system.assembly import Assembly, assemble
+from linkages.system.law_records import film_limits, film_tables, law_parameters
+from linkages.system.loads import pack_loads
+from linkages.system.tree import Tree, spanning_tree
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A mechanism and an experiment that fit each other, as plain arrays.
+
+    Everything below is computed when it is first asked for, and then kept. nc contacts: a journal with play is one, a
+    guide with play has four.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    experiment : Experiment
+
+    Raises
+    ------
+    InputError
+        If they do not fit each other.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> system.tree.play
+    ('A', 'B')
+    >>> thin = system.replaced({"joints.A.clearance": 1e-4})
+    >>> float(thin.laws["clearance"][0])
+    0.0001
+    """
+
+    mechanism: Mechanism
+    experiment: Experiment
+    _twin: System | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        check(self.mechanism, self.experiment)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle what the user wrote: another process makes its own arrays."""
+        return System, (self.mechanism, self.experiment)
+
+    # -- another system ----------------------------------------------------------------------------
+
+    def replaced(self, values: Mapping[str, Any], origin: str = ARGUMENT) -> System:
+        """Return the system with values replaced by dotted path.
+
+        Parameters
+        ----------
+        values : mapping
+            Paths of the experiment (``joints.A.clearance``), and of the machine with ``sdf.`` before them
+            (``sdf.links.rod.mass``); strings are read as TOML values.
+        origin : str
+            Where the values come from, for errors and as their source.
+
+        Raises
+        ------
+        InputError
+            If a path or a value is not valid.
+        """
+        if not values:
+            return self
+        experiment = self.experiment.replaced(values, origin)
+        machine = {path.removeprefix("sdf."): path for path in values if path.startswith("sdf.")}
+        if "mechanism" in values or not all(map(_is_inertial, machine)):
+            mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
+        else:
+            mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
+        same_start = all(map(_keeps_start, values)) and experiment.play == self.experiment.play
+        return System(mechanism, experiment, (self._twin or self) if same_start else None)
+
+    def ideal(self) -> System:
+        """Return the system with every joint ideal."""
+        return System(self.mechanism, self.experiment.ideal())
+
+    def value(self, path: str) -> float:
+        """Return the number at a dotted path, see `replaced`.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if path.startswith("sdf."):
+            return self.mechanism.value(path.removeprefix("sdf."))
+        return self.experiment.value(path)
+
+    # -- the tree ----------------------------------------------------------------------------------
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Spanning tree: joints with play are cut, drives stay."""
+        drives = self.experiment.drives
+        return spanning_tree(
+            self.mechanism,
+            self.experiment.play,
+            tuple(name for name, drive in drives.items() if drive.prescribed),
+            tuple(name for name, drive in drives.items() if not drive.prescribed),
+        )
+
+    @cached_property
+    def motions(self) -> Motions:
+        """Prescribed motions of the tree's driven joints."""
+        return Motions([self.experiment.drives[name].motion() for name in self.tree.driven])
+
+    @cached_property
+    def torques(self) -> Motions:
+        """Torque histories of the tree's powered joints."""
+        return Motions([self.experiment.drives[name].torque_history() for name in self.tree.powered])
+
+    @cached_property
+    def loads(self) -> Loads:
+        """Applied loads as the kernels read them."""
+        return pack_loads(self.tree, self.experiment)
+
+    @cached_property
+    def gravity(self) -> Array:
+        """Gravity in plane axes, (2,) [m/s2]."""
+        gravity: Array = self.mechanism.basis[:, :2].T @ np.array(self.experiment.gravity)
+        return gravity
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """The ideal linkage assembled at t = 0, with consistent velocities.
+
+        Raises
+        ------
+        AssemblyError
+            If it cannot be assembled.
+        """
+        if self._twin is not None:
+            return self._twin.assembly
+        return assemble(self.tree, self.experiment, self.motions, self.loads)
+
+    @property
+    def determinate(self) -> bool:
+        """Whether the prescribed drives alone determine the ideal motion."""
+        return self.assembly.mobility == len(self.tree.driven)
+
+    # -- contacts ----------------------------------------------------------------------------------
+
+    @cached_property
+    def models(self) -> tuple[JointModel, ...]:
+        """Joint model of each contact."""
+        return tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
+
+    @cached_property
+    def laws(self) -> NDArray[np.record]:
+        """Records that the force laws read, one of `linkages.laws.PARAMETERS` for each contact, (nc,)."""
+        return law_parameters(self.tree, self.models)
+
+    @cached_property
+    def film_tables(self) -> Array:
+        """Maps of the finite films, a line for each contact, empty where there is none needed."""
+        return film_tables(self.tree, self.models)
+
+    @cached_property
+    def film_limits(self) -> Array:
+        """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
+        return film_limits(self.laws, self.film_tables)
+
+    @cached_property
+    def touching(self) -> NDArray[np.bool_]:
+        """Which contacts can touch, (nc,)."""
+        return np.array([model.can_touch for model in self.models], dtype=bool)
+
+    @cached_property
+    def bristles(self) -> Indices:
+        """Contacts whose friction has a state of its own, LuGre's."""
+        return np.flatnonzero(self.laws["bristles"])
+
+    @property
+    def stiff(self) -> bool:
+        """Whether the joint laws make the equations stiff: films and bristles do, dry contact does not."""
+        return any(model.has_film for model in self.models) or len(self.bristles) > 0
+
+
+def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:
+    """Read an experiment and its mechanism, and check that they fit each other.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file.
+    overrides : mapping, optional
+        Values by dotted path that replace those of the files; see `System.replaced`.
+    origin : str
+        Where the overrides come from, for errors and as the source of their values.
+
+    Raises
+    ------
+    InputError
+        One line with file, element or key, and reason.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.5})
+    >>> system.experiment.duration
+    0.5
+    """
+    experiment = load_experiment(path, overrides, origin)
+    return System(load_mechanism(experiment.mechanism_path, experiment.sdf_overrides), experiment)
+
+
+def _is_inertial(path: str) -> bool:
+    """Whether a path of the machine names a mass or a moment of inertia."""
+    return path.startswith("links.") and path.endswith((".mass", ".inertia"))
+
+
+def _keeps_start(path: str) -> bool:
+    """Whether a path names a mass or a joint's law, on which the start does not depend."""
+    if path.startswith("sdf."):
+        return _is_inertial(path.removeprefix("sdf."))
+    return path.startswith("joints.") and ".offset" not in path
