@@ -112,10 +112,16 @@ def test_branch_ends_at_a_fold_where_the_number_of_assemblies_falls(robot: Robot
         assert abs(fold[0]) < 1e-3
         near = phi0 + np.array([[time - 1e-5], [time + 1e-5]]) * robot.phidot
         assert count(g, near).tolist() == [4, 2]
-        with pytest.raises(BranchError, match="beyond the branch's end") as caught:
+        with pytest.raises(BranchError, match="outside the branch") as caught:
             branch.motion(np.array([time + 0.1]))
         assert caught.value.status is Status.SINGULAR
 
 
-def test_branch_times_are_checked(branch: Branch) -> None:
-    assert branch.motion(np.array([0.0, branch.times[-1]])).x.shape == (2, 3)
+def test_a_branch_has_motion_between_its_ends_only(robot: Robot, branch: Branch) -> None:
+    end = branch.times[-1]
+    ends = branch.motion(np.array([0.0, end]))
+    np.testing.assert_allclose(ends.x, branch.x[[0, -1]], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(ends.phi[1] - ends.phi[0], end * robot.phidot, rtol=1e-12)
+    for outside in (-1e-3, end + 1e-3):
+        with pytest.raises(BranchError, match="outside the branch"):
+            branch.motion(np.array([outside]))
