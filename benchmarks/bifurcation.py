@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from linkages import load
 from linkages.engines.study import simulate
 from linkages.errors import Status
 from linkages.explore.flow import lasting
@@ -23,8 +24,7 @@ from linkages.explore.sections import horizon, stroboscopic
 from linkages.explore.spectra import spectrum
 from linkages.explore.sweep import sweep
 from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
-from linkages.outputs.units import unit
+from linkages.outputs.registry import unit
 
 FILE = data_folder() / "slider_crank_dry.toml"
 RPM = np.pi / 30.0  # rad/s
@@ -37,16 +37,15 @@ ACCURACY = 1e-6  # of the diagram: 10 nm in a clearance of 0.5 mm
 
 def diagram(values: int, revolutions: int, transient: int, threads: int | None):
     """Sweep over the speeds; returns the sweep, wall and CPU seconds."""
-    mechanism, experiment = load(FILE, {"solver.accuracy": ACCURACY})
-    sweep(mechanism, experiment, "drives.O.speed", [500.0], NAMES, 1)  # compiles
+    system = load(FILE, {"solver.accuracy": ACCURACY})
+    sweep(system, "drives.O.speed", [500.0], NAMES, 1)  # compiles
     speeds = RPM * np.linspace(*SPEEDS, values)
     bar = tqdm(
         total=1.0, desc="bifurcation", disable=None, bar_format="{l_bar}{bar}| [{elapsed}<{remaining}]"
     )
     started = time.perf_counter(), time.process_time()
     result = sweep(
-        mechanism,
-        experiment,
+        system,
         "drives.O.speed",
         speeds,
         NAMES,
@@ -68,12 +67,9 @@ def tables():
         + "   largest exponent [1/revolution]"
     )
     for label, coefficient in FRICTION.items():
-        mechanism, experiment = load(FILE, {"joints.B.friction.coefficient": coefficient})
-        found = [
-            horizon(mechanism, experiment.replaced({"solver.accuracy": accuracy}), 40.0)
-            for accuracy in ACCURACIES
-        ]
-        exponent = largest_exponent(mechanism, experiment, 150, 30, renormalisations=40)
+        system = load(FILE, {"joints.B.friction.coefficient": coefficient})
+        found = [horizon(system.replaced({"solver.accuracy": accuracy}), 40.0) for accuracy in ACCURACIES]
+        exponent = largest_exponent(system, 150, 30, renormalisations=40)
         exponents[f"friction {label}"] = exponent
         value, error = exponent.per_revolution, exponent.error * exponent.period
         print(f"{label:11s}" + "".join(f"{turns:8.2f}" for turns in found) + f"   {value:.2f} ± {error:.2f}")
@@ -89,8 +85,8 @@ def draw(result, exponents, folder: Path) -> None:
         spectrum_figure,
     )
 
-    mechanism, experiment = load(FILE)
-    units = {name: unit(name, mechanism) for name in NAMES}
+    system = load(FILE)
+    units = {name: unit(system, name) for name in NAMES}
     figures = {
         "bifurcation": bifurcation_figure(
             result,
@@ -102,16 +98,16 @@ def draw(result, exponents, folder: Path) -> None:
         ),
         "exponents": exponent_figure(exponents),
     }
-    section = stroboscopic(mechanism, experiment, ("B.ey", "B.sliding"), 3000, 50)
+    section = stroboscopic(system, ("B.ey", "B.sliding"), 3000, 50)
     figures["section"] = section_figure(section.strobe, "B.ey", "B.sliding", ("m", "m/s"))
     spectra = []
     for label in ("0.03", "0.1"):
-        case = experiment.replaced({"joints.B.friction.coefficient": FRICTION[label]})
-        run = simulate(mechanism, lasting(case, 60.0), "compiled")
+        case = system.replaced({"joints.B.friction.coefficient": FRICTION[label]})
+        run = simulate(lasting(case, 60.0), "compiled")
         found = spectrum(run, "slider.ax", 20.0 * section.period, 2**18, segments=4)
         spectra.append((f"friction {label}", found))
     figures["spectrum"] = spectrum_figure(
-        dict(spectra), unit("slider.ax", mechanism), drive=1.0 / section.period
+        dict(spectra), unit(system, "slider.ax"), drive=1.0 / section.period
     )
     for name, figure in figures.items():
         figure.savefig(folder / f"nonlinear_{name}.png")

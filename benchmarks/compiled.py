@@ -18,15 +18,14 @@ import numpy as np
 from seven_bar_reference import orbit_error
 from seven_bar_reference import reference as reference_orbit
 
+from linkages import load
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.jacobian import jacobian
-from linkages.engines.compiled.runner import Machine
+from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 from linkages.files.shipped import data_folder
 from linkages.kernel import kernel
 from linkages.kernel.reference import reference
-from linkages.model.experiment import load
-from linkages.system.assembly import assemble
 
 LINKS = (10, 20, 50, 100)
 TIME = 0.01  # s
@@ -50,10 +49,10 @@ def differentiate(given, y, out, count):
         y[0] += 1e-30 * out[0, 0]
 
 
-def each(function, mechanism, experiment, shape, count, repeat):
+def each(function, system, shape, count, repeat):
     """Median time of one evaluation [us], at a state of a run."""
-    run = simulate(mechanism, experiment.replaced({"duration": TIME})).evaluate
-    problem, y = run.machine.aside(), run.steps.states[-1]
+    run = simulate(system.replaced({"duration": TIME})).evaluate
+    problem, y = run.runner.aside(), run.steps.states[-1]
     out = np.zeros((len(y),) * shape)
     function(problem, y.copy(), out, 1)
     walls = []
@@ -75,13 +74,13 @@ def chain(n, folder):
     return load(file)
 
 
-def integration(mechanism, experiment, repeat):
+def integration(system, repeat):
     """Median time of the integration alone, from the initial state [s]."""
-    machine = Machine(assemble(mechanism, experiment), experiment)
+    runner = Runner(system)
     walls = []
     for _ in range(repeat):
         begun = time.perf_counter()
-        machine.run(0.0, machine.start, machine.first_step, 10**6)
+        runner.run(0.0, runner.start, runner.first_step, 10**6)
         walls.append(time.perf_counter() - begun)
     return statistics.median(walls)
 
@@ -91,26 +90,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--repeat", type=int, default=15)
     options = parser.parse_args()
-    mechanism, experiment = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
-    print(
-        f"seven-bar: right-hand side {each(evaluate, mechanism, experiment, 1, 20_000, options.repeat):.2f} us"
-    )
-    print(
-        f"seven-bar: Jacobian        {each(differentiate, mechanism, experiment, 2, 2_000, options.repeat):.2f} us"
-    )
+    system = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
+    print(f"seven-bar: right-hand side {each(evaluate, system, 1, 20_000, options.repeat):.2f} us")
+    print(f"seven-bar: Jacobian        {each(differentiate, system, 2, 2_000, options.repeat):.2f} us")
     print("\nlinks of a chain   right-hand side [us]   in parts of the first")
     first = None
     with tempfile.TemporaryDirectory() as folder:
         for n in LINKS:
-            cost = each(evaluate, *chain(n, Path(folder)), 1, 20_000 // n, options.repeat)
+            cost = each(evaluate, chain(n, Path(folder)), 1, 20_000 // n, options.repeat)
             first = first or cost
             print(f"{n:16d}{cost:23.2f}{cost / first:24.2f}")
-    exact = reference_orbit(mechanism, experiment)
+    exact = reference_orbit(system)
     print("\naccuracy    steps   wall [ms/s]   orbit error")
     for accuracy in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
-        changed = experiment.replaced({"solver.accuracy": accuracy})
-        wall = 1e3 * integration(mechanism, changed, options.repeat)
-        result = simulate(mechanism, changed)
+        changed = system.replaced({"solver.accuracy": accuracy})
+        wall = 1e3 * integration(changed, options.repeat)
+        result = simulate(changed)
         times = np.linspace(0.0, 1.0, 501)
         columns = result.evaluate(times)
         orbit = np.array([[columns[f"{name}.ex"], columns[f"{name}.ey"]] for name in "AB"]).transpose(2, 0, 1)

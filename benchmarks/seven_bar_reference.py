@@ -10,14 +10,11 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
+from linkages import System
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.dynamics import accelerate, workspace
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.motion import evaluate_motions
-from linkages.system.assembly import assemble
-from linkages.system.law_records import film_tables, law_parameters
 
 Array = NDArray[np.float64]
 
@@ -39,17 +36,16 @@ class FreeMotion(NamedTuple):
     eccentricities: Callable[[float, Array], Array]
 
 
-def free_motion(mechanism: Mechanism, experiment: Experiment) -> FreeMotion:
+def free_motion(system: System) -> FreeMotion:
     """Set up the equations of motion and compile them.
 
     The mechanism is a constant of the compiled function: arrays given as arguments would cost more than the dynamics.
     """
-    assembly = assemble(mechanism, experiment)
-    tree = assembly.tree
+    tree, assembly = system.tree, system.assembly
     bodies, rows, ends, driven = tree.bodies, tree.loop_rows, tree.ends, tree.driven_dofs
-    laws, tables = law_parameters(tree, experiment), film_tables(tree, experiment)
-    memory, gravity = np.zeros((len(ends), 2)), mechanism.basis[:, :2].T @ np.array(experiment.gravity)
-    breaks, coefficients, segments = assembly.motions.arrays
+    laws, tables, gravity = system.laws, system.film_tables, system.gravity
+    memory = np.zeros((len(ends), 2))
+    breaks, coefficients, segments = system.motions.arrays
     free = np.setdiff1d(np.arange(tree.size), driven)
     nf, nd, n = len(free), len(driven), tree.size
 
@@ -80,12 +76,12 @@ def free_motion(mechanism: Mechanism, experiment: Experiment) -> FreeMotion:
     return FreeMotion(rates, start, lambda t, y: evaluate(t, y)[1][:, :2])
 
 
-def reference(mechanism: Mechanism, experiment: Experiment) -> Callable[[Array], Array]:
+def reference(system: System) -> Callable[[Array], Array]:
     """Eccentricities (nt, nj, 2) over time by SciPy's Radau at a tolerance of 1e-10."""
-    motion = free_motion(mechanism, experiment)
+    motion = free_motion(system)
     run = solve_ivp(
         motion.rates,
-        (0.0, experiment.duration),
+        (0.0, system.experiment.duration),
         motion.start,
         method="Radau",
         rtol=1e-10,

@@ -16,23 +16,23 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from seven_bar_reference import orbit_error, reference
 
+from linkages import load
 from linkages.engines.drake import build_diagram
 from linkages.engines.drake.simulation import _advance, _set_up, _Watch
 from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
 
 
-def one_run(mechanism, experiment):
+def one_run(system):
     """Integrate once; returns wall seconds, evaluations, step times and eccentricities there."""
-    diagram, linkage = build_diagram(mechanism, experiment)
+    diagram, linkage = build_diagram(system)
     simulator = Simulator(diagram)
     root = simulator.get_mutable_context()
     linkage.set_initial_state(root)
-    integrator = _set_up(simulator, experiment)
-    watch = _Watch(linkage, experiment, None)
+    integrator = _set_up(simulator, system)
+    watch = _Watch(linkage, None)
     simulator.set_monitor(watch)
     start = time.perf_counter()
-    _advance(simulator, integrator, watch.steps, experiment.duration)
+    _advance(simulator, integrator, watch.steps, system.experiment.duration)
     wall = time.perf_counter() - start
     evaluations = watch.steps.evaluations + integrator.get_num_derivative_evaluations()
     context = linkage.clearance.GetMyContextFromRoot(root)
@@ -50,13 +50,13 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--file", default=str(data_folder() / "seven_bar.toml"))
     options = parser.parse_args()
-    mechanism, experiment = load(options.file, {"duration": 1.0})
-    exact = reference(mechanism, experiment)
+    system = load(options.file, {"duration": 1.0})
+    exact = reference(system)
     print("radau3   accuracy  max step   wall [s/s]   evaluations   us/evaluation   orbit error")
     for accuracy in (1e-5, 1e-6, 1e-7, 1e-8):
         for step in (5e-3, 2e-3, 1e-3):
-            changed = experiment.replaced({"solver.accuracy": accuracy, "solver.max_step": step})
-            runs = [one_run(mechanism, changed) for _ in range(options.repeat)]
+            changed = system.replaced({"solver.accuracy": accuracy, "solver.max_step": step})
+            runs = [one_run(changed) for _ in range(options.repeat)]
             wall = statistics.median(run[0] for run in runs)
             _, evaluations, times, orbit = runs[0]
             error = orbit_error(orbit, exact(times))

@@ -7,8 +7,8 @@ error, between its own points on a log-log line, never beyond them.
 
 | code           | what it is                                                                                 |
 |----------------|--------------------------------------------------------------------------------------------|
-| compiled       | `linkages.engines.compiled`                                                                        |
-| drake          | `linkages.engines.drake`, radau3                                                                   |
+| compiled       | `linkages.engines.compiled`                                                                |
+| drake          | `linkages.engines.drake`, radau3                                                           |
 | paper          | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA   |
 | kernels-lsoda  | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated      |
 | exudyn         | see sevenbar_exudyn.py; optional                                                           |
@@ -36,12 +36,11 @@ from scipy.integrate import odeint
 from seven_bar_reference import free_motion, orbit_error, reference
 from tqdm import tqdm
 
-from linkages.engines.compiled.runner import STATUS, Machine, join
+from linkages import load
+from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import Status
 from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.system.assembly import assemble
 
 TIMES = np.linspace(0.0, 1.0, 501)  # s, of codes with dense output
 FEWEST = 200
@@ -69,18 +68,17 @@ class Line:
         self.error = orbit_error(orbit, exact(times))
 
 
-def compiled_lines(mechanism, experiment):
-    assembly = assemble(mechanism, experiment)
+def compiled_lines(system):
     ex, ey = CLEARANCE_OUTPUTS.index("ex"), CLEARANCE_OUTPUTS.index("ey")
 
     def run(accuracy):
-        machine = Machine(assembly, experiment.replaced({"solver.accuracy": accuracy}))
+        runner = Runner(system.replaced({"solver.accuracy": accuracy}))
         begun = time.perf_counter()
-        record = machine.run(0.0, machine.start, machine.first_step, 10**7)
+        record = runner.run(0.0, runner.start, runner.first_step, 10**7)
         wall = time.perf_counter() - begun
         if STATUS[record.status] is not Status.OK:
             raise RuntimeError(f"compiled: {STATUS[record.status].value} at accuracy {accuracy:g}")
-        contacts = machine.evaluate(join([record]), TIMES)[3]
+        contacts = runner.evaluate(join([record]), TIMES)[3]
         return wall, TIMES, contacts[:, :, [ex, ey]]
 
     return [
@@ -89,12 +87,12 @@ def compiled_lines(mechanism, experiment):
     ]
 
 
-def drake_lines(mechanism, experiment):
+def drake_lines(system):
     from sevenbar_drake import one_run
 
     def run(accuracy, step):
-        changed = experiment.replaced({"solver.accuracy": accuracy, "solver.max_step": step})
-        wall, _, times, orbit = one_run(mechanism, changed)
+        changed = system.replaced({"solver.accuracy": accuracy, "solver.max_step": step})
+        wall, _, times, orbit = one_run(changed)
         return wall, times, orbit
 
     return [
@@ -103,7 +101,7 @@ def drake_lines(mechanism, experiment):
     ]  # fmt: skip
 
 
-def paper_lines(mechanism, experiment):
+def paper_lines(system):
     sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
     import paper_formulation
 
@@ -119,8 +117,8 @@ def paper_lines(mechanism, experiment):
     ]  # fmt: skip
 
 
-def kernel_lines(mechanism, experiment):
-    motion = free_motion(mechanism, experiment)
+def kernel_lines(system):
+    motion = free_motion(system)
 
     def run(tolerance):
         begun = time.perf_counter()
@@ -140,12 +138,12 @@ def kernel_lines(mechanism, experiment):
     ]
 
 
-def exudyn_lines(mechanism, experiment):
+def exudyn_lines(system):
     import exudyn  # noqa: F401  (the reason to skip it is said here)
     from sevenbar_exudyn import Model
 
     return [
-        Line("exudyn", f"{n} steps", lambda n=n: Model(mechanism, experiment).run(experiment.duration, n))
+        Line("exudyn", f"{n} steps", lambda n=n: Model(system).run(system.experiment.duration, n))
         for n in (1000, 2000, 4000, 8000, 16000, 64000)
     ]
 
@@ -231,12 +229,12 @@ def main() -> None:
     parser.add_argument("--codes", nargs="+", choices=CODES, default=list(CODES), help="default: all")
     parser.add_argument("--page", type=Path, metavar="FILE", help="write the page of the documentation too")
     options = parser.parse_args()
-    mechanism, experiment = load(data_folder() / "seven_bar.toml", {"duration": float(TIMES[-1])})
-    exact = reference(mechanism, experiment)
+    system = load(data_folder() / "seven_bar.toml", {"duration": float(TIMES[-1])})
+    exact = reference(system)
     lines = []
     for code in options.codes:
         try:
-            own = CODES[code](mechanism, experiment)
+            own = CODES[code](system)
         except ImportError as problem:
             print(f"{code}: skipped, {problem}")
             continue

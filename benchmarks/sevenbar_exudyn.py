@@ -17,12 +17,10 @@ import numpy as np
 from numba import njit
 from seven_bar_reference import orbit_error, reference
 
+from linkages import load
 from linkages.files.shipped import data_folder
 from linkages.laws.journal import clearance_force
-from linkages.model.experiment import load
 from linkages.planar.kinematics import body_positions, body_velocities
-from linkages.system.assembly import assemble
-from linkages.system.law_records import film_tables, law_parameters
 
 GRADED = 1e-3  # s
 DECADES, PER_DECADE = 5, 20  # its parts, steps in each
@@ -49,56 +47,56 @@ class Model:
     centre, which is e away from its line of action, and only a driven body does not feel that.
     """
 
-    def __init__(self, mechanism, experiment) -> None:
+    def __init__(self, system) -> None:
         import exudyn
         from exudyn import itemInterface as items  # noqa: N813
 
         self.exudyn, self.items = exudyn, items
         self.container = exudyn.SystemContainer()
-        self.system = self.container.AddSystem()
-        self.assembly = assemble(mechanism, experiment)
-        self.tree = self.assembly.tree
+        self.solver = self.container.AddSystem()
+        self.tree, self.assembly = system.tree, system.assembly
+        mechanism, drives = system.mechanism, system.experiment.drives
         self._add_bodies()
-        laws, tables = law_parameters(self.tree, experiment), film_tables(self.tree, experiment)
+        laws, tables = system.laws, system.film_tables
         self.sensors = []
         for joint in mechanism.joints:
             ends = [self._point(joint.parent, joint.on_parent), self._point(joint.child, joint.on_child)]
             if joint.name in self.tree.play:
                 k = self.tree.play.index(joint.name)
                 (drive,) = (name for name in self.tree.driven if mechanism.joint[name].child == joint.parent)
-                self._add_film(ends, film(laws[k], tables[k], experiment.drives[drive].speed))
+                self._add_film(ends, film(laws[k], tables[k], drives[drive].speed))
             elif joint.type == "revolute":
-                self.system.AddObject(items.ObjectJointRevolute2D(markerNumbers=ends))
+                self.solver.AddObject(items.ObjectJointRevolute2D(markerNumbers=ends))
             else:  # along x
                 self._hold(joint.child, 1, 0.0)
                 self._hold(joint.child, 2, 0.0)
         for name in self.tree.driven:
-            self._hold(mechanism.joint[name].child, 2, experiment.drives[name].speed)
+            self._hold(mechanism.joint[name].child, 2, drives[name].speed)
         self.bearings = [self.tree.index[mechanism.joint[name].parent] for name in self.tree.play]
         self.speeds = np.array([self.velocity[body, 0] for body in self.bearings])
         self.angles = np.array([self.pose[body, 2] for body in self.bearings])
-        self.system.Assemble()
+        self.solver.Assemble()
 
     def _add_bodies(self) -> None:
         tree, items = self.tree, self.items
         self.pose, self.velocity = np.empty((len(tree.bodies), 5)), np.empty((len(tree.bodies), 3))
         body_positions(tree.bodies, self.assembly.q, self.pose)
         body_velocities(tree.bodies, self.pose, self.assembly.v, self.velocity)
-        self.nodes, self.objects = {}, {"world": self.system.AddObject(items.ObjectGround())}
-        self.still = self.system.AddMarker(
-            items.MarkerNodeCoordinate(nodeNumber=self.system.AddNode(items.NodePointGround()), coordinate=0)
+        self.nodes, self.objects = {}, {"world": self.solver.AddObject(items.ObjectGround())}
+        self.still = self.solver.AddMarker(
+            items.MarkerNodeCoordinate(nodeNumber=self.solver.AddNode(items.NodePointGround()), coordinate=0)
         )
         for link in tree.mechanism.links:
             i = tree.index[link.name]
             body, (x, y, angle, c, s), (omega, vx, vy) = tree.bodies[i], self.pose[i], self.velocity[i]
             rx, ry = c * body.cx - s * body.cy, s * body.cx + c * body.cy
-            self.nodes[link.name] = self.system.AddNode(
+            self.nodes[link.name] = self.solver.AddNode(
                 items.NodeRigidBody2D(
                     referenceCoordinates=[x + rx, y + ry, angle],
                     initialVelocities=[vx - omega * ry, vy + omega * rx, omega],
                 )
             )
-            self.objects[link.name] = self.system.AddObject(
+            self.objects[link.name] = self.solver.AddObject(
                 items.ObjectRigidBody2D(
                     mass=body.mass, inertia=body.inertia, nodeNumber=self.nodes[link.name]
                 )
@@ -107,15 +105,15 @@ class Model:
     def _point(self, link, drawn):
         body = self.tree.bodies[self.tree.index[link]]
         x, y = self.tree.local(link, drawn) - (body.cx, body.cy)
-        return self.system.AddMarker(
+        return self.solver.AddMarker(
             self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=[x, y, 0.0])
         )
 
     def _hold(self, link, coordinate, rate) -> None:
         """Keep the rate of a coordinate of a link: 0, 1 position, 2 angle."""
         marker = self.items.MarkerNodeCoordinate(nodeNumber=self.nodes[link], coordinate=coordinate)
-        ends = [self.still, self.system.AddMarker(marker)]
-        self.system.AddObject(
+        ends = [self.still, self.solver.AddMarker(marker)]
+        self.solver.AddObject(
             self.items.ObjectConnectorCoordinate(markerNumbers=ends, offset=rate, velocityLevel=True)
         )
 
@@ -127,14 +125,14 @@ class Model:
             return [fx, fy, 0.0, 0.0, 0.0, 0.0]
 
         zero = np.zeros((6, 6))
-        item = self.system.AddObject(
+        item = self.solver.AddObject(
             self.items.ObjectConnectorRigidBodySpringDamper(
                 markerNumbers=ends, stiffness=zero, damping=zero, springForceTorqueUserFunction=connector
             )
         )
         displacement = self.exudyn.OutputVariableType.DisplacementLocal
         self.sensors.append(
-            self.system.AddSensor(
+            self.solver.AddSensor(
                 self.items.SensorObject(
                     objectNumber=item, outputVariableType=displacement, storeInternal=True
                 )
@@ -156,7 +154,7 @@ class Model:
             integration.startTime, integration.endTime, integration.numberOfSteps = a, b, count
             settings.solution.sensors.writePeriod = max((b - a) / count, 2e-3)
             begun = time.perf_counter()
-            done = self.system.SolveDynamic(
+            done = self.solver.SolveDynamic(
                 settings,
                 solverType=self.exudyn.DynamicSolverType.TrapezoidalIndex2,
                 updateInitialValues=True,
@@ -164,7 +162,7 @@ class Model:
             wall += time.perf_counter() - begun
             if not done:
                 raise RuntimeError(f"Exudyn's Newton iteration failed between {a:g} and {b:g} s")
-            stored = np.array([self.system.GetSensorStoredData(sensor) for sensor in self.sensors])
+            stored = np.array([self.solver.GetSensorStoredData(sensor) for sensor in self.sensors])
             seen.append(stored[:, stored[0, :, 0] > a])
         table = np.concatenate(seen, axis=1)
         times = table[0, :, 0]
@@ -178,11 +176,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--steps", type=int, nargs="+", default=[1000, 2000, 4000, 8000])
     options = parser.parse_args()
-    mechanism, experiment = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
-    exact = reference(mechanism, experiment)
+    system = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
+    exact = reference(system)
     print("  steps   wall [s/s]   orbit error")
     for steps in options.steps:
-        wall, times, orbit = Model(mechanism, experiment).run(experiment.duration, steps)
+        wall, times, orbit = Model(system).run(system.experiment.duration, steps)
         print(f"{steps:7d}{wall:13.3f}{orbit_error(orbit, exact(times)):14.1e}")
 
 
