@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from linkages.explore.compare import compare as compare
     from linkages.explore.lyapunov import largest_exponent as largest_exponent
     from linkages.explore.sections import crossings as crossings
+    from linkages.explore.sections import horizon as horizon
     from linkages.explore.sections import stroboscopic as stroboscopic
     from linkages.explore.spectra import spectrum as spectrum
     from linkages.explore.sweep import sweep as sweep
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from linkages.model.experiment import load_experiment as load_experiment
     from linkages.model.mechanism import Mechanism as Mechanism
     from linkages.model.mechanism import load_mechanism as load_mechanism
+    from linkages.report.terminal import format_summary as format_summary
     from linkages.results.extremes import extremes as extremes
     from linkages.results.extremes import integral as integral
     from linkages.results.impacts import impacts as impacts
@@ -71,12 +73,13 @@ _NAMES = {
     "errors": ("AssemblyError", "InputError", "RunError", "Status"),
     "explore.compare": ("compare",),
     "explore.lyapunov": ("largest_exponent",),
-    "explore.sections": ("crossings", "stroboscopic"),
+    "explore.sections": ("crossings", "horizon", "stroboscopic"),
     "explore.spectra": ("spectrum",),
     "explore.sweep": ("sweep",),
     "files.shipped": ("find_file",),
     "model.experiment": ("Experiment", "load_experiment"),
     "model.mechanism": ("Mechanism", "load_mechanism"),
+    "report.terminal": ("format_summary",),
     "results.extremes": ("extremes", "integral"),
     "results.impacts": ("impacts", "phases"),
     "results.summary": ("Study", "summarize"),

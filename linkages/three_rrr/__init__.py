@@ -27,3 +27,10 @@ B_r C_r, theta of the platform, all absolute, counter-clockwise from x. A platfo
 in the paper. Elastic displacements are small, in plane axes, relative to the rigid motion. Arrays over poses have the
 pose as their first axis.
 """
+
+from linkages.three_rrr.maps import drive_map
+from linkages.three_rrr.results import analyse
+from linkages.three_rrr.robot import changed, load_robot
+from linkages.three_rrr.speed import speed_sweep
+
+__all__ = ["analyse", "changed", "drive_map", "load_robot", "speed_sweep"]
