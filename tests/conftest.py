@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from shipped import shipped
 
-from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
+import linkages
 
 # Compiled functions are compiled at their first call: no deadline. The same examples in every run: a failure is one
 # that can be repeated; searching for new ones is `pytest --hypothesis-profile=default`.
@@ -14,8 +14,8 @@ settings.load_profile("repeatable")
 
 @pytest.fixture(scope="session")
 def seven_bar():
-    """The shipped seven-bar: (mechanism, experiment)."""
-    return load(data_folder() / "seven_bar.toml")
+    """The shipped seven-bar."""
+    return shipped("seven_bar")
 
 
 @pytest.fixture
@@ -29,3 +29,9 @@ def experiment_file(tmp_path):
         return path
 
     return write
+
+
+@pytest.fixture
+def system_of(experiment_file):
+    """Make the system of an SDF text and a TOML text."""
+    return lambda sdf, toml, overrides=None: linkages.load(experiment_file(sdf, toml), overrides)

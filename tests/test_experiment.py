@@ -3,9 +3,9 @@
 import pytest
 from machines import four_bar
 
+from linkages import InputError, load, load_experiment
 from linkages.cli.main import main
-from linkages.errors import InputError
-from linkages.model.experiment import keys, load, load_experiment
+from linkages.model.experiment import keys
 
 GOOD = """
 duration = 1.0              # s, assumed
@@ -80,7 +80,7 @@ REFUSED = {
     "override without a key": (
         GOOD,
         {"joints..clearance": "1"},
-        "is no path; write keys with points between",
+        "is not a path; write keys with dots between",
     ),
     "table where a value is": (GOOD, {"joints.A": "3"}, "joints.A: is 3; it should be a table"),
     "text where a number is": (
@@ -154,13 +154,13 @@ def test_comments_are_kept_as_sources(experiment_file):
 
 def test_every_number_of_the_shipped_experiments_has_a_source(seven_bar):
     for name in ("seven_bar.toml", "seven_bar_rig.toml"):
-        experiment = load_experiment(seven_bar[1].source.parent / name)
+        experiment = load_experiment(seven_bar.experiment.source.parent / name)
         for path in ("duration", "gravity", "drives.O1.speed", "joints.A.clearance", "joints.B.viscosity"):
             assert len(experiment.sources[path]) > 5
 
 
 def test_replaced_leaves_the_original_alone(seven_bar):
-    _, experiment = seven_bar
+    experiment = seven_bar.experiment
     other = experiment.replaced({"joints.A.clearance": 1e-4, "duration": 0.5})
     assert (experiment.joints["A"].clearance, experiment.duration) == (3e-4, 2.0)
     assert (other.joints["A"].clearance, other.duration) == (1e-4, 0.5)

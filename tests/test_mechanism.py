@@ -6,10 +6,8 @@ from machines import BEARING, PLANES, bar, four_bar, joint, model, plane_rotatio
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
+from linkages import InputError, find_file, load_mechanism
 from linkages.cli.main import main
-from linkages.errors import InputError
-from linkages.files.shipped import data_folder
-from linkages.model.mechanism import load_mechanism
 from linkages.system.tree import spanning_tree
 
 NESTED = """
@@ -75,7 +73,7 @@ def test_plane_axes_are_right_handed_and_normal_to_it(tmp_path, plane):
 
 
 def test_tree_cuts_play_first_then_the_fewest_ideal_joints(seven_bar):
-    mechanism, _ = seven_bar
+    mechanism = seven_bar.mechanism
     both = spanning_tree(mechanism, ("A", "B"), ("O1", "O4"))
     assert (both.play, both.loops, both.size) == (("A", "B"), (), 6)
     one = spanning_tree(mechanism, ("A",), ("O1", "O4"))
@@ -94,7 +92,7 @@ def test_a_link_on_clearance_joints_alone_floats(tmp_path):
 
 
 def test_angles_by_path_are_in_radians_whatever_the_file_says():
-    path = data_folder() / "four_bar.sdf"  # written in degrees
+    path = find_file("four_bar.sdf")  # written in degrees
     turned = load_mechanism(path, {"links.crank.pose.yaw": 1.0})
     assert turned.link["crank"].angle == pytest.approx(1.0, abs=1e-12)
 
