@@ -1,0 +1,170 @@
+"""The summary of a run: extremes of what was asked for, beside the ideal linkage's, and the error of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from linkages.errors import Status
+from linkages.files.versions import versions
+from linkages.results.extremes import extremes, integral
+from linkages.results.impacts import Impact, impacts
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+
+@dataclass(frozen=True)
+class Study:
+    """A run with what is needed to judge it.
+
+    Attributes
+    ----------
+    system : System
+    engine : str
+        That made the run.
+    run : Trajectory
+    ideal : Trajectory
+        The same linkage with every joint ideal; see `linkages.ideal`.
+    tighter : Trajectory or None
+        The run repeated at a ten times tighter tolerance.
+    """
+
+    system: System
+    engine: str
+    run: Trajectory
+    ideal: Trajectory
+    tighter: Trajectory | None
+
+    @cached_property
+    def contacts(self) -> list[Impact]:
+        """Every contact of the run."""
+        return impacts(self.run, touching(self.system))
+
+
+def summarize(study: Study) -> dict[str, Any]:
+    """Make the contents of ``summary.json``: SI units; see docs/outputs.md.
+
+    Parameters
+    ----------
+    study : Study
+        From `linkages.study`.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    >>> summary = linkages.summarize(linkages.study(system, "compiled"))
+    >>> summary["status"], round(summary["joints"]["A"]["force"]["peak"], 2)
+    ('ok', 2.46)
+    """
+    system, tree = study.system, study.system.tree
+    quality = system.assembly.quality
+    numbers = _numbers(system, study.run, study.contacts)
+    ideal_numbers = _numbers(system, study.ideal)
+    error = {}
+    if study.tighter is not None and study.tighter.status is Status.OK:
+        finer = _numbers(system, study.tighter)
+        error = {
+            key: abs(value - dict(_peaks(finer))[key])
+            for key, value in _peaks(numbers)
+            if key in dict(_peaks(finer))
+        }
+    return {
+        "engine": study.engine,
+        "duration": float(study.run.time[-1]),
+        "status": study.run.status.value,
+        "mechanism": {
+            "name": system.mechanism.name,
+            "mobility": system.assembly.mobility,
+            "driven": [*tree.driven, *tree.powered],
+            "cut": {"play": list(tree.play), "ideal": list(tree.loops)},
+            "quality": None if np.isnan(quality) else quality,
+            "loop_error": study.run.provenance.get("loop_error", 0.0),
+        },
+        **numbers,
+        "ideal": {"status": study.ideal.status.value, **ideal_numbers},
+        "error": error,
+        "provenance": {
+            "versions": versions(),
+            "experiment": system.experiment.model_dump(exclude_unset=True, exclude_none=True)
+            | {"file": system.experiment.source.name},
+            "sources": system.experiment.sources,
+            "run": {key: value for key, value in study.run.provenance.items() if key != "wall_time"},
+            "wall_time": study.run.provenance["wall_time"],
+        },
+    }
+
+
+def touching(system: System) -> list[str]:
+    """Contacts that can touch: joints, and the corners of guides."""
+    return [label for (_, label), able in zip(system.tree.contacts, system.touching, strict=True) if able]
+
+
+def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] = ()) -> dict[str, Any]:
+    """Collect outputs, joints, drives and applied loads of one trajectory with these contacts."""
+    experiment = system.experiment
+    joints = [joint.name for joint in system.mechanism.joints]
+    play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
+    wanted = [
+        *experiment.outputs,
+        *(f"{name}.force" for name in joints),
+        *(f"{name}.eccentricity_ratio" for name in play),
+        *(f"{name}.torque" for name in experiment.drives),
+        *(f"{name}.{_effort(table)}" for table, name in experiment.loads),
+    ]
+    found = extremes(trajectory, wanted)
+    result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
+    for name in experiment.outputs:
+        value = found[name]
+        result["outputs"][name] = {"min": value.min, "max": value.max, "peak": value.peak}
+    for name in joints:
+        force = found[f"{name}.force"]
+        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": force.peak, "time": force.time}}
+        if name in play:
+            entry["model"] = experiment.joints[name].model
+            entry["eccentricity_ratio"] = {"peak": found[f"{name}.eccentricity_ratio"].peak}
+            contacts = [row for row in touches if row.joint.partition(".")[0] == name]
+            entry["contact_fraction"] = _covered(contacts) / float(np.ptp(trajectory.time))
+            entry["impacts"] = len(contacts)
+        result["joints"][name] = entry
+    for name in experiment.drives:
+        power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
+        torque = found[f"{name}.torque"]
+        result["drives"][name] = {"torque": {"peak": torque.peak}, "work": integral(trajectory, power)}
+    for table, name in experiment.loads:
+        effort = _effort(table)
+        peak, work = found[f"{name}.{effort}"].peak, integral(trajectory, trajectory[f"{name}.power"])
+        result.setdefault("loads", {})[name] = {effort: {"peak": peak}, "work": work}
+    return result
+
+
+def _effort(table: str) -> str:
+    """Quantity by which a kind of applied load is judged."""
+    return "torque" if table in ("torques", "torsion_springs") else "force"
+
+
+def _covered(rows: list[Impact]) -> float:
+    """Time in which at least one of the contacts lasts [s]."""
+    total, until = 0.0, -np.inf
+    for row in sorted(rows, key=lambda row: row.start):
+        end = row.start + row.duration
+        total += max(0.0, end - max(row.start, until))
+        until = max(until, end)
+    return total
+
+
+def _peaks(numbers: dict[str, Any]) -> list[tuple[str, float]]:
+    """Every peak of a summary with its key: ``slider7.ax.peak``, ``A.force.peak``."""
+    result = [(f"{name}.peak", value["peak"]) for name, value in numbers["outputs"].items()]
+    for name, entry in numbers["joints"].items():
+        for key in ("force", "eccentricity_ratio"):
+            if key in entry:
+                result.append((f"{name}.{key}.peak", entry[key]["peak"]))
+    result += [(f"{name}.torque.peak", value["torque"]["peak"]) for name, value in numbers["drives"].items()]
+    for name, entry in numbers.get("loads", {}).items():
+        result += [(f"{name}.{key}.peak", entry[key]["peak"]) for key in ("force", "torque") if key in entry]
+    return result
