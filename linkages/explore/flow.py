@@ -84,7 +84,7 @@ class Flow:
         return Steps(np.array([self.t]), self.y[None, :].copy(), self._runner.memory[:, 0][None, :].copy())
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
-        """Outputs (see `linkages.outputs.registry`) at times within a piece: all of them, or those that are named."""
+        """Compute outputs (see `linkages.outputs.registry`) at times within a piece: all, or those that are named."""
         q, v, a, contacts = self._runner.evaluate(piece, times)
         return columns(self.system, times, q, v, a, contacts, names)
 

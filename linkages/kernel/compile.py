@@ -15,14 +15,8 @@ from numba import njit
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_HOLDERS = (
-    "kernel",
-    "laws",
-    "integrate",
-    "planar",
-    "outputs",
-    "engines/compiled",
-)  # the folders that hold kernels
+#: The folders that hold kernels.
+_HOLDERS = ("kernel", "laws", "integrate", "planar", "outputs", "results", "engines/compiled")
 
 
 def kernel(function: F) -> F:
@@ -56,8 +50,18 @@ def _compiled(function: F, forceinline: bool = False) -> F:
 def note_edits(compiled: Any) -> None:
     """Let the cache of a compiled function notice edits of any file with kernels."""
     file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
-    if file is not None:  # there is none with NUMBA_DISABLE_JIT=1
-        file._source_stamp = (file._source_stamp, _stamp())
+    if file is None:  # there is none with NUMBA_DISABLE_JIT=1
+        return
+    file._source_stamp = (file._source_stamp, _stamp())
+    load_index = file._load_index
+
+    def load_index_or_none() -> Any:
+        try:
+            return load_index()
+        except (AttributeError, ImportError):  # of code whose types have other names now
+            return {}
+
+    file._load_index = load_index_or_none
 
 
 @cache

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.results.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -148,10 +149,5 @@ def _parabola(t: Array, y: Array) -> tuple[float, float]:
     best = int(np.argmax(y))
     if len(t) < 3 or best != 1:
         return float(t[best]), float(y[best])
-    left, right = (y[1] - y[0]) / (t[1] - t[0]), (y[2] - y[1]) / (t[2] - t[1])
-    curvature = (right - left) / (t[2] - t[0])
-    if not curvature < 0.0:
-        return float(t[1]), float(y[1])
-    slope = left + curvature * (t[1] - t[0])  # at t[1]
-    shift = -0.5 * slope / curvature
-    return float(t[1] + shift), float(y[1] + 0.5 * slope * shift)
+    top, height = parabola_top(*map(float, t), *map(float, y))
+    return top, height

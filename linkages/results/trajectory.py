@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError, Status
+from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
 
 Array = NDArray[np.float64]
@@ -49,13 +50,16 @@ class Trajectory:
         return self.columns[name]
 
     def save(self, path: str | Path) -> None:
-        """Write to an ``.npz`` file without pickle; written whole or not at all."""
-        path = Path(path)
-        partial = path.with_name(f".{path.name}.partial")
+        """Write to an ``.npz`` file without pickle; written whole or not at all.
+
+        Raises
+        ------
+        RunError
+            If it cannot be written.
+        """
         header = json.dumps({"status": self.status.value, "provenance": self.provenance})
-        with open(partial, "wb") as file:
+        with whole(Path(path)) as partial, open(partial, "wb") as file:
             np.savez_compressed(file, allow_pickle=False, header=np.array(header), **self.columns)
-        partial.replace(path)
 
 
 def load_trajectory(path: str | Path) -> Trajectory:

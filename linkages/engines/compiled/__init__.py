@@ -1,23 +1,20 @@
 """The compiled engine: the same mechanisms and laws as Drake's, a thousand times faster, for batches of runs.
 
-| module         | what it holds                                                                          |
-|----------------|----------------------------------------------------------------------------------------|
-| model          | a mechanism and an experiment as plain arrays                                          |
-| reference      | named tuples by reference in compiled code; calls: functions by address                |
-| equations      | equations of motion, driven coordinates eliminated                                     |
-| jacobian       | their Jacobian: tangent (exact mechanics), partials (the contacts' laws)               |
-| projection     | back onto the closure of ideal loops after each step                                   |
-| radau          | Radau IIA of order 5; factor: LU of small matrices                                     |
-| dormand_prince | Dormand and Prince's explicit pair 5(4)                                                |
-| stepper        | what a method keeps between two attempts at a step                                     |
-| driver         | steps, error control, location of events, for any method and problem                   |
-| replay         | states between steps                                                                   |
-| signals        | outputs by name, for summaries; ideal: the ideal linkage beside a run                  |
-| summary        | extremes, mean and rms of signals over windows                                         |
-| runs           | all of it bound together                                                               |
-| machine        | `Machine`: an assembled mechanism as an object that runs                               |
-| simulation     | `simulate`: a run as a `linkages.results.trajectory.Trajectory`                                |
-| batch          | `simulate_batch`: many runs in parallel threads                                        |
+It may import whatever lies below the engines, and not the Drake engine.
+
+| module     | responsibility                                                                         |
+|------------|----------------------------------------------------------------------------------------|
+| model      | a system as named tuples of plain arrays                                               |
+| calls      | the engine's own functions by address                                                  |
+| equations  | equations of motion, driven coordinates eliminated                                     |
+| jacobian   | their Jacobian: exact mechanics, partial derivatives of the contacts' laws             |
+| projection | back onto the closure of ideal loops after each step                                   |
+| binding    | integrators and equations bound together: runs, and states between their steps         |
+| replay     | states between steps, by stepping there again                                          |
+| statistics | extremes, mean and rms of outputs over windows                                         |
+| runner     | `Runner`: a system as an object that runs                                              |
+| simulation | `simulate`: a run as a `linkages.Trajectory`                                           |
+| batch      | `simulate_batch`: many runs in parallel threads                                        |
 """
 
 from __future__ import annotations

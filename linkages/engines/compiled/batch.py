@@ -36,8 +36,9 @@ class Batch:
         See `linkages.outputs.registry`.
     windows : (nw, 2) array
         Times [s].
-    minimum, maximum, time_of_minimum, time_of_maximum, mean, rms : (m, nw, no) arrays
-        Over continuous time within each window; NaN where the run failed.
+    statistics : dict of (m, nw, no) arrays
+        By the names of `linkages.engines.compiled.statistics.STATISTICS`, over continuous time within each window; NaN
+        where the run failed. Each is an attribute too: ``batch.rms``.
     status : list of Status
     reason : list of str
         Why a run failed, empty otherwise.
@@ -48,15 +49,15 @@ class Batch:
     values: Array
     outputs: tuple[str, ...]
     windows: Array
-    minimum: Array
-    maximum: Array
-    time_of_minimum: Array
-    time_of_maximum: Array
-    mean: Array
-    rms: Array
+    statistics: dict[str, Array]
     status: list[Status]
     reason: list[str]
     steps: NDArray[np.int64]
+
+    def __getattr__(self, name: str) -> Array:
+        if name not in STATISTICS:
+            raise AttributeError(f"a batch has no {name}; it has {', '.join(STATISTICS)}")
+        return self.statistics[name]
 
     @property
     def peak(self) -> Array:
@@ -141,7 +142,7 @@ def simulate_batch(
         status=status,
         reason=reason,
         steps=steps,
-        **statistics,
+        statistics=statistics,
     )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from linkages.engines.compiled import calls
 from linkages.engines.compiled.equations import add_loads, derivatives, outside, solve_state
 from linkages.engines.compiled.jacobian import add_loads_tangent, jacobian
-from linkages.engines.compiled.model import Calls, Model, Problem, make_work
+from linkages.engines.compiled.model import Calls, Equations, Model, make_work
 from linkages.engines.compiled.projection import project_state
 from linkages.engines.compiled.replay import Steps, replay
 from linkages.integrate.dormand_prince import dormand_prince
@@ -34,9 +34,9 @@ _CLOSING = CLEARANCE_OUTPUTS.index("closing")
 
 
 @kernel
-def signs(problem: Problem, g: Array, dg: Array) -> None:
+def signs(equations: Equations, g: Array, dg: Array) -> None:
     """Event functions: the penetrations of contacts that can touch."""
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     for k in range(len(model.ends)):
         g[k], dg[k] = -1.0, 0.0
         if model.touching[k]:
@@ -45,21 +45,21 @@ def signs(problem: Problem, g: Array, dg: Array) -> None:
 
 
 @kernel
-def settle(problem: Problem, t: float, y: Array, event: int) -> tuple[int, bool]:
+def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, bool]:
     """Latch the approach speed of a contact that starts, close the loops, see that all journals are in their films."""
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
         work.memory[event, 0] = work.contacts[event, _CLOSING]
     changed = False
     if len(model.rows):
-        changed = calls.project(problem, y)
+        changed = calls.project(equations, y)
     return (LEFT if outside(model, work) >= 0 else DONE), changed
 
 
 @kernel
-def observe(problem: Problem, t: float, y: Array, row: Array) -> None:
+def observe(equations: Equations, t: float, y: Array, row: Array) -> None:
     """Record the approach speeds, which hold for the step that follows."""
-    work = problem.work
+    work = equations.work
     for k in range(len(row)):
         row[k] = work.memory[k, 0]
 
@@ -70,25 +70,27 @@ _drive = driver(derivatives, calls.attempt, signs, settle, observe)
 
 
 def attempt_radau(
-    problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: bool
+    equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
     """Attempt a step with Radau IIA."""
-    error, factor = _attempt_radau(problem, s, t, h, y, exact)
+    error, factor = _attempt_radau(equations, s, t, h, y, exact)
     return error, factor
 
 
 def attempt_explicit(
-    problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: bool
+    equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
     """Attempt a step with Dormand and Prince's pair."""
-    error, factor = _attempt_explicit(problem, s, t, h, y, exact)
+    error, factor = _attempt_explicit(equations, s, t, h, y, exact)
     return error, factor
 
 
 @kernel
-def run(problem: Problem, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
+def run(
+    equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options
+) -> Record:
     """Run from (t, y); the work's memory and modes of the contacts are kept up to date."""
-    p, s = reference(problem), reference(stepper)
+    p, s = reference(equations), reference(stepper)
     model, work = p.model, p.work
     if t == 0.0:
         calls.solve(p, t, y)
@@ -99,7 +101,7 @@ def run(problem: Problem, stepper: Stepper, tolerance: Array, t: float, y: Array
 
 @kernel
 def evaluate(
-    problem: Problem,
+    equations: Equations,
     stepper: Stepper,
     tolerance: Array,
     steps: Steps,
@@ -110,7 +112,7 @@ def evaluate(
     contacts: Array,
 ) -> None:
     """Fill q, v, a (nt, n) and contacts (nt, nc, WIDTH) at any times of a run."""
-    p, s, past = reference(problem), reference(stepper), reference(steps)
+    p, s, past = reference(equations), reference(stepper), reference(steps)
     y, w = np.empty(steps.states.shape[1]), p.work.dynamics
     for i in range(len(times)):
         replay(p, s, tolerance, past, times[i], y)
@@ -133,8 +135,8 @@ def bind(model: Model, stepper: Stepper, implicit: bool) -> Calls:
     """Compile the functions of `linkages.engines.compiled.calls`, or load them; all models have the same types."""
     if not _signatures:
         work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
-        problem = typeof(Problem(model, work, Calls()))
-        _signatures.update(calls.signatures(Reference(problem), Reference(typeof(stepper))))
+        equations = typeof(Equations(model, work, Calls()))
+        _signatures.update(calls.signatures(Reference(equations), Reference(typeof(stepper))))
     loaded = len(model.loads) > 0
     return Calls(
         _address(solve_state, "solve"),

@@ -1,7 +1,7 @@
 """Calls by address, so that callers are compiled without what they call.
 
 Compiled code contains all that it calls: at every level of calls, what is below is optimised and written once more. The
-integrator is many levels above the laws. Here these are compiled once, to C functions, of which the problem holds the
+integrator is many levels above the laws. Here these are compiled once, to C functions, of which the equations hold the
 addresses (`linkages.engines.compiled.model.Calls`); a call costs some nanoseconds. What a model does not need is not
 compiled.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from numba.core import types
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.model import Problem
+from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper
 from linkages.kernel import caller, kernel
 
@@ -29,51 +29,53 @@ _call_for_nothing, _call_for_bool, _call_for_pair = (
 )
 
 
-def signatures(problem: Any, stepper: Any) -> dict[str, Any]:
-    """Return the signatures of the functions below, for the types of a problem and of a stepper (references)."""
+def signatures(equations: Any, stepper: Any) -> dict[str, Any]:
+    """Return the signatures of the functions below, for the types of equations and of a stepper (references)."""
     time = size = types.float64
     return {
-        "solve": types.none(problem, time, VECTOR),
-        "jacobian": types.none(problem, time, VECTOR, MATRIX),
-        "project": types.boolean(problem, VECTOR),
-        "attempt": PAIR(problem, stepper, time, size, VECTOR, types.boolean),
-        "loads": types.none(problem, time),
-        "loads_tangent": types.none(problem, time, MATRIX, MATRIX, MATRIX),
+        "solve": types.none(equations, time, VECTOR),
+        "jacobian": types.none(equations, time, VECTOR, MATRIX),
+        "project": types.boolean(equations, VECTOR),
+        "attempt": PAIR(equations, stepper, time, size, VECTOR, types.boolean),
+        "loads": types.none(equations, time),
+        "loads_tangent": types.none(equations, time, MATRIX, MATRIX, MATRIX),
     }
 
 
 @kernel
-def solve(problem: Problem, t: float, y: Array) -> None:
+def solve(equations: Equations, t: float, y: Array) -> None:
     """Call `linkages.engines.compiled.equations.solve_state`."""
-    _call_for_nothing(problem.calls.solve, (problem, t, y))
+    _call_for_nothing(equations.calls.solve, (equations, t, y))
 
 
 @kernel
-def jacobian(problem: Problem, t: float, y: Array, out: Array) -> None:
+def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     """Call `linkages.engines.compiled.jacobian.jacobian`."""
-    _call_for_nothing(problem.calls.jacobian, (problem, t, y, out))
+    _call_for_nothing(equations.calls.jacobian, (equations, t, y, out))
 
 
 @kernel
-def project(problem: Problem, y: Array) -> bool:
+def project(equations: Equations, y: Array) -> bool:
     """Call `linkages.engines.compiled.projection.project_state`."""
-    return bool(_call_for_bool(problem.calls.project, (problem, y)))
+    return bool(_call_for_bool(equations.calls.project, (equations, y)))
 
 
 @kernel
-def attempt(problem: Problem, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
+def attempt(
+    equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
+) -> tuple[float, float]:
     """Call the ``attempt`` of the method, see `linkages.integrate.radau`."""
-    error, factor = _call_for_pair(problem.calls.attempt, (problem, s, t, h, y, exact))
+    error, factor = _call_for_pair(equations.calls.attempt, (equations, s, t, h, y, exact))
     return error, factor
 
 
 @kernel
-def loads(problem: Problem, t: float) -> None:
+def loads(equations: Equations, t: float) -> None:
     """Call `linkages.engines.compiled.equations.add_loads`."""
-    _call_for_nothing(problem.calls.loads, (problem, t))
+    _call_for_nothing(equations.calls.loads, (equations, t))
 
 
 @kernel
-def loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out: Array) -> None:
+def loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array, out: Array) -> None:
     """Call `linkages.engines.compiled.jacobian.add_loads_tangent`."""
-    _call_for_nothing(problem.calls.loads_tangent, (problem, t, dpose, dvel, out))
+    _call_for_nothing(equations.calls.loads_tangent, (equations, t, dpose, dvel, out))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.calls import loads, solve
-from linkages.engines.compiled.model import Model, Problem, Work
+from linkages.engines.compiled.model import Equations, Model, Work
 from linkages.kernel import inlined_kernel, kernel
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import accelerate
@@ -50,9 +50,9 @@ def set_state(model: Model, work: Work, t: float, y: Array) -> None:
 
 
 @kernel
-def solve_state(problem: Problem, t: float, y: Array) -> None:
+def solve_state(equations: Equations, t: float, y: Array) -> None:
     """Fill the work with everything that is known at a state: accelerations, contacts, loop reactions."""
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     set_state(model, work, t, y)
     w = work.dynamics
     for i in range(len(w.wrench)):
@@ -63,23 +63,23 @@ def solve_state(problem: Problem, t: float, y: Array) -> None:
         model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts
     )
     if len(model.loads):
-        loads(problem, t)
+        loads(equations, t)
     accelerate(model.bodies, model.rows, 0.0, model.gravity, w)
 
 
 @kernel
-def add_loads(problem: Problem, t: float) -> None:
+def add_loads(equations: Equations, t: float) -> None:
     """Add the wrenches of the applied loads."""
-    model, w = problem.model, problem.work.dynamics
+    model, w = equations.model, equations.work.dynamics
     tables = (model.loads, model.load_t, model.load_c, model.load_n)
     load_wrenches(tables, t, w.pose, w.vel, w.wrench)
 
 
 @kernel
-def derivatives(problem: Problem, t: float, y: Array, dy: Array) -> None:
+def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
     """Right-hand side of dy/dt = f(t, y)."""
-    model, work = problem.model, problem.work
-    solve(problem, t, y)
+    model, work = equations.model, equations.work
+    solve(equations, t, y)
     n = len(model.free)
     for i in range(n):
         dy[i] = y[n + i]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.calls import loads_tangent, solve
-from linkages.engines.compiled.model import Model, Problem, Work
+from linkages.engines.compiled.model import Equations, Model, Work
 from linkages.kernel import kernel
 from linkages.kernel.reference import reference
 from linkages.planar.contact_partials import INPUTS, OUTPUTS, clear, contact_partials
@@ -73,11 +73,11 @@ def _scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
 
 
 @kernel
-def jacobian(problem: Problem, t: float, y: Array, out: Array) -> None:
+def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     """Fill ``out`` (ny, ny) with df/dy of `linkages.engines.compiled.equations.derivatives`."""
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
-    solve(problem, t, y)
+    solve(equations, t, y)
     kept = _scratch(len(model.bodies), len(w.a), len(model.rows), len(model.ends))
     s = reference(kept)
     for k in range(len(model.ends)):
@@ -104,14 +104,14 @@ def jacobian(problem: Problem, t: float, y: Array, out: Array) -> None:
             out[j - n, j] = 1.0
         else:
             bristle = model.bristles[j - 2 * n]
-        _direction(problem, s, t, bristle, out[:, j])
+        _direction(equations, s, t, bristle, out[:, j])
     s.dq[0] = kept.dq[0]  # `kept` lives until here
 
 
 @kernel
-def _direction(problem: Problem, s: Scratch, t: float, bristle: int, column: Array) -> None:
+def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column: Array) -> None:
     """Fill the accelerations and the bristles' rates of one column of the Jacobian."""
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     bodies = model.bodies
     body_tangents(bodies, w.pose, w.vel, w.acc, w.v, w.a, s.dq, s.dv, s.dpose, s.dvel, s.dacc)
@@ -122,7 +122,7 @@ def _direction(problem: Problem, s: Scratch, t: float, bristle: int, column: Arr
             if model.bristles[m] == k:
                 column[2 * n + m] = rate
     if len(model.loads):
-        loads_tangent(problem, t, s.dpose, s.dvel, s.dwrench)
+        loads_tangent(equations, t, s.dpose, s.dvel, s.dwrench)
     for k in range(len(model.rows)):
         add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
     inertial_tangents(bodies, w.pose, w.vel, w.acc, model.gravity, s.dpose, s.dvel, s.dacc, s.dload)
@@ -152,9 +152,9 @@ def _direction(problem: Problem, s: Scratch, t: float, bristle: int, column: Arr
 
 
 @kernel
-def add_loads_tangent(problem: Problem, t: float, dpose: Array, dvel: Array, out: Array) -> None:
+def add_loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array, out: Array) -> None:
     """Add the change of the applied loads' wrenches; see `linkages.planar.loads.load_wrenches_tangent`."""
-    model, w = problem.model, problem.work.dynamics
+    model, w = equations.model, equations.work.dynamics
     tables = (model.loads, model.load_t, model.load_c, model.load_n)
     load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, out)
 

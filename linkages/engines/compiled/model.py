@@ -124,7 +124,7 @@ class Calls(NamedTuple):
     loads_tangent: int = 0
 
 
-class Problem(NamedTuple):
+class Equations(NamedTuple):
     """What the integrators hand on: the model, arrays to work on, functions."""
 
     model: Model

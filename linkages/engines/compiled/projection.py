@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.model import Model, Problem, Work
+from linkages.engines.compiled.model import Equations, Model, Work
 from linkages.kernel import kernel
 from linkages.planar.dynamics import articulate, loop_responses, solve_semidefinite
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
@@ -26,13 +26,13 @@ def loop_error(model: Model, work: Work) -> float:
 
 
 @kernel
-def project_state(problem: Problem, y: Array) -> bool:
+def project_state(equations: Equations, y: Array) -> bool:
     """Move coordinates and rates, in y and in the work, to where the loops are closed; False if they were already.
 
     The move is the smallest in the metric of the mass matrix: what unit reactions would cause, so that no motion along
     the constraints comes with it.
     """
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     w, n, nr = work.dynamics, len(model.free), len(model.rows)
     goal = _CLOSED * model.size
     moved = False

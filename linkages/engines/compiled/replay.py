@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from linkages.engines.compiled.calls import attempt, project, solve
 from linkages.engines.compiled.equations import derivatives
-from linkages.engines.compiled.model import Problem
+from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper, copy, hint, restart
 from linkages.kernel import kernel
 
@@ -44,30 +44,30 @@ def last_step(grid: Array, t: float) -> int:
 
 
 @kernel
-def remember(problem: Problem, steps: Steps, k: int) -> None:
+def remember(equations: Equations, steps: Steps, k: int) -> None:
     """Let the contacts remember what they did after a step."""
     for c in range(steps.memory.shape[1]):
-        problem.work.memory[c, 0] = steps.memory[k, c]
+        equations.work.memory[c, 0] = steps.memory[k, c]
 
 
 @kernel
-def replay(problem: Problem, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
-    """Fill y with the state at time t of a run, NaN if it cannot be had; leave the problem's work solved there."""
+def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
+    """Fill y with the state at time t of a run, NaN if it cannot be had; leave the work of the equations solved there."""
     k = last_step(steps.times, t)
     start = steps.times[k]
-    remember(problem, steps, k)
+    remember(equations, steps, k)
     copy(steps.states[k], y)
     if t > start:
         end, target = steps.times[k + 1], steps.states[k + 1]
-        derivatives(problem, end, target, s.f1)
+        derivatives(equations, end, target, s.f1)
         slope = s.f1.copy()
         copy(tolerance, s.scale)
         now, h = start, t - start
         for _ in range(_TRIES):
             restart(s)
-            derivatives(problem, now, y, s.f0)
+            derivatives(equations, now, y, s.f0)
             hint(s, y, end - now, target, slope)
-            error, _ = attempt(problem, s, now, h, y, True)
+            error, _ = attempt(equations, s, now, h, y, True)
             if not error <= 1.0:
                 h *= 0.5  # Newton's method did not converge over so long a step
                 continue
@@ -79,6 +79,6 @@ def replay(problem: Problem, s: Stepper, tolerance: Array, steps: Steps, t: floa
         if h > 0.0:  # never seen: better no number than a wrong one
             for i in range(len(y)):
                 y[i] = np.nan
-    solve(problem, t, y)
-    if len(problem.model.rows) and project(problem, y):
-        solve(problem, t, y)
+    solve(equations, t, y)
+    if len(equations.model.rows) and project(equations, y):
+        solve(equations, t, y)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
-from linkages.engines.compiled.model import Problem, make_work, pack
+from linkages.engines.compiled.model import Equations, make_work, pack
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.statistics import summarise
 from linkages.errors import Status
@@ -71,7 +71,7 @@ class Runner:
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
         self._stepper = make_stepper(len(self.start))
         self._calls = bind(self.model, self._stepper, self.implicit)
-        self._problem = self._with(self.memory, self.modes)
+        self._equations = self._with(self.memory, self.modes)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Addresses are those of this process: a copy in another one finds its own."""
@@ -101,7 +101,7 @@ class Runner:
         duration = self.system.experiment.duration
         largest = self.system.experiment.solver.max_step or duration
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
-        return run(self._problem, self._stepper, self.tolerance, t, y, options)
+        return run(self._equations, self._stepper, self.tolerance, t, y, options)
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
@@ -122,12 +122,12 @@ class Runner:
         aside, stepper = self.aside(), make_stepper(len(self.start))
         return summarise(aside, stepper, ideal, outputs, self.tolerance, steps, windows, out)
 
-    def aside(self) -> Problem:
-        """Return the problem with contacts that remember nothing, so that a run can go on beside."""
+    def aside(self) -> Equations:
+        """Return the equations with contacts that remember nothing, so that a run can go on beside."""
         return self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1))
 
-    def _with(self, memory: Array, modes: Indices) -> Problem:
-        return Problem(self.model, make_work(self.model, memory, modes), self._calls)
+    def _with(self, memory: Array, modes: Indices) -> Equations:
+        return Equations(self.model, make_work(self.model, memory, modes), self._calls)
 
 
 def _restored(system: System, memory: Array, modes: Indices) -> Runner:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.calls import solve
-from linkages.engines.compiled.model import Problem
+from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import kernel
@@ -18,14 +18,17 @@ from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import Ideal, ideal_state
 from linkages.planar.loads import load_outputs
 from linkages.planar.reactions import joint_forces
+from linkages.results.parabola import parabola_top
 
 Array = NDArray[np.float64]
 
-#: What is filled for each window and signal.
+#: What is filled for each window and output. To add one: its name here, at the end, and its formula in `_averages`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
+_EXTREMES = 4  # of them
 
 _CANDIDATES = 3  # local extremes that are refined
 _ROUNDS = 8  # of parabolas
+_INSIDE = 0.02  # of a bracket's half: a new point keeps so far from the old ones
 _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
@@ -43,7 +46,7 @@ def _needs(outputs: NDArray[np.record]) -> tuple[bool, bool, bool]:
 
 @kernel
 def _look(
-    problem: Problem,
+    equations: Equations,
     ideal: Ideal,
     needs: tuple[bool, bool, bool],
     outputs: NDArray[np.record],
@@ -51,7 +54,7 @@ def _look(
     out: Array,
 ) -> bool:
     """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
-    model, work = problem.model, problem.work
+    model, work = equations.model, equations.work
     w = work.dynamics
     if needs[0] and not ideal_state(model, w, ideal):
         return False
@@ -77,7 +80,7 @@ def _look(
 
 @kernel
 def _refine(
-    problem: Problem,
+    equations: Equations,
     ideal: Ideal,
     needs: tuple[bool, bool, bool],
     outputs: NDArray[np.record],
@@ -94,11 +97,12 @@ def _refine(
     a, b, c = bracket[0], bracket[1], bracket[2]
     fa, fb, fc = bracket[3], bracket[4], bracket[5]
     for _ in range(_ROUNDS):
-        t = _vertex(a, b, c, fa, fb, fc)
+        t, _ = parabola_top(a, b, c, fa, fb, fc)
+        t = min(max(t, a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
         if abs(t - b) < 1e-5 * (c - a):
             break
-        replay(problem, s, tolerance, steps, t, y)
-        if not _look(problem, ideal, needs, outputs, t, row):
+        replay(equations, s, tolerance, steps, t, y)
+        if not _look(equations, ideal, needs, outputs, t, row):
             break
         f = sign * row[k]
         gain = abs(f - fb)
@@ -119,7 +123,7 @@ def _refine(
 
 @kernel
 def summarise(
-    problem: Problem,
+    equations: Equations,
     stepper: Stepper,
     ideal: Ideal,
     outputs: NDArray[np.record],
@@ -128,7 +132,7 @@ def summarise(
     windows: Array,
     out: Array,
 ) -> bool:
-    """Fill `STATISTICS` (nw, ns, 6) of a run; returns False if the ideal linkage does not close.
+    """Fill `STATISTICS` (nw, no, ns) of a run; returns False if the ideal linkage does not close.
 
     Parameters
     ----------
@@ -137,12 +141,12 @@ def summarise(
     windows : (nw, 2) array
         Times [s].
     """
-    p, s, beside, past = reference(problem), reference(stepper), reference(ideal), reference(steps)
+    p, s, beside, past = reference(equations), reference(stepper), reference(ideal), reference(steps)
     grid, states = past.times, past.states
-    nt, n, ns = len(grid), states.shape[1], len(outputs)
-    y, row, bracket = np.empty(n), np.empty(ns), np.empty(6)
+    nt, n, no = len(grid), states.shape[1], len(outputs)
+    y, row, bracket = np.empty(n), np.empty(no), np.empty(6)
     needs = _needs(outputs)
-    table = np.empty((nt, ns))
+    table = np.empty((nt, no))
     for i in range(nt):
         remember(p, past, i)
         solve(p, grid[i], states[i])
@@ -151,7 +155,7 @@ def summarise(
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
         first, last = np.searchsorted(grid, t0), np.searchsorted(grid, t1, side="right")
-        times, values = np.empty(last - first + 2), np.empty((last - first + 2, ns))
+        times, values = np.empty(last - first + 2), np.empty((last - first + 2, no))
         count = 0
         if first == last or grid[first] > t0:
             replay(p, s, tolerance, past, t0, y)
@@ -171,8 +175,8 @@ def summarise(
                 return False
             times[count] = t1
             count += 1
-        for k in range(ns):
-            out[m, k, 4], out[m, k, 5] = _averages(times[:count], values[:count, k])
+        for k in range(no):
+            _averages(times[:count], values[:count, k], out[m, k, _EXTREMES:])
             for side in range(2):
                 sign = -1.0 if side == 0 else 1.0
                 best, when = -np.inf, t0
@@ -212,34 +216,20 @@ def _candidate(times: Array, values: Array, tried: NDArray[np.bool_], sign: floa
         if tried[i] or fb < fa or fb < fc:
             continue
         a, b, c = times[i - 1], times[i], times[i + 1]
-        t = _vertex(a, b, c, fa, fb, fc)
-        l0 = (t - b) * (t - c) / ((a - b) * (a - c))
-        l1 = (t - a) * (t - c) / ((b - a) * (b - c))
-        l2 = (t - a) * (t - b) / ((c - a) * (c - b))
-        top = l0 * fa + l1 * fb + l2 * fc
+        _, top = parabola_top(a, b, c, fa, fb, fc)
         if top > highest:
             which, highest = i, top
     return which
 
 
 @kernel
-def _vertex(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> float:
-    """Where the parabola through three points is highest; the middle one if it is flat."""
-    left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
-    if left == right:
-        return b
-    t = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
-    return min(max(t, a + 0.02 * (b - a)), c - 0.02 * (c - b))
-
-
-@kernel
-def _averages(times: Array, values: Array) -> tuple[float, float]:
-    """Mean and rms over time, by parabolas through three neighbouring samples."""
+def _averages(times: Array, values: Array, out: Array) -> None:
+    """Fill ``out`` with the statistics after the extremes, by parabolas through three neighbouring samples."""
     n = len(times)
     span = times[n - 1] - times[0]
+    one, two = 0.0, 0.0  # integrals of the value and of its square
     if n < 2 or not span > 0.0:
-        return values[0], abs(values[0])
-    one, two = 0.0, 0.0
+        n, span, one, two = 1, 1.0, values[0], values[0] ** 2
     i = 0
     while i + 2 < n:
         h0, h1 = times[i + 1] - times[i], times[i + 2] - times[i + 1]
@@ -252,4 +242,5 @@ def _averages(times: Array, values: Array) -> tuple[float, float]:
         h = times[i + 1] - times[i]
         one += 0.5 * h * (values[i] + values[i + 1])
         two += 0.5 * h * (values[i] ** 2 + values[i + 1] ** 2)
-    return one / span, math.sqrt(max(two / span, 0.0))
+    out[0] = one / span
+    out[1] = math.sqrt(max(two / span, 0.0))

@@ -1,0 +1,17 @@
+"""The top of a parabola: how every search for an extreme over continuous time looks between samples."""
+
+from __future__ import annotations
+
+from linkages.kernel import kernel
+
+
+@kernel
+def parabola_top(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> tuple[float, float]:
+    """Place and height of the top of the parabola through three points in order; the middle one if it has no top."""
+    left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
+    curvature = (right - left) / (c - a)
+    if not curvature < 0.0:
+        return b, fb
+    slope = left + curvature * (b - a)  # at b
+    shift = -0.5 * slope / curvature
+    return b + shift, fb + 0.5 * slope * shift
