@@ -1,12 +1,13 @@
-"""Nonlinear dynamics of driven linkages, on the compiled engine.
+"""Nonlinear dynamics of driven linkages, and the two engines compared. It may import whatever lies below.
 
-| module    | what it holds                                                                             |
-|-----------|-------------------------------------------------------------------------------------------|
-| flow      | a run that stops where it is told, goes on, and can be put elsewhere                      |
-| sections  | Poincare sections: once per revolution, or where a signal crosses a level; the horizon    |
-| sweep     | sections over the values of one variable: bifurcation diagrams                            |
-| lyapunov  | largest Lyapunov exponent: two trajectories, renormalised                                 |
-| spectra   | power spectral densities                                                                  |
+| module   | responsibility                                                                            |
+|----------|-------------------------------------------------------------------------------------------|
+| flow     | a run of the compiled engine that stops where it is told and goes on from there           |
+| sections | Poincaré sections: once per revolution, or where an output crosses a level; the horizon   |
+| sweep    | sections over the values of one variable: bifurcation diagrams                            |
+| lyapunov | largest Lyapunov exponent: two trajectories, renormalised                                 |
+| spectra  | power spectral densities                                                                  |
+| compare  | both engines on one system: how far apart, and up to when that means anything             |
 
 A *revolution* is the period of the drive that is named, or of the first one of constant speed. Sections are taken at
 its multiples, counted from t = 0, so that the drive is at its start angle in all of them. Exponents are natural: 1/s.

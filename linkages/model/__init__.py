@@ -1,1 +1,10 @@
-"""."""
+"""What a user writes, checked: the machine for ever, and what is done with it. It may import files, laws and `planar`.
+
+| module      | responsibility                                                               |
+|-------------|------------------------------------------------------------------------------|
+| mechanism   | `Mechanism`: links, joints, frames in the drawn pose, from SDFormat          |
+| experiment  | `Experiment`: drives, joint models, loads, settings, from TOML               |
+| tables      | the tables of an experiment: drives, joint models, solver                    |
+| load_tables | its tables of applied loads: forces, torques, springs                        |
+| check       | do a mechanism and an experiment fit each other?                             |
+"""

@@ -225,6 +225,13 @@ class JointModel(Table):
         return self
 
     @property
+    def laws(self) -> tuple[str, ...]:
+        """Names of the laws that act."""
+        contact = (self.contact.law,) if self.contact is not None else ()
+        friction = (self.friction.law,) if self.friction is not None else ()
+        return (self.film, *contact, *friction)
+
+    @property
     def can_touch(self) -> bool:
         """Whether journal and bearing can be in contact."""
         return self.model in ("dry", "mixed")

@@ -1,1 +1,10 @@
-"""."""
+"""What comes of a run: trajectories, and numbers over continuous time. It knows no engine.
+
+| module     | responsibility                                                           |
+|------------|--------------------------------------------------------------------------|
+| trajectory | outputs over time, a status, where they come from; save and load         |
+| extremes   | smallest and largest values over continuous time, integrals              |
+| parabola   | the top of a parabola, for every search of an extreme                    |
+| impacts    | contacts one by one; flight, impact and sustained contact                |
+| summary    | a run with what is needed to judge it, and the contents of summary.json  |
+"""

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.laws import Registered, registered, restore
 from linkages.model.check import check
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.model.mechanism import Mechanism, load_mechanism
@@ -62,8 +63,9 @@ class System:
         check(self.mechanism, self.experiment)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what the user wrote: another process makes its own arrays."""
-        return System, (self.mechanism, self.experiment)
+        """Pickle what the user wrote, laws of the user's own among it: another process makes its own arrays."""
+        names = [name for model in self.experiment.joints.values() for name in model.laws]
+        return _restored, (self.mechanism, self.experiment, registered(names))
 
     # -- another system ----------------------------------------------------------------------------
 
@@ -226,6 +228,11 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
     """
     experiment = load_experiment(path, overrides, origin)
     return System(load_mechanism(experiment.mechanism_path, experiment.sdf_overrides), experiment)
+
+
+def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Registered, ...]) -> System:
+    restore(laws)
+    return System(mechanism, experiment)
 
 
 def _is_inertial(path: str) -> bool:
