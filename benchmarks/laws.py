@@ -135,8 +135,11 @@ def registered_laws(table):
     def coulomb(v, bristle, joint):
         return joint.mu_d * math.tanh(v / joint.v_1)
 
+    def long_film(eps, deps, ew, slenderness):
+        return half_film_long(eps, deps, ew, slenderness)
+
     register_contact("mine", lankarani_nikravesh, factor=CONTACTS["lankarani-nikravesh"].factor)
-    register_film("mine", half_film_long)
+    register_film("mine", long_film)
     register_friction("mine", coulomb)
     print(f"\n{'registered against built in':40s}{'[ns]':>8s}{'[ns]':>8s}{'ratio':>8s}")
     pairs = {

@@ -12,27 +12,22 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numba import njit
 
-from linkages.laws.contact import CLIP, CONTACTS, contact_force
-from linkages.laws.material import (
-    contact_modulus,
-    hertz_stiffness,
-    kelvin_voigt_damping,
-    line_shape,
-)
+from linkages.laws import CONTACTS, PARAMETERS
+from linkages.laws.contact.contacts import contact_force
+from linkages.laws.contact.forces import CLIP
+from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
 from linkages.plots.style import COLORS
 
 HERE = Path(__file__).parent
 #: Chen et al. (2025), Tables 4-5, clearance 0.3 mm; mass and speed of the impact do not matter, but for Kelvin-Voigt.
-RADIUS, CLEARANCE, LENGTH, MASS, SPEED, LINEAR = 0.015, 0.3e-3, 0.04, 0.2, 0.3, 1e8
+RADIUS, CLEARANCE, MASS, SPEED, LINEAR = 0.015, 0.3e-3, 0.2, 0.3, 1e8
 #: A line style for each round of the palette.
 STYLES = ("-", "--")
 
 
 @njit
-def measure(
-    code: int, stiffness: float, restitution: float, damping: float, shape: float, step: float
-) -> float:
+def measure(joint: np.record, step: float) -> float:
     """Restitution of a free impact, integrated by the classical Runge-Kutta method."""
     x, v = 0.0, SPEED
     for _ in range(10_000_000):
@@ -40,9 +35,7 @@ def measure(
         dx, dv = 0.0, 0.0
         for weight, part in ((1.0, 0.0), (2.0, 0.5), (2.0, 0.5), (1.0, 1.0)):
             at_x, at_v = x + part * step * dx, v + part * step * dv
-            force = contact_force(
-                code, at_x, at_v, SPEED, stiffness, 1.5, restitution, damping, CLEARANCE, shape, CLIP
-            )
+            force = contact_force(at_x, at_v, SPEED, joint)
             dx, dv = at_v, -force / MASS
             slopes_x += weight * dx
             slopes_v += weight * dv
@@ -56,23 +49,24 @@ def measure(
 def restitution_figure(path: Path) -> None:
     """Effective against nominal restitution of every law."""
     modulus = contact_modulus(200e9, 0.3, 200e9, 0.3)
-    stiffness = {"kelvin-voigt": LINEAR}
     hertz = hertz_stiffness(RADIUS, RADIUS - CLEARANCE, modulus)
-    shape = line_shape(RADIUS, RADIUS - CLEARANCE, LENGTH)
+    joint = np.zeros((), PARAMETERS)
+    joint["exponent"], joint["damping_limit"] = 1.5, CLIP
     nominal = np.linspace(0.02, 1.0, 50)
     figure, axes = plt.subplots(figsize=(7.0, 5.6))
     axes.plot([0, 1], [0, 1], color="0.6", lw=3.0, alpha=0.5, label="nominal")
-    shown = [name for name in CONTACTS if name not in ("esdu-78035", "johnson", "dubowsky-freudenstein")]
+    shown = [name for name, law in CONTACTS.items() if not law.conformal]
     for i, name in enumerate(shown):
-        values = []
-        for e in nominal:
-            if name == "kelvin-voigt" and e < math.exp(-2.0):
+        law, values = CONTACTS[name], []
+        linear = name == "kelvin-voigt"
+        joint["contact"], joint["stiffness"] = law.address, LINEAR if linear else hertz
+        for e in map(float, nominal):
+            if linear and e < math.exp(-2.0):
                 values.append(math.nan)
                 continue
-            damping = kelvin_voigt_damping(LINEAR, MASS, float(e)) if name == "kelvin-voigt" else 0.0
-            values.append(
-                measure(CONTACTS[name].code, stiffness.get(name, hertz), float(e), damping, shape, 1e-7)
-            )
+            joint["hysteresis"] = law.factor(e)
+            joint["damping"] = kelvin_voigt_damping(LINEAR, MASS, e) if linear else 0.0
+            values.append(measure(joint[()], 1e-7))
         label = f"{name} (and the cylinder laws)" if name == "lankarani-nikravesh" else name
         color, style = COLORS[i % len(COLORS)], STYLES[i // len(COLORS)]
         axes.plot(nominal, values, ls=style, lw=1.4, color=color, label=label)

@@ -1,12 +1,19 @@
 """The documentation of the laws is that of the code, and its example works."""
 
 import importlib.util
+import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from joint_records import joint
 
-from linkages.laws import contact
+from linkages.laws import CONTACTS, FILMS
+from linkages.laws.contact import contacts
+from linkages.laws.contact.material import effective_restitution
+from linkages.laws.film.films import film_force
+from linkages.laws.friction import friction_coefficient
 from linkages.laws.table import MOTIONS, long_bearing_ratio, markdown
 
 ROOT = Path(__file__).parents[2]
@@ -19,7 +26,7 @@ def test_laws_table_is_fresh():
 
 def test_every_law_is_in_the_table():
     text = markdown()
-    for name in (*contact.CONTACTS, "finite, guembel", "greenwood-tripp", "lugre", "walther"):
+    for name in (*CONTACTS, "finite, guembel", "greenwood-tripp", "lugre", "walther"):
         assert f"| {name} |" in text
 
 
@@ -31,28 +38,43 @@ def test_the_long_film_is_too_strong_at_the_slenderness_of_chen_2025(motion, lar
     assert motion in MOTIONS
 
 
-def test_adding_a_law_as_the_page_says(tmp_path):
-    """Apply the page's three edits to a copy of the module, and use the law."""
-    page = (ROOT / "docs" / "extend_contact_law.md").read_text(encoding="utf-8")
-    function, entry, branch = (
-        re.sub(r"^    ", "", block, flags=re.M)
-        for block in re.findall(r"```python\n(.*?)    ```", page, flags=re.S)
+PAGE = (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")
+SCRIPT, IN_PACKAGE = (
+    re.findall(r"```python\n(.*?)```", part, flags=re.S) for part in PAGE.split("## In the package")
+)
+
+
+@pytest.mark.usefixtures("own_registries")
+def test_laws_of_a_script_as_the_page_says():
+    """Run the page, and use its laws."""
+    space = {}
+    exec("\n".join(SCRIPT), space)
+    run = space["run"]
+    clearance = space["system"].laws["clearance"][0]
+    assert np.hypot(run["B.ex"], run["B.ey"]).max() > clearance  # it did touch
+    force = contacts.contact_force(1e-6, 0.1, 0.1, joint(contact="viscoelastic", stiffness=1e10))
+    assert force == pytest.approx(1e10 * (1e-9 + 1.5 * 2e-7 * 1e-3 * 0.1))
+    small_loss = CONTACTS["small-loss"]
+    for e in (0.98, 0.99):  # exact for small losses: the error is of second order
+        assert effective_restitution(small_loss.factor(e)) == pytest.approx(e, abs=(1.0 - e) ** 2)
+    smooth = joint(friction="smooth", mu_d=0.1, v_1=1e-3)
+    assert friction_coefficient(1e-3, 0.0, smooth) == pytest.approx(0.1 / math.sqrt(2.0))
+    leaky, long = (
+        film_force(FILMS[name].address, 0.5, 1.0, 2.0, 1.0, np.empty(0)) for name in ("leaky", "long")
     )
-    added = [line for part in (function, entry, branch) for line in part.splitlines()]
-    assert len(added) <= 20
-    source = Path(contact.__file__).read_text(encoding="utf-8")
-    source = source.replace("class Contact(NamedTuple)", f"{function}\n\nclass Contact(NamedTuple)")
-    source = source.replace("CONTACTS = {\n", f"CONTACTS = {{\n    {entry}")
-    indented = re.sub(r"^", "    ", branch.rstrip(), flags=re.M)
-    source = source.replace(
-        "    return chi_lankarani_nikravesh(e)", f"{indented}\n    return chi_lankarani_nikravesh(e)"
-    )
-    path = tmp_path / "extended_contact.py"
-    path.write_text(source, encoding="utf-8")
-    spec = importlib.util.spec_from_file_location("extended_contact", path)
+    assert leaky == pytest.approx((0.5 * long[0], 0.5 * long[1], long[2]))
+
+
+def test_adding_a_law_to_the_package_as_the_page_says(tmp_path):
+    """Add the page's line to a copy of the module, and use the law."""
+    (entry,) = IN_PACKAGE
+    source = Path(contacts.__file__).read_text(encoding="utf-8")
+    path = tmp_path / "extended_contacts.py"
+    path.write_text(source.replace("\nCONTACTS = {\n", f"\nCONTACTS = {{\n{entry}"), encoding="utf-8")
+    spec = importlib.util.spec_from_file_location("extended_contacts", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     law = module.CONTACTS["small-loss"]
-    assert law.code not in {known.code for known in contact.CONTACTS.values()}
-    force = module.contact_force(law.code, 1e-6, 0.1, 0.1, 1e10, 1.5, 0.8, 0.0, 0.0, 0.0, 1.0)
-    assert force == pytest.approx(10.0 * (1.0 + 1.5 * 0.36 / 1.512))
+    record = joint(stiffness=1e10, exponent=1.5, damping_limit=1.0, contact=None)
+    record["contact"], record["hysteresis"] = law.address, law.factor(0.8)
+    assert module.contact_force(1e-6, 0.1, 0.1, record) == pytest.approx(10.0 * (1.0 + 1.5 * 0.36 / 1.512))

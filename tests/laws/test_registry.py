@@ -13,6 +13,7 @@ from joint_records import joint
 from numba import config
 from pydantic import TypeAdapter, ValidationError
 
+import linkages
 from linkages.laws import (
     CONTACTS,
     FILMS,
@@ -32,15 +33,7 @@ from linkages.model.tables import ContactLaw
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _own_registries():
-    """Leave the registries as they were."""
-    places = (CONTACTS, FILMS, FRICTIONS, registry._registered)
-    before = [dict(place) for place in places]
-    yield
-    for place, entries in zip(places, before, strict=True):
-        place.clear()
-        place.update(entries)
+pytestmark = pytest.mark.usefixtures("registries_of_module")
 
 
 def lankarani_nikravesh(delta, ddelta, ddelta0, joint):
@@ -229,3 +222,42 @@ def test_records_hold_plain_functions():
     register_contact("plain", numba.njit(spring(1.0)))
     (record,) = registered(["plain"])
     assert type(record.arguments["force"]) is type(spring)
+
+
+LAWS = {"joints.B.contact.law": "mine", "joints.B.friction.law": "mine"}
+
+
+@pytest.mark.parametrize("engine", ["compiled", "drake"])
+@compiled_only
+def test_a_run_with_registered_laws_is_the_run_with_the_built_in_ones(engine):
+    """The slider-crank's first impact, to the last bit."""
+
+    def ambrosio(v, bristle, joint):
+        ramp = min(max((abs(v) - joint.v_0) / (joint.v_1 - joint.v_0), 0.0), 1.0)
+        return math.copysign(joint.mu_d * ramp, v)
+
+    register_contact("mine", lankarani_nikravesh)
+    register_friction("mine", ambrosio)
+    file, duration = linkages.find_file("slider_crank_dry.toml"), {"duration": 0.002}
+    built_in, mine = (
+        linkages.simulate(linkages.load(file, duration | laws), engine).columns for laws in ({}, LAWS)
+    )
+    assert built_in["B.force"].max() > 0.0
+    assert built_in.keys() == mine.keys()
+    for name, column in built_in.items():
+        np.testing.assert_array_equal(mine[name], column, err_msg=name)
+
+
+@compiled_only
+def test_a_run_with_a_registered_film_is_the_run_with_the_built_in_one():
+    register_film("mine", long_film)
+    file = linkages.find_file("seven_bar.toml")
+    built_in, mine = (
+        linkages.simulate(
+            linkages.load(file, {"duration": 0.005, "joints.A.film": film, "joints.B.film": film}), "compiled"
+        ).columns
+        for film in ("long", "mine")
+    )
+    assert built_in["A.force"].max() > 0.0
+    for name, column in built_in.items():
+        np.testing.assert_array_equal(mine[name], column, err_msg=name)
