@@ -78,7 +78,7 @@ def tables():
 
 def draw(result, exponents, folder: Path) -> None:
     """Draw the figures of docs/nonlinear.md."""
-    from linkages.plots.nonlinear import (
+    from linkages.plots import (
         bifurcation_figure,
         exponent_figure,
         section_figure,

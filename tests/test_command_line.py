@@ -13,10 +13,10 @@ import numba
 import pytest
 from machines import four_bar
 
-from linkages.cli import commands, common
+from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
 from linkages.cli.main import main
-from linkages.model.experiment import load
+from linkages.system import load
 
 TOML = """duration = 0.02
 outputs = ["follower.omega"]
@@ -116,8 +116,8 @@ def test_quiet_prints_nothing_and_verbose_says_how(experiment_file, tmp_path, ca
     assert capsys.readouterr().err.startswith("error: ")  # errors are never quiet
 
 
-def test_compiling_is_told_once(capsys):
-    common.tell_of_compiling()
+def test_compilation_is_announced_once(capsys):
+    progress.announce_compilation()
     for function in (lambda x: x + 1, lambda x: x + 2):
         numba.njit(function)(1)
     assert capsys.readouterr().err == "compiling, once after an installation: up to a minute ...\n"
@@ -137,11 +137,11 @@ def test_new_files_run_at_once(model, tmp_path, capsys, monkeypatch):
     assert main(["new", "my-press", "--model", model]) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["my-press.sdf", "my-press.toml"]
     assert "linkages simulate my-press.toml" in capsys.readouterr().out
-    mechanism, experiment = load("my-press.toml")
-    assert mechanism.name == "my-press"
-    assert experiment.joints["A"].model == model
+    system = load("my-press.toml")
+    assert system.mechanism.name == "my-press"
+    assert system.experiment.joints["A"].model == model
     numbers = set(re.findall(r"^(\w+) += [-\d.[]", (tmp_path / "my-press.toml").read_text(), re.M))
-    named = {path.rpartition(".")[2] for path in experiment.sources}
+    named = {path.rpartition(".")[2] for path in system.experiment.sources}
     assert numbers <= named  # every number of the template has a source
     words = ["--duration", "0.01", "--no-plots", "--no-animation", "--no-error-estimate"]
     assert main(["simulate", "my-press.toml", *words]) == 0
@@ -155,7 +155,7 @@ def test_new_files_run_at_once(model, tmp_path, capsys, monkeypatch):
 
 def test_the_drawing_of_the_new_machine_closes_and_its_bars_are_uniform_steel(tmp_path):
     assert main(["new", "m", "--out", str(tmp_path / "made")]) == 0
-    mechanism, _ = load(tmp_path / "made" / "m.toml")
+    mechanism = load(tmp_path / "made" / "m.toml").mechanism
     for joint in mechanism.joints:
         gap = sqrt(sum((joint.on_parent - joint.on_child) ** 2))
         assert gap < 5e-5  # its angles have two decimals: half of 0.01 deg over 0.25 m
@@ -176,7 +176,7 @@ def test_new_refuses_names_that_files_or_sdf_cannot_have(name, tmp_path, capsys)
 def test_new_overwrites_nothing(there, tmp_path, capsys):
     (tmp_path / there).write_text("mine")
     assert main(["new", "m", "--out", str(tmp_path)]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == [there]
     assert (tmp_path / there).read_text() == "mine"
 
@@ -234,7 +234,7 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
     assert 'run `pip install -U "numpy>=999"`' in shown
     assert "set LINKAGES_CACHE to a folder that can be written" in shown
     assert "OSError: no such library" in shown
-    assert "want a remedy" in shown
+    assert "need a remedy" in shown
 
 
 def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):

@@ -9,11 +9,11 @@ from scipy.special import beta
 
 from linkages.engines.study import study
 from linkages.errors import Status
-from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
-from linkages.plots.figures import _path
+from linkages.files.shipped import find_file
+from linkages.plots.journals import orbit
 from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.trajectory import Trajectory
+from linkages.system import load
 
 
 def journal(stiffness, load, damping, gap, speed, duration):
@@ -65,11 +65,11 @@ def test_a_journal_that_settles_without_swinging_is_in_sustained_contact():
 
 def test_the_drawn_path_is_fine_where_steps_are_long():
     """A dry run on the compiled engine crosses the clearance in a few steps: they are cut into pieces for the drawing."""
-    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml", {"duration": 1.5e-3})
-    found = study(mechanism, experiment, "compiled", error_estimate=False)
-    clearance = experiment.joints["B"].clearance
+    system = load(find_file("slider_crank_dry.toml"), {"duration": 1.5e-3})
+    found = study(system, "compiled", error_estimate=False)
+    clearance = system.experiment.joints["B"].clearance
     steps = np.column_stack([found.run["B.ex"], found.run["B.ey"]])
-    path, phase = _path(found, "B")
+    path, phase = orbit(found, "B")
     assert np.hypot(*np.diff(steps, axis=0).T).max() > 0.3 * clearance
     assert np.hypot(*np.diff(path, axis=0).T).max() < 0.1 * clearance
     assert len(phase) == len(path) - 1
@@ -78,4 +78,4 @@ def test_the_drawn_path_is_fine_where_steps_are_long():
     np.testing.assert_array_equal(path[at], steps)  # the run's own states are on it, in their order
     assert at == sorted(at)
     loaded = replace(found, run=replace(found.run, evaluate=None))
-    np.testing.assert_array_equal(_path(loaded, "B")[0], steps)
+    np.testing.assert_array_equal(orbit(loaded, "B")[0], steps)

@@ -167,7 +167,7 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
 
 
 def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_path, monkeypatch):
-    import linkages.cli.common as common
+    from linkages.cli import progress
 
     def bar(name, total, unit):
         def stop(time):
@@ -176,7 +176,7 @@ def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_p
 
         return stop
 
-    monkeypatch.setattr(common, "progress_bar", bar)
+    monkeypatch.setattr(progress, "progress_bar", bar)
     out = tmp_path / "out"
     assert (
         main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == 130

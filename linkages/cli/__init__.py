@@ -1,21 +1,26 @@
-"""The subcommands of ``linkages``, one module each.
+"""The subcommands of ``linkages``, one module each; they may import everything of `linkages`.
 
-| module   | command                                                            |
-|----------|--------------------------------------------------------------------|
-| simulate | ``linkages simulate``: run an experiment                           |
-| report   | ``linkages report``: one HTML page of a folder of results           |
-| keys     | ``linkages keys``: the keys of an experiment file                  |
-| compare  | ``linkages compare``: both engines on one experiment                |
-| sweep    | ``linkages sweep``: over the values of one variable                 |
-| modes    | ``linkages modes``: the flexible 3-RRR robot                       |
-| new      | ``linkages new``: files of a linkage to begin with                 |
-| doctor   | ``linkages doctor``: is the installation sound                     |
-| completion | ``linkages completion``: a script for the shell                  |
-| common   | what they share: overrides, output folder, progress bars           |
+| module       | responsibility                                                            |
+|--------------|---------------------------------------------------------------------------|
+| main         | the entry point: parses, runs a command, errors become exit statuses      |
+| simulate     | ``linkages simulate``: run an experiment                                  |
+| compare      | ``linkages compare``: both engines on one experiment                      |
+| sweep        | ``linkages sweep``: over the values of one variable                       |
+| report       | ``linkages report``: one HTML page from a folder of results               |
+| new          | ``linkages new``: files of a linkage to begin with                        |
+| modes        | ``linkages modes``: the flexible 3-RRR robot                              |
+| keys         | ``linkages keys``: keys of an experiment file, outputs of a run           |
+| doctor       | ``linkages doctor``: is the installation sound?                           |
+| installation | its checks                                                                |
+| completion   | ``linkages completion``: a script for the shell                           |
+| parsing      | a parser whose errors name the nearest valid word                         |
+| options      | options that commands share, the system and the folder they stand for     |
+| progress     | progress bars                                                             |
+| endings      | runs that failed: what is said, which exit status follows                 |
 
-A module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports what is heavy
-inside `run`. Other packages add commands through entry points of the group ``linkages.commands``; one that cannot be
-loaded is left out, and said so.
+A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports
+what is heavy inside `run`. Other packages add commands through entry points of the group ``linkages.commands``; one
+that cannot be loaded is left out, with a warning.
 """
 
 from __future__ import annotations
@@ -30,7 +35,7 @@ _OWN = ("simulate", "compare", "sweep", "report", "new", "modes", "keys", "docto
 
 
 class Command(Protocol):
-    """What a module of a subcommand holds."""
+    """What the module of a subcommand holds."""
 
     HELP: str
 
@@ -44,7 +49,7 @@ class Command(Protocol):
 
 
 def commands() -> dict[str, Command]:
-    """Every subcommand by name; one line on standard error for each of another package that cannot be used."""
+    """Find every subcommand by name; warns of those of other packages that cannot be used, a line each."""
     found: dict[str, object] = {name: importlib.import_module(f"{__name__}.{name}") for name in _OWN}
     for point in entry_points(group="linkages.commands"):
         try:

@@ -1,4 +1,4 @@
-"""``linkages completion``: a script that completes commands and options in the shell."""
+"""``linkages completion``: a script by which the shell completes commands and options."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _mark_files(parser: argparse.ArgumentParser) -> None:
-    """Tell shtab which arguments are files; those of ours that are paths, or named so."""
+    """Tell shtab which arguments are files: those that are paths, and those named ``file``."""
     import shtab
 
     for action in parser._actions:  # argparse has no public list of them; shtab reads this one too

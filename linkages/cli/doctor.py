@@ -1,14 +1,14 @@
-"""``linkages doctor``: is the installation sound."""
+"""``linkages doctor``: whether the installation is sound."""
 
 from __future__ import annotations
 
 import argparse
 
-HELP = "look whether the installation is sound: versions, caches, data, a self-check"
+HELP = "check whether the installation is sound: versions, caches, data, a self-check"
 
 _EXAMPLES = """examples:
   linkages doctor
-  linkages doctor > installation.txt        to go with a question or a report of an error
+  linkages doctor > installation.txt        to send with a question or a bug report
 """
 
 
@@ -27,5 +27,6 @@ def run(options: argparse.Namespace) -> int:
         if not finding.sound:
             wrong += 1
             print(f"      {'':22s} {finding.remedy}")
-    print(f"\n{wrong} of these want a remedy" if wrong else "\nall is well")
+    needs = "needs" if wrong == 1 else "need"
+    print(f"\n{wrong} of these {needs} a remedy" if wrong else "\nall is well")
     return 1 if wrong else 0

@@ -1,4 +1,4 @@
-"""Is the installation sound? Every finding with its remedy."""
+"""Checks of the installation, each a finding with its remedy."""
 
 from __future__ import annotations
 
@@ -22,9 +22,7 @@ from linkages.errors import Status
 from linkages.files.shipped import data_folder
 
 _GRAVITY, _CLEARANCE, _MASS, _STIFFNESS = 9.81, 1e-3, 1.0, 1e9  # m/s2, m, kg, N/m^1.5
-_TOLERANCE = (
-    1e-6  # relative, of the self-check; the runs are more accurate than that by a decade, on either engine
-)
+_TOLERANCE = 1e-6  # relative, of the self-check; the runs of both engines are ten times as accurate
 
 _DROP_SDF = f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="drop">
 <link name="journal"><inertial><mass>{_MASS}</mass>
@@ -47,7 +45,7 @@ accuracy = 1e-12
 
 @dataclass(frozen=True)
 class Finding:
-    """What was looked at, what was found, and if that is wrong, what to do."""
+    """What was checked, what was found and, if that is wrong, what to do."""
 
     name: str
     text: str
@@ -60,7 +58,7 @@ class Finding:
 
 
 def examine() -> Iterator[Finding]:
-    """Look at everything, quick things first; a check that breaks is a finding too."""
+    """Make all checks, quick ones first; one that breaks is a finding too."""
     yield python()
     yield from packages()
     checks: dict[str, Callable[[], Finding]] = {
@@ -88,7 +86,7 @@ def python() -> Finding:
 
 
 def packages() -> Iterator[Finding]:
-    """Find the version of every package that is needed."""
+    """Find the version of every package that linkages needs."""
     try:
         needed = importlib.metadata.requires("linkages") or []
         yield Finding("linkages", f"{importlib.metadata.version('linkages')} at {Path(__file__).parents[1]}")
@@ -111,11 +109,10 @@ def packages() -> Iterator[Finding]:
 def data() -> Finding:
     """Find the shipped machines and experiments."""
     folder = data_folder()
-    machines, experiments = (len(list(folder.glob(f"*.{kind}"))) for kind in ("sdf", "toml"))
+    machines, experiments = (_count(folder, f"*.{kind}") for kind in ("sdf", "toml"))
     text = f"{machines} machines, {experiments} experiments in {folder}"
-    return Finding(
-        "data", text, "" if machines and experiments else "install the package again: it came without sdf/"
-    )
+    remedy = "" if machines and experiments else "install the package again: it came without sdf/"
+    return Finding("data", text, remedy)
 
 
 def compile_cache() -> Finding:
@@ -163,7 +160,7 @@ def figures() -> Finding:
 
 
 def self_check(engine: str) -> Finding:
-    """Drop a journal in its bearing, and compare with closed forms.
+    """Drop a journal in its bearing, and compare its impact with closed forms.
 
     A centred journal under gravity g meets the wall after sqrt(2 c/g) with the speed sqrt(2 c g). Its largest
     penetration d follows from the energy of an elastic contact of force K d^1.5: m g (c + d) = K d^2.5 / 2.5.
@@ -174,7 +171,7 @@ def self_check(engine: str) -> Finding:
     took = time.perf_counter() - begin
     exact = (sqrt(2 * _CLEARANCE / _GRAVITY), sqrt(2 * _CLEARANCE * _GRAVITY), _deepest())
     error = max(abs(found / known - 1.0) for found, known in zip((start, speed, depth), exact, strict=True))
-    text = f"time, speed and depth of an impact as in closed form to {error:.1e}, in {took:.1f} s"
+    text = f"time, speed and depth of an impact agree with closed forms to {error:.1e}, in {took:.1f} s"
     if not error < _TOLERANCE:
         return Finding(name, text, f"more than {_TOLERANCE:g}: remove the compile cache, then try once more")
     return Finding(name, text)
@@ -183,13 +180,13 @@ def self_check(engine: str) -> Finding:
 def _drop(engine: str) -> tuple[float, float, float]:
     """Run the drop; returns start [s], approach speed [m/s] and depth [m] of its contact."""
     from linkages.engines.study import simulate
-    from linkages.model.experiment import load
     from linkages.results.impacts import impacts
+    from linkages.system import load
 
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "drop.sdf").write_text(_DROP_SDF, encoding="utf-8")
         (Path(folder) / "drop.toml").write_text(_DROP_TOML, encoding="utf-8")
-        run = simulate(*load(Path(folder) / "drop.toml"), engine)
+        run = simulate(load(Path(folder) / "drop.toml"), engine)
     if run.status is not Status.OK:
         raise RuntimeError(f"the run ended with the status {run.status.value}")
     (contact,) = impacts(run, ["J"])

@@ -1,7 +1,7 @@
-"""The command line: parses arguments, runs a subcommand of `linkages.cli`, turns errors into exit statuses.
+"""The entry point: parses the command line, runs a subcommand of `linkages.cli`, turns errors into exit statuses.
 
-Exit status: 0 success, 1 a run that failed (its results up to then are written), 2 bad input, 130 interrupted, 141
-where nobody reads the output any more.
+Exit status: 0 success, 1 a run failed (its results up to then are written), 2 bad input, 130 interrupted, 141 the
+reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from linkages.errors import InputError, RunError, nearest
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a machine and an experiment to begin with
-  linkages simulate my_linkage.toml                       numbers, figures, animation in results/my_linkage
-  linkages report results/my_linkage                      one page of them
+  linkages simulate my_linkage.toml                       numbers, figures and an animation in results/my_linkage
+  linkages report results/my_linkage                      all of them on one page
   linkages simulate seven_bar.toml --set joints.A.clearance=2e-4
   linkages doctor                                         is the installation sound?
 
@@ -27,7 +27,18 @@ linkages COMMAND --help has more. Exit status: 0 success, 1 failed, 2 bad input,
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the ``linkages`` command; returns its exit status."""
+    """Run the ``linkages`` command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Default: those of the process.
+
+    Returns
+    -------
+    int
+        Exit status.
+    """
     words = list(sys.argv[1:] if arguments is None else arguments)
     known = commands()
     command_line = parser(known)
@@ -65,7 +76,7 @@ def _version() -> str:
 
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
-    """Run a command; bad input, failed runs and interruptions become one line and an exit status."""
+    """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
     try:
         status = run(*arguments)
         sys.stdout.flush()

@@ -8,7 +8,8 @@ import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.common import add_out, output_folder, progress_bar, written
+from linkages.cli.options import add_out, output_folder, written
+from linkages.cli.progress import progress_bar
 from linkages.errors import Status
 from linkages.files.writing import OutputFolder
 

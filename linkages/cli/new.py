@@ -9,7 +9,7 @@ from pathlib import Path
 
 from linkages.errors import InputError
 
-HELP = "write a commented machine (.sdf) and experiment (.toml) that run, to begin with"
+HELP = "write a commented machine (.sdf) and experiment (.toml) to begin with"
 
 _EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
@@ -23,14 +23,20 @@ _RESERVED = ("world",)  # SDFormat
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("name", metavar="NAME", help="of both files and of the machine")
+    parser.add_argument("name", metavar="NAME", help="name of both files and of the machine")
     parser.add_argument(
         "--model",
         choices=("lubricated", "dry"),
         default="lubricated",
-        help="of the joint with play; default: %(default)s",
+        help="model of the joint with play; default: %(default)s",
     )
-    parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="default: the current folder")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path(),
+        metavar="DIR",
+        help="default: the current folder",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -38,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     name: str = options.name
     if not _NAME.fullmatch(name) or name in _RESERVED:
         raise InputError(
-            "name", name, "must begin with a letter, hold letters, digits, - and _ alone, and not be world"
+            "name", name, "must begin with a letter, contain only letters, digits, - and _, and not be world"
         )
     machine, experiment = write_files(name, options.model, options.out)
     print(f"written: {machine}, {experiment}\nrun it:  linkages simulate {experiment}")
@@ -46,12 +52,25 @@ def run(options: argparse.Namespace) -> int:
 
 
 def write_files(name: str, model: str, folder: Path) -> tuple[Path, Path]:
-    """Write NAME.sdf and NAME.toml: both or none.
+    """Write NAME.sdf and NAME.toml, both or neither.
+
+    Parameters
+    ----------
+    name : str
+        Replaces ``@NAME@`` in the templates.
+    model : str
+        "lubricated" or "dry".
+    folder : Path
+
+    Returns
+    -------
+    (Path, Path)
+        The machine and the experiment.
 
     Raises
     ------
     InputError
-        If one of them is there, or the folder cannot be written.
+        If one of them exists, or the folder cannot be written.
     """
     templates = files("linkages") / "templates"
     texts = {
@@ -60,7 +79,7 @@ def write_files(name: str, model: str, folder: Path) -> tuple[Path, Path]:
     }
     for path in texts:
         if path.exists():
-            raise InputError(str(path), "", "is there already; choose another name, or remove it")
+            raise InputError(str(path), "", "already exists; choose another name, or remove it")
     begun: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Command lines: errors of one line that name the nearest valid word."""
+"""A parser whose errors are one line and name the nearest valid word."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from linkages.errors import InputError, nearest
 
 
 class Parser(argparse.ArgumentParser):
-    """`argparse.ArgumentParser` with our manners: examples keep their lines, errors are `InputError`."""
+    """An `argparse.ArgumentParser` that keeps the lines of examples and raises `InputError`."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{"formatter_class": argparse.RawDescriptionHelpFormatter} | settings)
@@ -22,7 +22,7 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(  # type: ignore[override]  # argparse tells namespaces of several types apart
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> Any:
-        """Parse; what is not known is an error here, where the valid options are known, and not further up."""
+        """Parse; unknown words are refused here, where the valid options are known, and not by the caller."""
         options, extra = super().parse_known_args(args, namespace)
         for word in extra:
             if word.startswith("-"):

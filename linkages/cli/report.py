@@ -1,11 +1,11 @@
-"""``linkages report``: a folder of results as one HTML page."""
+"""``linkages report``: one HTML page from a folder of results."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-HELP = "make one self-contained HTML page of a folder of results"
+HELP = "make one self-contained HTML page from a folder of results"
 
 _EXAMPLES = """examples:
   linkages report results/seven_bar
@@ -16,8 +16,8 @@ _EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("folder", type=Path, metavar="DIR", help="--out folder of `linkages simulate`")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="default: DIR/report.html")
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder that `linkages simulate` wrote")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the page; default: DIR/report.html")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -9,15 +9,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.common import (
-    add_out,
-    add_overrides,
-    add_verbosity,
-    output_folder,
-    overrides,
-    stages,
-    written,
-)
+from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
+from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
 from linkages.files.writing import OutputFolder
 
@@ -37,7 +30,7 @@ _STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("file", help="experiment (.toml), a path or the name of a shipped one")
+    add_file(parser)
     parser.add_argument(
         "--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced"
     )
@@ -52,42 +45,41 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="revolutions to discard before them; default: %(default)s",
     )
     parser.add_argument(
-        "--drive", metavar="JOINT", help="whose revolutions; default: the first of constant speed"
+        "--drive",
+        metavar="JOINT",
+        help="drive whose revolutions they are; default: the first of constant speed",
     )
     parser.add_argument(
         "--output",
         action="append",
         metavar="NAME",
-        help="column to look at; may be repeated; default: the experiment's outputs and the forces in joints with play",
+        help="output to look at, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
+        " in joints with play",
     )
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
-    add_overrides(parser)
-    add_out(parser)
-    add_verbosity(parser)
+    add_settings(parser)
     parser.add_argument("--no-plots", action="store_true", help="write no figure")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Sweep; returns the exit status."""
+    """Run the sweep; returns the exit status."""
     from linkages.explore.sweep import sweep
-    from linkages.files.shipped import find_file
-    from linkages.model.experiment import COMMAND_LINE, load
-    from linkages.outputs.units import unit
+    from linkages.outputs.registry import unit
 
     if options.duration is not None:
         raise InputError("--duration", f"{options.duration:g}", "is not for sweeps; give --revolutions")
     if options.threads is not None and options.threads < 1:
         raise InputError("--threads", str(options.threads), "must be 1 or more")
     path, values = parse_range(options.vary)
-    mechanism, experiment = load(find_file(options.file), overrides(options), COMMAND_LINE)
-    experiment.replaced({path: values[0]}, "--vary")  # a wrong path is said before anything runs
+    system = load_system(options)
+    system.replaced({path: values[0]}, "--vary")  # a wrong path is said before anything runs
+    experiment = system.experiment
     out = output_folder(options, f"{experiment.source.stem}_sweep")
     names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
     if not names:
         raise InputError(experiment.source, "outputs", "are none; name one with --output")
     result = sweep(
-        mechanism,
-        experiment,
+        system,
         path,
         values,
         names,
@@ -98,12 +90,12 @@ def run(options: argparse.Namespace) -> int:
         threads=options.threads,
         progress=stages(options, 1.0, "")("sweep"),
     )
-    units = {name: unit(name, mechanism) for name in names}
+    units = {name: unit(system, name) for name in names}
     with OutputFolder(out) as folder:
         _write_table(result, folder / "sweep.csv")
         (folder / "sweep.json").write_text(json.dumps(_content(result, units)) + "\n", encoding="utf-8")
         if not options.no_plots:
-            from linkages.plots.nonlinear import bifurcation_figure
+            from linkages.plots.attractors import bifurcation_figure
 
             bifurcation_figure(result, units).savefig(folder / "sweep.png")
     if not options.quiet:

@@ -10,7 +10,8 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from linkages.errors import InputError
+from linkages.errors import InputError, RunError
+from linkages.files.writing import whole
 from linkages.report import tables, words
 from linkages.report.results import Results
 
@@ -37,13 +38,11 @@ def write_report(results: Results, path: Path) -> None:
         If the file cannot be written.
     """
     text = render(results)
-    partial = path.with_name(f".{path.name}.partial")
     try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as problem:
-        partial.unlink(missing_ok=True)
-        raise InputError("--out", str(path), f"cannot be written ({problem.strerror})") from None
+        with whole(path) as partial:
+            partial.write_text(text, encoding="utf-8")
+    except RunError as problem:
+        raise InputError("--out", "", str(problem)) from None
 
 
 def render(results: Results) -> str:

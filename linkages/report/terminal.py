@@ -2,20 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
-from linkages.model.experiment import QUANTITIES, Experiment
+from linkages.report.words import output_unit
 
 
-def format_summary(summary: dict[str, Any], experiment: Experiment) -> str:
-    """Format a summary (see `linkages.engines.study.summarize`) as lines of text."""
-    ideal, error = summary["ideal"], summary["error"]
-    title = experiment.title or experiment.source.stem
-    mechanism = summary["mechanism"]
+def format_summary(summary: dict[str, Any]) -> str:
+    """Format a summary as lines of text: extremes beside those of ideal joints, and the errors of the peaks.
+
+    Parameters
+    ----------
+    summary : dict
+        From `linkages.summarize`, or the content of ``summary.json``.
+
+    Returns
+    -------
+    str
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    >>> summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    >>> print(linkages.format_summary(summary).splitlines()[1])
+    compiled engine, 0.1 s, status ok; mobility 2, driven: O1, O4
+    """
+    ideal, error, mechanism = summary["ideal"], summary["error"], summary["mechanism"]
+    experiment = summary["provenance"]["experiment"]
     width = max(18, 1 + max(map(len, _labels(summary)), default=0))
-    run = "with clearance" if experiment.play else "integrated"
+    run = (
+        "with clearance"
+        if any(joint["model"] != "ideal" for joint in summary["joints"].values())
+        else "integrated"
+    )
     lines = [
-        title,
+        experiment.get("title") or Path(experiment["file"]).stem,
         f"{summary['engine']} engine, {summary['duration']:g} s, status {summary['status']};"
         f" mobility {mechanism['mobility']}, driven: {', '.join(mechanism['driven']) or 'none'}",
         "",
@@ -40,47 +63,44 @@ def format_summary(summary: dict[str, Any], experiment: Experiment) -> str:
             f"{_joint(name, value):{width}s}{exact['peak']:12.5g}{force['peak']:12.5g}{force['time']:14.5g}{ratio}"
             f"{_error(error, f'{name}.force.peak')}"
         )
-    if summary["drives"]:
-        lines += [
-            "",
-            f"{'drive':{width}s}{'ideal peak':>12s}{'peak':>12s}{'work [J]':>14s}{'':12s}{'error':>11s}",
-        ]
-    for name, value in summary["drives"].items():
-        lines.append(
-            f"{f'{name} torque':{width}s}{ideal['drives'][name]['torque']['peak']:12.5g}{value['torque']['peak']:12.5g}"
-            f"{value['work']:14.4g}{'':12s}{_error(error, f'{name}.torque.peak')}"
-        )
-    if "loads" in summary:
-        lines += [
-            "",
-            f"{'load':{width}s}{'ideal peak':>12s}{'peak':>12s}{'work [J]':>14s}{'':12s}{'error':>11s}",
-        ]
-    for name, value in summary.get("loads", {}).items():
-        effort = "torque" if "torque" in value else "force"
-        lines.append(
-            f"{f'{name} {effort}':{width}s}{ideal['loads'][name][effort]['peak']:12.5g}{value[effort]['peak']:12.5g}"
-            f"{value['work']:14.4g}{'':12s}{_error(error, f'{name}.{effort}.peak')}"
-        )
+    for kind in ("drive", "load"):
+        found = summary.get(f"{kind}s")
+        if found:
+            lines += [
+                "",
+                f"{kind:{width}s}{'ideal peak':>12s}{'peak':>12s}{'work [J]':>14s}{'':12s}{'error':>11s}",
+            ]
+            for name, value in found.items():
+                effort = _effort(value)
+                lines.append(
+                    f"{f'{name} {effort}':{width}s}{ideal[f'{kind}s'][name][effort]['peak']:12.5g}"
+                    f"{value[effort]['peak']:12.5g}{value['work']:14.4g}{'':12s}"
+                    f"{_error(error, f'{name}.{effort}.peak')}"
+                )
     return "\n".join(lines)
 
 
-def _labels(summary: dict[str, Any]) -> list[str]:
-    """List what stands in the first column."""
-    return [
-        *map(_output, summary["outputs"]),
-        *(_joint(name, value) for name, value in summary["joints"].items()),
-        *(f"{name} torque" for name in (*summary["drives"], *summary.get("loads", ()))),
-    ]
+def _labels(summary: dict[str, Any]) -> Iterable[str]:
+    """Yield what stands in the first column."""
+    yield from map(_output, summary["outputs"])
+    yield from (_joint(name, value) for name, value in summary["joints"].items())
+    actuated = {**summary["drives"], **summary.get("loads", {})}
+    yield from (f"{name} {_effort(value)}" for name, value in actuated.items())
 
 
 def _output(name: str) -> str:
-    unit = QUANTITIES[name.rpartition(".")[2]].split("[")[1].rstrip("]")
-    return f"{name} [{unit}]"
+    return f"{name} [{output_unit(name)}]"
 
 
 def _joint(name: str, value: dict[str, Any]) -> str:
     return f"{name} ({value['model']})" if value["model"] != "ideal" else name
 
 
-def _error(error: dict[str, float], key: str) -> str:
-    return f"{error[key]:11.1e}" if key in error else f"{'-':>11s}"
+def _effort(value: dict[str, Any]) -> str:
+    """Name what a drive or a load is judged by."""
+    return "torque" if "torque" in value else "force"
+
+
+def _error(error: dict[str, float | None], key: str) -> str:
+    found = error.get(key)
+    return f"{found:11.1e}" if found is not None else f"{'-':>11s}"

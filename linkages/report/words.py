@@ -111,9 +111,14 @@ def toml_value(value: Any) -> str:
     return tomlkit.item(value).as_string()
 
 
+def output_unit(name: str) -> str:
+    """Return the SI unit of an output of a link or frame: "m/s2"."""
+    return QUANTITIES[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
+
+
 def unit(output: str) -> str:
-    """Return the unit of an output."""
-    return QUANTITIES[output.rpartition(".")[2]].split("[")[1].rstrip("]").replace("s2", "s²")
+    """Return the unit of an output as it is printed: m/s²."""
+    return output_unit(output).replace("s2", "s²")
 
 
 def change(value: float, reference: float) -> str:

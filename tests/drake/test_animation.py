@@ -5,21 +5,20 @@ import re
 
 import numpy as np
 import pytest
-from linkages.plots.figures.animation import animate
 from machines import PLANES, bar, four_bar, joint, model
 
 from linkages.engines.drake.visuals import skeleton
 from linkages.engines.study import study
-from linkages.errors import Status
-from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
-from linkages.plots.animation.animate import write_animation
+from linkages.errors import AssemblyError, Status
+from linkages.files.shipped import find_file
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import guide_frames
-from linkages.plots.animation.joint_view import frames
+from linkages.plots.animation.journal_view import journal_frames
 from linkages.plots.animation.magnified import strongest
+from linkages.plots.animation.recording import frames, write_animation
 from linkages.results.trajectory import Trajectory
-from linkages.system.assembly import AssemblyError, IdealMotion
+from linkages.system import load
+from linkages.system.ideal_motion import IdealMotion
 
 DRY = """duration = 0.01
 [drives.O]
@@ -36,7 +35,7 @@ def dry(tmp_path_factory):
     folder = tmp_path_factory.mktemp("animation")
     (folder / "machine.sdf").write_text(four_bar())
     (folder / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
-    return study(*load(folder / "dry.toml"), error_estimate=False)
+    return study(load(folder / "dry.toml"), error_estimate=False)
 
 
 def test_each_frame_shows_the_largest_force_within_it():
@@ -59,9 +58,9 @@ def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry
     def cannot(*_):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close")
 
-    times, drawn = animate._frames(dry, 1.0)
+    times, drawn = frames(dry)
     monkeypatch.setattr(IdealMotion, "states", cannot)
-    _, recorded = animate._frames(dry, 1.0)
+    _, recorded = frames(dry)
     assert len(times) > 100
     np.testing.assert_allclose(recorded, drawn, atol=1e-4)  # rad, between steps of 20 us
     with pytest.raises(ValueError, match="does not close with its clearance exaggerated 5 times"):
@@ -70,7 +69,7 @@ def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry
 
 def test_a_contact_that_is_shorter_than_a_frame_is_shown(dry):
     times = np.linspace(0.0, dry.run.time[-1], 41)
-    shown = frames(dry, "B", times)
+    shown = journal_frames(dry, "B", times)
     assert len(dry.contacts) > 2
     assert min(row.duration for row in dry.contacts) < 0.5 * times[1]
     for row in dry.contacts:  # each contact is in the frame that it starts in
@@ -109,7 +108,7 @@ def slotted_rocker() -> str:
 
 
 def sliding_block(folder):
-    return load(data_folder() / "slider_crank_guide.toml", {"duration": 2e-3})
+    return load(find_file("slider_crank_guide.toml"), {"duration": 2e-3})
 
 
 def turning_slot(folder):
@@ -120,7 +119,7 @@ def turning_slot(folder):
 
 @pytest.mark.parametrize("machine", [sliding_block, turning_slot])
 def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
-    found = study(*machine(tmp_path), error_estimate=False)
+    found = study(machine(tmp_path), error_estimate=False)
     times = np.linspace(0.0, found.run.time[-1], 61)
     shown, moments = guide_frames(found, "guide", times), strongest(found.run, "guide", times)
     for k, (x, y) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):
@@ -169,7 +168,7 @@ def test_captions_cannot_break_the_page():
 def test_a_link_without_visuals_is_drawn_between_its_joints(tmp_path, plane):
     (tmp_path / "machine.sdf").write_text(four_bar(plane=plane))
     (tmp_path / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
-    mechanism, _ = load(tmp_path / "dry.toml")
+    mechanism = load(tmp_path / "dry.toml").mechanism
     for link, length in (("crank", 0.1), ("coupler", 0.25), ("follower", 0.2)):
         (visual,) = skeleton(mechanism, mechanism.link[link], 1.0)
         pose = [float(v) for v in re.search(r"<pose>(.*)</pose>", visual)[1].split()]

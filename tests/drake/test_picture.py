@@ -7,7 +7,7 @@ from linkages.engines.drake import build_diagram, picture
 
 @pytest.fixture
 def diagram(seven_bar):
-    return build_diagram(*seven_bar)[0]
+    return build_diagram(seven_bar)[0]
 
 
 def test_without_graphviz_the_connections_are_listed(diagram, monkeypatch):

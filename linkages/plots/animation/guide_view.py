@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat
 
-from linkages.engines.study import Study
 from linkages.plots.animation.magnified import (
     BODY,
     DARK,
@@ -22,10 +21,11 @@ from linkages.plots.animation.magnified import (
     GAP,
     WALL,
     View,
+    closed,
     rounded,
     strongest,
-    touching,
 )
+from linkages.results.summary import Study
 from linkages.system.tree import CORNERS
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ class GuideFrames:
     Attributes
     ----------
     offset, tilt : (n,) arrays
-        Of its middle, and of the end of its middle line by its tilt, across the slot over the clearance [1].
+        How far its middle lies across the slot, and how much farther the end of its middle line, over clearance [1].
     force : (n, 2) array
         Force on the block, along and across the slot [N].
     touching : (n, 4) array of bool
@@ -56,9 +56,10 @@ class GuideFrames:
 
 def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
     """Find the moment of the largest force around each of the times, and what the block does there."""
-    run, joint = study.run, study.mechanism.joint[name]
+    run, mechanism = study.run, study.system.mechanism
+    joint = mechanism.joint[name]
     moments = strongest(run, name, times)
-    clearance = study.experiment.joints[name].clearance or 0.0
+    clearance = study.system.experiment.joints[name].clearance or 0.0
     half = 0.5 * joint.slot.length if joint.slot is not None else 0.0
 
     def at(column: str) -> Array:
@@ -66,9 +67,9 @@ def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
 
     angle = np.full(len(times), np.arctan2(joint.direction[1], joint.direction[0]))
     if joint.parent != "world":
-        angle += at(f"{joint.parent}.angle") - study.mechanism.link[joint.parent].angle
+        angle += at(f"{joint.parent}.angle") - mechanism.link[joint.parent].angle
     fx, fy, c, s = at(f"{name}.fx"), at(f"{name}.fy"), np.cos(angle), np.sin(angle)
-    corners = [touching(run, f"{name}.corner{k + 1}", times) for k in range(len(CORNERS))]
+    corners = [closed(run, f"{name}.corner{k + 1}", times) for k in range(len(CORNERS))]
     return GuideFrames(
         at(f"{name}.offset") / clearance,
         half * at(f"{name}.tilt") / clearance,
@@ -78,24 +79,17 @@ def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
 
 
 class GuideView(View):
-    """A block in its slot, drawn magnified; parameters as of `JointView`."""
+    """A block in its slot, drawn magnified; parameters as `linkages.plots.animation.journal_view.JournalView`."""
 
     def __init__(
         self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
     ) -> None:
-        joint, basis = study.mechanism.joint[name], study.mechanism.basis
+        joint, basis = study.system.mechanism.joint[name], study.system.mechanism.basis
         along = basis[:, :2] @ joint.direction
         axes = np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
-        super().__init__(meshcat, name, centre, radius, axes, basis[:, :2] @ centre)
+        super().__init__(meshcat, study, name, centre, radius, axes)
         self.frames = guide_frames(study, name, times)
-        self.clearance = study.experiment.joints[name].clearance or 0.0
-        self.largest = float(study.run[f"{name}.force"].max())
         self._draw()
-
-    @property
-    def scales(self) -> str:
-        """Drawn over true offset, and the force of the longest arrow."""
-        return f"{rounded(GAP * self.radius / self.clearance)} times, longest arrow {rounded(self.largest)}\u00a0N"
 
     def caption(self, frame: int) -> str:
         """Numbers of a frame."""
@@ -109,7 +103,7 @@ class GuideView(View):
         middle = np.array([0.0, GAP * now.offset[frame]])
         angle = float(np.arctan(GAP * now.tilt[frame] / _LENGTH))
         self.place("block", middle, angle, time)
-        self.show_arrow("arrow", middle, now.force[frame], self.largest, time)
+        self.show_arrow("arrow", middle, now.force[frame], time)
         for k in range(len(CORNERS)):
             self.show_spot(f"corner{k + 1}", bool(now.touching[frame, k]), time)
 

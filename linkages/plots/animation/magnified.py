@@ -6,11 +6,14 @@ of an arrow grows with the square root of the force: impacts are hundreds of tim
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
+from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -25,7 +28,7 @@ _FORCE, _TOUCH = Rgba(0.84, 0.37, 0.0, 1.0), Rgba(0.95, 0.85, 0.1, 1.0)
 
 
 def strongest(run: Trajectory, name: str, times: Array) -> Array:
-    """Time of the largest force within each frame; the frame's own time where no step of the run falls into it."""
+    """Time of the largest force in a joint within each frame; the frame's own time where it contains no step."""
     force, result = run[f"{name}.force"], times.copy()
     for k, (first, last) in enumerate(_windows(run.time, times)):
         if last > first:
@@ -33,7 +36,7 @@ def strongest(run: Trajectory, name: str, times: Array) -> Array:
     return result
 
 
-def touching(run: Trajectory, name: str, times: Array) -> NDArray[np.bool_]:
+def closed(run: Trajectory, name: str, times: Array) -> NDArray[np.bool_]:
     """Whether a contact is closed at some step within each frame, or at the frame's own time."""
     depth = run.columns.get(f"{name}.penetration")
     if depth is None:
@@ -43,7 +46,7 @@ def touching(run: Trajectory, name: str, times: Array) -> NDArray[np.bool_]:
 
 
 def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
-    """First and last-but-one step of each frame; a frame reaches halfway to its neighbours."""
+    """First step of each frame and of the next; a frame reaches halfway to its neighbours."""
     edges = np.concatenate([times[:1], 0.5 * (times[1:] + times[:-1]), times[-1:]])
     places = np.searchsorted(steps, edges)
     places[-1] = len(steps)
@@ -51,16 +54,17 @@ def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
 
 
 def rounded(value: float) -> str:
-    """Write a number with three digits that count."""
+    """Write a number with three significant digits."""
     return f"{float(f'{value:.3g}'):g}"
 
 
-class View:
+class View(ABC):
     """A joint drawn magnified, at a place of its own in the plane.
 
     Parameters
     ----------
     meshcat : Meshcat
+    study : Study
     name : str
         The joint.
     centre : (2,) array
@@ -69,16 +73,31 @@ class View:
         Half the size of the drawing [m].
     axes : (3, 3) array
         Its axes in the world; the last one is the plane's normal.
-    position : (3,) array
-        `centre` in the world [m].
     """
 
     def __init__(
-        self, meshcat: Meshcat, name: str, centre: Array, radius: float, axes: Array, position: Array
+        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, axes: Array
     ) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
+        self.clearance = study.system.experiment.joints[name].clearance or 0.0
+        self.largest = float(study.run[f"{name}.force"].max())
+        position = study.system.mechanism.basis[:, :2] @ centre
         meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), position))
+
+    @abstractmethod
+    def caption(self, frame: int) -> str:
+        """Numbers of a frame."""
+
+    @abstractmethod
+    def show(self, frame: int, time: float) -> None:
+        """Record a frame at this time of the recording."""
+
+    @property
+    def scales(self) -> str:
+        """Drawn over true offset, and the force of the longest arrow."""
+        factor = rounded(GAP * self.radius / self.clearance)
+        return f"{factor} times, longest arrow {rounded(self.largest)}\u00a0N"
 
     def put(self, part: str, shape: Shape, color: Rgba, position: list[float], along_x: bool = False) -> None:
         """Draw a shape, in units of the radius; with `along_x` its z axis points along -x."""
@@ -111,9 +130,9 @@ class View:
         head = MeshcatCone(*(self.radius * side for side in (_HEAD, 0.03, 0.14)))
         self.put(f"{part}/head", head, _FORCE, [0.0, 0.0, 0.1], along_x=True)
 
-    def show_arrow(self, part: str, start: Array, force: Array, largest: float, time: float) -> None:
-        """Record an arrow from `start`, in units of the radius, along a force."""
-        share = float(np.linalg.norm(force)) / largest if largest > 0.0 else 0.0
+    def show_arrow(self, part: str, start: Array, force: Array, time: float) -> None:
+        """Record an arrow from `start`, in units of the radius, along a force (2,) [N]."""
+        share = float(np.linalg.norm(force)) / self.largest if self.largest > 0.0 else 0.0
         length = REACH * np.sqrt(share)
         head = min(_HEAD, length)
         wide = max(0.5, head / _HEAD) if share > 0.0 else 0.0

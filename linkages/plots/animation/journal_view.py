@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, Meshcat, Rgba
 
-from linkages.engines.study import Study
 from linkages.plots.animation.magnified import (
     BODY,
     DARK,
@@ -22,10 +21,11 @@ from linkages.plots.animation.magnified import (
     GAP,
     WALL,
     View,
+    closed,
     rounded,
     strongest,
-    touching,
 )
+from linkages.results.summary import Study
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ _ORBIT = Rgba(0.0, 0.35, 0.65, 1.0)
 
 
 @dataclass(frozen=True)
-class Frames:
+class JournalFrames:
     """What a journal does, frame by frame.
 
     Attributes
@@ -57,11 +57,11 @@ class Frames:
     bearing: Array
 
 
-def frames(study: Study, name: str, times: Array) -> Frames:
+def journal_frames(study: Study, name: str, times: Array) -> JournalFrames:
     """Find the moment of the largest force around each of the times, and what the journal does there."""
-    run, joint = study.run, study.mechanism.joint[name]
+    run, joint = study.run, study.system.mechanism.joint[name]
     moments = strongest(run, name, times)
-    clearance = study.experiment.joints[name].clearance or 0.0
+    clearance = study.system.experiment.joints[name].clearance or 0.0
 
     def at(column: str, when: Array) -> Array:
         return np.interp(when, run.time, run[column])
@@ -69,21 +69,20 @@ def frames(study: Study, name: str, times: Array) -> Frames:
     def angle(body: str) -> Array:
         return np.zeros(len(times)) if body == "world" else at(f"{body}.angle", times)
 
-    return Frames(
+    return JournalFrames(
         np.stack([at(f"{name}.ex", moments), at(f"{name}.ey", moments)], axis=1) / clearance,
         np.stack([at(f"{name}.fx", moments), at(f"{name}.fy", moments)], axis=1),
-        touching(run, name, times),
+        closed(run, name, times),
         angle(joint.child),
         angle(joint.parent),
     )
 
 
-class JointView(View):
-    """A journal in its bearing, drawn magnified; parameters as of `View`.
+class JournalView(View):
+    """A journal in its bearing, drawn magnified; other parameters as `View`.
 
     Parameters
     ----------
-    study : Study
     name : str
         A revolute joint with clearance.
     times : (n,) array
@@ -93,17 +92,9 @@ class JointView(View):
     def __init__(
         self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
     ) -> None:
-        basis = study.mechanism.basis
-        super().__init__(meshcat, name, centre, radius, basis, basis[:, :2] @ centre)
-        self.frames = frames(study, name, times)
-        self.clearance = study.experiment.joints[name].clearance or 0.0
-        self.largest = float(study.run[f"{name}.force"].max())
+        super().__init__(meshcat, study, name, centre, radius, study.system.mechanism.basis)
+        self.frames = journal_frames(study, name, times)
         self._draw(np.stack([study.run[f"{name}.ex"], study.run[f"{name}.ey"]]) / self.clearance)
-
-    @property
-    def scales(self) -> str:
-        """Drawn over true eccentricity, and the force of the longest arrow."""
-        return f"{rounded(GAP * self.radius / self.clearance)} times, longest arrow {rounded(self.largest)}\u00a0N"
 
     def caption(self, frame: int) -> str:
         """Numbers of a frame."""
@@ -116,7 +107,7 @@ class JointView(View):
         e = GAP * now.e[frame]
         self.place("bearing", np.zeros(2), now.bearing[frame], time)
         self.place("journal", e, now.journal[frame], time)
-        self.show_arrow("arrow", e, now.force[frame], self.largest, time)
+        self.show_arrow("arrow", e, now.force[frame], time)
         self.place("touch", np.zeros(2), float(np.arctan2(e[1], e[0])), time)
         self.show_spot("touch", bool(now.touching[frame]), time)
 

@@ -20,13 +20,14 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
-from linkages.engines.drake.plant import add_tree, state_indices
-from linkages.engines.study import Study
+from linkages.engines.drake.plant import add_tree, state_place
+from linkages.errors import AssemblyError
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
-from linkages.plots.animation.joint_view import JointView
-from linkages.plots.animation.magnified import rounded
-from linkages.system.assembly import AssemblyError, IdealMotion
+from linkages.plots.animation.journal_view import JournalView
+from linkages.plots.animation.magnified import View, rounded
+from linkages.results.summary import Study
+from linkages.system.ideal_motion import IdealMotion
 
 Array = NDArray[np.float64]
 
@@ -45,27 +46,27 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
     path : Path
         The HTML file.
     exaggerate : float
-        Factor on the journals' offsets from their bearings. With a factor other than one the linkage is assembled
-        anew at each frame, with its drives as they are and its journals offset by the factor.
+        Factor on the journals' eccentricities. The linkage is assembled anew at each frame, with its drives where
+        they are and its journals that far from their bearings' centres.
 
     Raises
     ------
     ValueError
         If the linkage cannot be assembled with such large offsets, or its drives do not determine its motion.
     """
-    tree = study.assembly.tree
+    tree = study.system.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
     instance = add_tree(plant, tree)
     plant.Finalize()
-    positions, _ = state_indices(plant, tree, instance)
+    positions = state_place(plant, tree, instance).positions
     logging.getLogger("drake").setLevel(logging.WARNING)  # not the address of a server that nobody needs
     meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
     visualizer = MeshcatVisualizer.AddToBuilder(
         builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
     )
     diagram = builder.Build()
-    times, q = _frames(study, exaggerate)
+    times, q = frames(study, exaggerate)
     slow = max(1.0, _LENGTH / times[-1])
     views = _joint_views(study, meshcat, times)
     _look_at(study, meshcat, views)
@@ -86,22 +87,22 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
     path.write_text(_captioned(meshcat.StaticHtml(), study, views, times, slow), encoding="utf-8")
 
 
-def _frames(study: Study, exaggerate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Compute times and tree coordinates of the frames."""
-    tree, run = study.assembly.tree, study.run
-    frames = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
-    times = np.linspace(0.0, run.time[-1], frames)
-    if not study.assembly.determinate:
+def frames(study: Study, exaggerate: float = 1.0) -> tuple[Array, Array]:
+    """Compute times (n,) [s] and tree coordinates (n, nq) of the frames; parameters as `write_animation`."""
+    tree, run = study.system.tree, study.run
+    count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
+    times = np.linspace(0.0, run.time[-1], count)
+    if not study.system.determinate:
         if exaggerate != 1.0:
             raise ValueError("the drives do not determine the motion: its clearance cannot be exaggerated")
         return times, _recorded(study, times)
     offset = np.zeros((len(times), len(tree.closure_rows)))
     for k, name in enumerate(tree.play):
-        parts = ("ex", "ey") if study.mechanism.joint[name].bearing is not None else ("offset", "tilt")
+        parts = ("ex", "ey") if study.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
         for axis, part in enumerate(parts):
             offset[:, 2 * k + axis] = exaggerate * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
-        return times, IdealMotion(study.assembly, study.experiment).states(times, offset)[0]
+        return times, IdealMotion(study.system).states(times, offset)[0]
     except AssemblyError as problem:
         if exaggerate == 1.0:  # a run that came to a dead position, and through by its own errors
             return times, _recorded(study, times)
@@ -112,13 +113,13 @@ def _frames(study: Study, exaggerate: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _recorded(study: Study, times: Array) -> Array:
     """Tree coordinates between the run's steps."""
-    columns = [study.run[f"q.{name}"] for name in study.assembly.tree.coordinates]
+    columns = [study.run[f"q.{name}"] for name in study.system.tree.coordinates]
     return np.stack([np.interp(times, study.run.time, column) for column in columns], axis=1)
 
 
 def _span(study: Study) -> tuple[Array, Array]:
     """Lower left and upper right corner of everything that moves, plane axes [m]."""
-    names = study.mechanism.point
+    names = study.system.mechanism.point
     x = np.concatenate([study.run[f"{name}.x"] for name in names])
     y = np.concatenate([study.run[f"{name}.y"] for name in names])
     low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
@@ -130,45 +131,45 @@ def _span(study: Study) -> tuple[Array, Array]:
 def _rails(study: Study) -> dict[str, tuple[Array, Array]]:
     """Find the ends of the rail of each prismatic joint on the ground, plane axes [m]: the block's travel and more."""
     result = {}
-    for joint in study.mechanism.joints:
+    for joint in study.system.mechanism.joints:
         if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
             block, at = (
                 (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
             )
-            drawn = study.mechanism.link[block].origin
+            drawn = study.system.mechanism.link[block].origin
             moved = np.stack([study.run[f"{block}.x"], study.run[f"{block}.y"]], axis=1) - drawn
             travel = moved @ joint.direction
-            margin = 0.2 * np.ptp(travel) + 0.05 * study.assembly.tree.extent
+            margin = 0.2 * np.ptp(travel) + 0.05 * study.system.tree.extent
             ends = (float(travel.min() - margin), float(travel.max() + margin))
             result[joint.name] = (at + ends[0] * joint.direction, at + ends[1] * joint.direction)
     return result
 
 
-def _joint_views(study: Study, meshcat: Meshcat, times: Array) -> list[JointView | GuideView]:
+def _joint_views(study: Study, meshcat: Meshcat, times: Array) -> list[View]:
     """Draw the clearance joints right of the linkage, two above each other."""
-    names = study.assembly.tree.play
+    names = study.system.tree.play
     low, high = _span(study)
-    height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * study.assembly.tree.extent)
+    height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * study.system.tree.extent)
     rows = min(len(names), 2)
     radius = height / (3.0 * max(rows, 1.5))
-    views: list[JointView | GuideView] = []
+    views: list[View] = []
     for k, name in enumerate(names):
         column, row = divmod(k, 2)
         right = high[0] + radius * (2.0 + 3.0 * column)
         up = 0.5 * (low[1] + high[1]) + 3.2 * radius * (0.5 * (rows - 1) - row)
-        kind = JointView if study.mechanism.joint[name].type == "revolute" else GuideView
+        kind = JournalView if study.system.mechanism.joint[name].type == "revolute" else GuideView
         views.append(kind(meshcat, study, name, np.array([right, up]), radius, times))
     return views
 
 
-def _look_at(study: Study, meshcat: Meshcat, views: list[JointView | GuideView]) -> None:
+def _look_at(study: Study, meshcat: Meshcat, views: list[View]) -> None:
     """Look along the plane's normal at the middle of everything that moves."""
     low, high = _span(study)
     for view in views:
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
-    size = np.maximum(high - low, 0.3 * study.assembly.tree.extent)
-    basis = study.mechanism.basis
+    size = np.maximum(high - low, 0.3 * study.system.tree.extent)
+    basis = study.system.mechanism.basis
     middle = basis[:, :2] @ (0.5 * (low + high))
     shown = 1.25 * max(size[1], size[0] / _ASPECT)
     distance = 0.5 * shown / np.tan(0.5 * np.radians(_FIELD_OF_VIEW))
@@ -182,7 +183,7 @@ def _look_at(study: Study, meshcat: Meshcat, views: list[JointView | GuideView])
 
 def _draw_ground(study: Study, meshcat: Meshcat) -> None:
     """Mark the joints on the ground: a pivot for each revolute joint, a rail for each prismatic one."""
-    mechanism, size = study.mechanism, study.assembly.tree.extent
+    mechanism, size = study.system.mechanism, study.system.tree.extent
     basis = mechanism.basis
     for joint in mechanism.joints:
         if "world" not in (joint.parent, joint.child):
@@ -203,7 +204,7 @@ def _draw_ground(study: Study, meshcat: Meshcat) -> None:
         meshcat.SetTransform(f"/ground/{joint.name}", pose)
 
 
-def _captioned(page: str, study: Study, views: list[JointView | GuideView], times: Array, slow: float) -> str:
+def _captioned(page: str, study: Study, views: list[View], times: Array, slow: float) -> str:
     """Write names, eccentricities, forces and the time over the recording."""
     labels = [
         Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))])

@@ -1,0 +1,31 @@
+"""What is said about runs that did not reach their end, and the exit status that follows."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+
+from linkages.errors import Status
+from linkages.results.trajectory import Trajectory
+
+
+def report_failures(runs: Mapping[str, Trajectory]) -> int:
+    """Print a line on standard error for each run that did not reach its end.
+
+    Parameters
+    ----------
+    runs : mapping of str to Trajectory
+        By what they are called in the line.
+
+    Returns
+    -------
+    int
+        Exit status: 0 if all went well, 130 if one was interrupted, else 1.
+    """
+    failed = {name: run for name, run in runs.items() if run.status is not Status.OK}
+    for name, run in failed.items():
+        text = f"{run.status.value}; {run.status.remedy}"
+        print(f"{name} ended at t = {run.time[-1]:.6g} s: {text}", file=sys.stderr)
+    if any(run.status is Status.INTERRUPTED for run in failed.values()):
+        return 130
+    return int(bool(failed))

@@ -1,0 +1,103 @@
+"""Options that several commands share, and what they stand for: an experiment, the folder of its results."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from linkages.errors import InputError
+
+if TYPE_CHECKING:
+    from linkages.system import System
+
+
+def add_file(parser: argparse.ArgumentParser) -> None:
+    """Add the experiment's file."""
+    parser.add_argument(
+        "file", help="experiment (.toml): a path, or the name of one that comes with the package"
+    )
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add ``--set``, ``--duration``, ``--out``, ``--quiet`` and ``--verbose``."""
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="PATH=VALUE", help="replace a value; may be repeated"
+    )
+    parser.add_argument("--duration", type=float, metavar="SECONDS", help="replace the experiment's duration")
+    add_out(parser)
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")
+    group.add_argument(
+        "--verbose", "-v", action="store_true", help="say what is done, how, and how long it takes"
+    )
+
+
+def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | None = None) -> System:
+    """Load the experiment and its machine with the values of ``--set`` and ``--duration``.
+
+    Parameters
+    ----------
+    options : Namespace
+        With the options of `add_file` and `add_settings`.
+    defaults : mapping of str to float, optional
+        Values by dotted path that replace the file's where the command line does not.
+
+    Raises
+    ------
+    InputError
+        If a file or a value is not valid.
+    """
+    from linkages.files.shipped import find_file
+    from linkages.model.experiment import COMMAND_LINE
+    from linkages.system import load
+
+    return load(find_file(options.file), {**(defaults or {}), **overrides(options)}, COMMAND_LINE)
+
+
+def overrides(options: argparse.Namespace) -> dict[str, str | float]:
+    """Collect the values of ``--set`` and ``--duration`` by dotted path.
+
+    Raises
+    ------
+    InputError
+        If an item is not ``PATH=VALUE``.
+    """
+    result: dict[str, str | float] = {}
+    for item in options.set:
+        path, equals, value = item.partition("=")
+        if not equals or not path or not value:
+            raise InputError("--set", item, "write PATH=VALUE, for instance joints.A.clearance=2e-4")
+        result[path.strip()] = value.strip()
+    if options.duration is not None:
+        result["duration"] = options.duration
+    return result
+
+
+def add_out(parser: argparse.ArgumentParser) -> None:
+    """Add ``--out``."""
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder of the results; default: results/NAME"
+    )
+
+
+def output_folder(options: argparse.Namespace, name: str) -> Path:
+    """Return the folder of the results, ``results/NAME`` unless ``--out`` says otherwise.
+
+    Raises
+    ------
+    InputError
+        If there is a file of that name.
+    """
+    out: Path = options.out or Path("results") / name
+    if out.exists() and not out.is_dir():
+        raise InputError("--out", str(out), "is a file; give a folder")
+    return out
+
+
+def written(out: Path) -> str:
+    """Say what is in the folder of results."""
+    names = sorted(p.name for p in out.iterdir() if p.name[0] != "." and p.suffix != ".lock")
+    return f"written to {out}{os.sep}: {', '.join(names)}"

@@ -1,0 +1,162 @@
+"""Figures of what journals do in their bearings: orbits, and contacts over time, by kind of contact."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from linkages.plots.labels import add_legend
+from linkages.plots.style import COLORS
+from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
+from linkages.results.summary import Study, touching
+
+Array = NDArray[np.float64]
+
+_ORBIT, _START = COLORS[0], COLORS[2]
+# what a journal does: label, colour, width; distinct in grey too
+_PHASES = {
+    FREE: ("free flight", COLORS[5], 0.7),
+    SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
+    IMPACT: ("impact", COLORS[1], 1.4),
+}
+
+_CHORD = 0.05  # of the clearance: between the points of a drawn orbit
+_MOST_PIECES = 2000  # beyond so many a drawing gains nothing from more
+
+
+def orbits_figure(study: Study) -> Figure:
+    """Draw each journal's centre in its clearance circle; below, magnified.
+
+    Magnified is the orbit itself or, of a joint that can touch, how deep the journal is in the wall at each angle.
+    """
+    experiment, names = study.system.experiment, study.system.tree.journals
+    touches = touching(study.system)
+    figure = Figure(figsize=(max(3.15 * len(names), 3.6), 6.4), layout="constrained")
+    axes = figure.subplots(2, len(names), squeeze=False)
+    circle = np.linspace(0.0, 2.0 * np.pi, 361)
+    for (whole, near), name in zip(axes.T, names, strict=True):
+        clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
+        ex, ey = 1e6 * study.run[f"{name}.ex"], 1e6 * study.run[f"{name}.ey"]
+        whole.fill(
+            clearance * np.cos(circle), clearance * np.sin(circle), facecolor="0.95", edgecolor="0.3", lw=1.2
+        )
+        peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
+        whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
+        if name in touches:
+            path, phase = orbit(study, name)
+            _draw_phases(whole, 1e6 * path[:, 0], 1e6 * path[:, 1], phase)
+            whole.plot(ex[0], ey[0], "o", color=_START, ms=3.5)
+            _draw_wall(near, 1e6 * path, clearance, phase)
+        else:
+            for axis in (whole, near):
+                axis.plot(ex, ey, color=_ORBIT, lw=0.9)
+                axis.plot(ex[0], ey[0], "o", color=_START, ms=3.5, label="start")
+            near.legend(loc="best")
+        for axis in (whole,) if name in touches else (whole, near):
+            axis.set_aspect("equal", adjustable="datalim")
+            axis.set_xlabel("e$_x$ [µm]")
+            axis.set_ylabel("e$_y$ [µm]")
+    if touches:
+        filled = all(model.has_film for model in study.system.models if model.can_touch)
+        handles = [
+            Line2D([], [], color=color, lw=2.0, label="film alone" if filled and code == FREE else label)
+            for code, (label, color, _) in _PHASES.items()
+        ]
+        handles.append(Line2D([], [], color=_START, marker="o", ms=3.5, lw=0.0, label="start"))
+        figure.legend(handles=handles, ncols=2, loc="outside lower center")
+    return figure
+
+
+def contacts_figure(study: Study) -> Figure:
+    """Draw the peak force and the approach speed of every contact at the time of its start."""
+    names = sorted({row.joint for row in study.contacts})  # joints, or corners of a guide
+    figure = Figure(figsize=(6.3, 0.8 + (3.2 if len(names) < 3 else 2.4) * len(names)), layout="constrained")
+    axes = figure.subplots(2 * len(names), 1, sharex=True, squeeze=False)[:, 0]
+    run = study.run
+    for k, name in enumerate(names):
+        own = [row for row in study.contacts if row.joint == name]
+        start = np.array([row.start for row in own])
+        kind = phases(run, name)[np.searchsorted(run.time, start)]
+        values = (
+            ("force [N]", [row.peak_force for row in own]),
+            ("approach [m/s]", [row.approach_speed for row in own]),
+        )
+        axes[2 * k].set_title(name, loc="left", fontsize=9)
+        for axis, (label, value) in zip(axes[2 * k : 2 * k + 2], values, strict=True):
+            for code in (IMPACT, SUSTAINED_CONTACT):
+                phase, color, _ = _PHASES[code]
+                at, height = start[kind == code], np.array(value)[kind == code]
+                axis.vlines(at, 0.0, height, color=color, lw=1.0)
+                axis.plot(at, height, "o", color=color, ms=3.0, label=phase)
+            axis.set_ylim(bottom=0.0)
+            axis.set_ylabel(label)
+    add_legend(axes[0])
+    figure.align_ylabels(axes)
+    axes[-1].set_xlim(run.time[0], run.time[-1])
+    axes[-1].set_xlabel("start of the contact [s]")
+    return figure
+
+
+def orbit(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
+    """Sample the path of a journal that can touch, finely enough to be drawn.
+
+    The steps of a free flight may be long: between them the run is evaluated anew, unless there are so many that
+    nobody could tell.
+
+    Parameters
+    ----------
+    study : Study
+    name : str
+        The joint.
+
+    Returns
+    -------
+    e : (n, 2) array
+        Eccentricity [m].
+    phase : (n - 1,) array
+        What the journal does on each piece, see `linkages.results.impacts.phases`.
+    """
+    run, phase = study.run, phases(study.run, name)
+    e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
+    chord = _CHORD * (study.system.experiment.joints[name].clearance or np.inf)
+    pieces = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_PIECES)
+    extra = int(np.sum(pieces - 1))
+    if run.evaluate is None or not 0 < extra <= _MOST_PIECES:
+        return e, phase
+    cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], pieces, strict=False)]
+    times = np.concatenate(cuts)
+    between = run.evaluate(times)
+    order = np.argsort(np.concatenate([run.time, times]), kind="stable")
+    added = np.column_stack([between[f"{name}.ex"], between[f"{name}.ey"]])
+    return np.concatenate([e, added])[order], np.repeat(phase, pieces)
+
+
+def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int64]) -> None:
+    """Draw how deep the journal is in the wall over the angle at which it lies, the wall unrolled; lengths in µm."""
+    depth = np.hypot(*path.T) - clearance
+    angle = np.degrees(np.arctan2(path[:, 1], path[:, 0]))
+    phase = np.where(np.abs(np.diff(angle)) < 180.0, phase, -1)  # no line across the page
+    _draw_phases(axis, angle, depth, phase)
+    deepest = float(depth.max())
+    top = 1.1 * deepest if deepest > 0.0 else -0.1 * float(depth.min())
+    bottom = -top if deepest > 0.0 else 1.1 * float(depth.min())
+    axis.axhspan(0.0, top, color="0.92", zorder=0)
+    axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
+    axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
+    axis.set_xlabel("angle of e [deg]")
+    axis.set_ylabel("e $-$ c [µm]; above 0: in the wall")
+
+
+def _draw_phases(axis: Axes, x: Array, y: Array, phase: NDArray[np.int64]) -> None:
+    """Draw the line through the samples, each step in the colour of its phase; steps of no phase are left out."""
+    points = np.column_stack([x, y])
+    steps = np.stack([points[:-1], points[1:]], axis=1)
+    for code, (_, color, width) in _PHASES.items():
+        axis.add_collection(
+            LineCollection(list(steps[phase == code]), colors=color, linewidths=width, capstyle="round")
+        )
+    axis.autoscale_view()
