@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
-from linkages.outputs.registry import pack
 from linkages.outputs.values import DRIVE, JOINT, tabulate
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
+from linkages.system.ideal_motion import IdealMotion
 
 Array = NDArray[np.float64]
 Columns = dict[str, Array]
@@ -49,6 +51,8 @@ def columns(
     ------
     InputError
         If there is no output of a name.
+    AssemblyError
+        If jitter is asked for where the ideal linkage does not close.
     """
     tree, ideal = system.tree, contacts is None
     wanted = all_names(system, ideal) if names is None else list(names)
@@ -69,4 +73,15 @@ def columns(
         tree.driven_bodies, tree.powered_bodies, system.torques.arrays, system.loads, system.gravity,
         *map(np.ascontiguousarray, (np.asarray(times, dtype=np.float64), q, v, a, contacts)), out.T,
     )  # fmt: skip
+    jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
+    if jitter:
+        states = _ideal_motion(system).states(np.asarray(times, dtype=np.float64))
+        exact = columns(system, times, *states, names=[name.removesuffix(JITTER) for name in jitter])
+        for name in jitter:
+            out[wanted.index(name)] -= exact[name.removesuffix(JITTER)]
     return {"time": times} | dict(zip(wanted, out, strict=True))
+
+
+@lru_cache(maxsize=4)
+def _ideal_motion(system: System) -> IdealMotion:
+    return IdealMotion(system)
