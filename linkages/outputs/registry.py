@@ -313,17 +313,17 @@ def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> NDArray[
 
 
 def table() -> Iterator[tuple[str, str, str]]:
-    """Every output as name, meaning and unit, for people."""
+    """Every output as name, meaning and unit, for people; kinds of joints that share one stand in one row."""
+    kinds: dict[tuple[str, str, Quantity], list[str]] = {}
     for owner in OWNERS:
-        if owner.kind == COORDINATE:
-            yield (
-                "q.COORDINATE",
-                "coordinate of the spanning tree: a joint's, or a floating link's",
-                "rad or m",
-            )
+        label, _, kind = owner.label.removesuffix(")").partition(" (")
         for name, quantity in owner.quantities.items():
-            also = f" or {quantity.prismatic}" if quantity.prismatic else ""
-            yield _joined(owner.label, name), quantity.meaning, quantity.unit + also
+            kinds.setdefault((label, name, quantity), []).append(kind)
+    for (label, name, quantity), found in kinds.items():
+        also = f" or {quantity.prismatic}" if quantity.prismatic else ""
+        shown = f"{label} ({', '.join(found)})" if found[0] else label
+        yield _joined(shown, name), quantity.meaning, quantity.unit + also
+    yield "q.COORDINATE", "coordinate of the spanning tree: a joint's, or a floating link's", "rad or m"
     yield f"POINT.quantity{JITTER}", "a point's quantity less that of the ideal linkage", "its own"
     yield f"{IDEAL}NAME", "an output of the linkage with every joint ideal", "its own"
     yield f"{IDEAL}JOINT.{TURNING}", "rate at which the direction of the force in a joint turns", "rad/s"
