@@ -1,8 +1,8 @@
 """Reactions of all joints by Newton-Euler on free bodies, in absolute coordinates.
 
-Independent of the tree recursion: for every body, mass times acceleration = applied wrench + reactions. The
-equations are linear in the reactions and drive forces; redundant reactions (a linkage with more constraints
-than it needs) come out with the smallest norm.
+Independent of the package's recursion over its tree: for every body, mass times acceleration = applied wrench +
+reactions. The equations are linear in the reactions and drive forces; redundant reactions (of a linkage with more
+constraints than it needs) come out with the smallest norm.
 """
 
 from __future__ import annotations
@@ -12,9 +12,54 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages import System
+from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.loads import load_wrenches
 from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
+Forces = tuple[dict[str, Array], dict[str, Array], dict[str, Array]]
+
+
+def free_bodies(
+    system: System, times: Array, q: Array, v: Array, a: Array, contacts: Array | None = None
+) -> Forces:
+    """Forces, moments and drive forces of `joint_reactions` at states of a system.
+
+    Parameters
+    ----------
+    q, v, a : (nt, n) arrays
+        Coordinates of the system's tree, their rates and accelerations.
+    contacts : (nt, nc, WIDTH) array, optional
+        `linkages.planar.contacts.CLEARANCE_OUTPUTS`; without it joints with play are taken as ideal.
+    """
+    tree, (nt, nb) = system.tree, (len(times), len(system.tree.bodies))
+    pose, vel, acc, applied = (np.zeros((nt, nb, width)) for width in (5, 3, 3, 3))
+    for i, t in enumerate(times):
+        body_positions(tree.bodies, q[i], pose[i])
+        body_velocities(tree.bodies, pose[i], v[i], vel[i])
+        body_accelerations(tree.bodies, pose[i], vel[i], v[i], a[i], acc[i])
+        load_wrenches(system.loads, t, pose[i], vel[i], applied[i])
+    known = {} if contacts is None else {name: _of_contacts(tree, name, pose, contacts) for name in tree.play}
+    torques = dict(zip(tree.powered, system.torques(times)[0].T, strict=True))
+    return joint_reactions(tree, pose, vel, acc, system.gravity, known, torques, applied)
+
+
+def _of_contacts(tree: Tree, name: str, pose: Array, contacts: Array) -> tuple[Array, Array]:
+    """Force (nt, 2) and couple (nt,) of a joint with play on its child, at the joint on the child."""
+    fx, fy, couple = (CLEARANCE_OUTPUTS.index(what) for what in ("fx", "fy", "couple"))
+    joint = tree.mechanism.joint[name]
+    child, *at = tree.marker(joint.child, joint.on_child)
+    force, moment = np.zeros((len(pose), 2)), np.zeros(len(pose))
+    for k, (owner, _) in enumerate(tree.contacts):
+        if owner == name:
+            corner = tree.ends[k]["journal"]
+            arm = _turned(pose[:, child], np.array([corner["x"], corner["y"]]) - at)
+            f = contacts[:, k, [fx, fy]]
+            force += f
+            moment += contacts[:, k, couple] + arm[:, 0] * f[:, 1] - arm[:, 1] * f[:, 0]
+    return force, moment
 
 
 def joint_reactions(
@@ -26,7 +71,7 @@ def joint_reactions(
     known: Mapping[str, tuple[Array, Array]],
     torques: Mapping[str, Array],
     applied: Array,
-) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
+) -> Forces:
     """Solve for the reactions of every joint whose force is not known.
 
     Parameters
@@ -127,7 +172,7 @@ def _pair_wrench(tree: Tree, name: str, pose: Array, force: Array, couple: Array
     joint = tree.mechanism.joint[name]
     child, parent = tree.index[joint.child], tree.index[joint.parent]
     wrench = np.zeros((*pose.shape[:2], 3))
-    at = pose[:, child, :2] + _turned(pose[:, child], tree.local(joint.child, joint.on_child))
+    at = pose[:, child, :2] + _turned(pose[:, child], np.array(tree.marker(joint.child, joint.on_child)[1:]))
     for body, sign in ((child, 1.0), (parent, -1.0)):
         arm = at - pose[:, body, :2]
         wrench[:, body, 0] += sign * (couple + arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])

@@ -4,12 +4,11 @@ import json
 
 import numpy as np
 import pytest
+from shipped import shipped
 
+from linkages import Status, compare
 from linkages.cli.main import main
-from linkages.errors import Status
-from linkages.explore.compare import PARTED, compare, differences, horizon
-from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
+from linkages.explore.compare import PARTED, differences, horizon
 from linkages.results.trajectory import sample
 
 TIMES = np.linspace(0.0, 1.0, 5001)
@@ -26,7 +25,7 @@ def synthetic(**functions):
 
 @pytest.fixture(scope="module")
 def dry():
-    return load(data_folder() / "slider_crank_dry.toml", {"duration": 8e-4, "solver.accuracy": 1e-10})
+    return shipped("slider_crank_dry", duration=8e-4, **{"solver.accuracy": 1e-10})
 
 
 def test_the_largest_difference_is_found_and_nothing_beyond_the_horizon_counts():
@@ -40,18 +39,16 @@ def test_the_largest_difference_is_found_and_nothing_beyond_the_horizon_counts()
 
 
 def test_horizon_of_two_solutions_that_part_exponentially(dry):
-    _, experiment = dry
-    clearance, rate = experiment.joints["B"].clearance, 30.0
+    clearance, rate = dry.value("joints.B.clearance"), 30.0
     run = synthetic(B_ex=np.zeros_like, B_ey=np.zeros_like)
     other = synthetic(B_ex=np.zeros_like, B_ey=lambda t: 1e-9 * clearance * np.exp(rate * t))
     expected = np.log(PARTED / 1e-9) / rate
-    assert horizon(run, other, experiment) == pytest.approx(expected, abs=TIMES[1])
-    assert horizon(run, run, experiment) == TIMES[-1]
+    assert horizon(run, other, dry) == pytest.approx(expected, abs=TIMES[1])
+    assert horizon(run, run, dry) == TIMES[-1]
 
 
 def test_the_engines_agree_where_the_motion_is_smooth():
-    path = data_folder() / "slider_crank_lubricated.toml"
-    result = compare(*load(path, {"duration": 2e-4, "solver.accuracy": 1e-10}))
+    result = compare(shipped("slider_crank_lubricated", duration=2e-4, **{"solver.accuracy": 1e-10}))
     assert not result.parted
     assert {"slider.ax", "B.force", "B.eccentricity_ratio", "O.torque"} <= result.differences.keys()
     assert max(row.relative for row in result.differences.values()) < 1e-8
@@ -59,7 +56,7 @@ def test_the_engines_agree_where_the_motion_is_smooth():
 
 
 def test_the_engines_agree_through_the_first_two_impacts(dry):
-    result = compare(*dry)
+    result = compare(dry)
     assert len(result.contacts) == 2
     for ours, other in result.contacts:
         for field in ("start", "approach_speed", "tangential_speed", "duration", "peak_force"):

@@ -5,15 +5,12 @@ import pytest
 from machines import bar, circle_intersection, four_bar, joint, model
 from scipy.interpolate import PPoly
 
+from linkages import InputError, ideal, load
 from linkages.cli.main import main
-from linkages.errors import InputError
-from linkages.model.experiment import load
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches, load_wrenches_tangent
 from linkages.planar.motion import Motions, constant_rate, monotone_table, motion_value
-from linkages.system.assembly import IdealMotion, assemble, tree_of
-from linkages.system.loads import pack_loads
 
 RNG = np.random.default_rng(7)
 
@@ -67,15 +64,12 @@ def slope(f, h):
     return sum(w * (f(k * h) - f(-k * h)) for k, w in WEIGHTS.items()) / h
 
 
-def loaded(experiment_file, plane="xy", q_axis="0 0 1"):
+def loaded(system_of, plane="xy", q_axis="0 0 1"):
     sdf = four_bar(plane=plane)
     assert joint("Q", "world", "follower") in sdf
     sdf = sdf.replace(joint("Q", "world", "follower"), joint("Q", "world", "follower", axis=q_axis))
-    mechanism, experiment = load(
-        experiment_file(sdf, "duration = 1.0\n[drives.O]\nspeed=5.0\n" + PLAY + LOADS)
-    )
-    tree = tree_of(mechanism, experiment)
-    return experiment, tree, pack_loads(tree, experiment)
+    system = system_of(sdf, "duration = 1.0\n[drives.O]\nspeed=5.0\n" + PLAY + LOADS)
+    return system.experiment, system.tree, system.loads
 
 
 def states(tree, q, v):
@@ -87,17 +81,16 @@ def states(tree, q, v):
 
 def place(tree, pose, name):
     """Position of a named point from the body's pose, and angle of its frame."""
-    point = tree.mechanism.point[name]
-    body = tree.index[point.link]
-    x, y = point.origin - tree.drawn[body]
+    body, x, y = tree.named_marker(name)
     c, s = np.cos(pose[body, 2]), np.sin(pose[body, 2])
-    return pose[body, :2] + [c * x - s * y, s * x + c * y], pose[body, 2] + point.angle
+    angle = pose[body, 2] + tree.mechanism.point[name].angle
+    return pose[body, :2] + [c * x - s * y, s * x + c * y], angle
 
 
 @pytest.mark.parametrize(("plane", "axis", "sign"), [("xy", "0 0 1", 1.0), ("xz", "0 0 -1", -1.0)])
-def test_wrenches_do_the_virtual_work_of_the_written_laws(experiment_file, plane, axis, sign):
+def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis, sign):
     """J^T w against work written down from lengths, angles and positions, whose variations are differences."""
-    experiment, tree, loads = loaded(experiment_file, plane, axis)
+    experiment, tree, loads = loaded(system_of, plane, axis)
     assert tree.mechanism.joint["Q"].sign == sign
     t = 0.55
     gust = experiment.forces["gust"]
@@ -141,17 +134,20 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(experiment_file, plane
         assert tau @ w == pytest.approx(expected, rel=1e-9)
 
 
-def test_tangent_is_the_derivative_of_the_wrenches(experiment_file):
-    """Along directions in which all five numbers of a pose vary by themselves."""
-    _, tree, loads = loaded(experiment_file)
+def test_tangent_is_the_derivative_of_the_wrenches(system_of):
+    """Along directions in which every body turns and moves by itself."""
+    _, tree, loads = loaded(system_of)
     for _ in range(10):
         pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
-        dpose, dvel = 0.1 * RNG.normal(size=pose.shape), RNG.normal(size=vel.shape)
+        dpose, dvel = 0.1 * RNG.normal(size=vel.shape), RNG.normal(size=vel.shape)
         dpose[0], dvel[0] = 0.0, 0.0
 
         def wrench(s, pose=pose, vel=vel, dpose=dpose, dvel=dvel):
-            result = np.zeros_like(vel)
-            load_wrenches(loads, 0.4, pose + s * dpose, vel + s * dvel, result)
+            result, moved = np.zeros_like(vel), pose.copy()
+            moved[:, :2] += s * dpose[:, 1:]
+            moved[:, 2] += s * dpose[:, 0]
+            moved[:, 3:] = np.column_stack([np.cos(moved[:, 2]), np.sin(moved[:, 2])])
+            load_wrenches(loads, 0.4, moved, vel + s * dvel, result)
             return result
 
         before = RNG.normal(size=vel.shape)
@@ -160,9 +156,10 @@ def test_tangent_is_the_derivative_of_the_wrenches(experiment_file):
         np.testing.assert_allclose(tangent - before, slope(wrench, 1e-2), rtol=1e-8, atol=1e-9)
 
 
-def test_springs_between_links_exert_no_net_force_and_no_net_moment(experiment_file):
-    _, tree, loads = loaded(experiment_file)
-    inner = (loads[0][(loads[0]["a"] > 0) & (loads[0]["b"] > 0)], *loads[1:])  # between two moving bodies
+def test_springs_between_links_exert_no_net_force_and_no_net_moment(system_of):
+    _, tree, loads = loaded(system_of)
+    between = (loads[0]["a"]["body"] > 0) & (loads[0]["b"]["body"] > 0)  # two moving bodies
+    inner = (loads[0][between], *loads[1:])
     assert len(inner[0]) == 2
     pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
     wrench = np.zeros_like(vel)
@@ -174,14 +171,14 @@ def test_springs_between_links_exert_no_net_force_and_no_net_moment(experiment_f
 
 
 @pytest.mark.parametrize("free", [0.0, 0.02])
-def test_at_zero_length_the_force_is_the_mean_of_both_sides(experiment_file, free):
+def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     """Passing through on a straight line; without a free length force and tangent are continuous there."""
-    _, tree, loads = loaded(experiment_file)
+    _, tree, loads = loaded(system_of)
     spring = loads[0][loads[0]["kind"] == 2][1:]
-    assert spring["b"][0] == 0
-    spring["free"], spring["ax"], spring["ay"] = free, 0.0, 0.0
+    assert spring["b"]["body"][0] == 0
+    spring["free"], spring["a"]["x"], spring["a"]["y"] = free, 0.0, 0.0
     loads = (spring, *loads[1:])
-    body = spring["a"][0]
+    body = spring["a"]["body"][0]
     pose, vel = np.zeros((len(tree.bodies), 5)), np.zeros((len(tree.bodies), 3))
     pose[:, 3] = 1.0
     at = np.array([0.1, 0.4])
@@ -198,8 +195,8 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(experiment_file, fre
     np.testing.assert_allclose(there, -2.0 * vel[body, 1:], atol=1e-15)  # its damping
     assert np.linalg.norm(after - before) == pytest.approx(2 * 25.0 * free, abs=1e-6)
     pose[body, :2] = at
-    direction, tangent = np.zeros_like(pose), np.zeros_like(vel)
-    direction[body, :2] = [0.6, -0.8]
+    direction, tangent = np.zeros_like(vel), np.zeros_like(vel)
+    direction[body, 1:] = [0.6, -0.8]
     load_wrenches_tangent(loads, 0.0, pose, vel, direction, np.zeros_like(vel), tangent)
     np.testing.assert_allclose(tangent[body, 1:], [-25.0 * 0.6, 25.0 * 0.8], atol=1e-12)
 
@@ -219,7 +216,7 @@ def test_tables_of_loads_stay_within_their_values_and_are_found_by_bisection():
     np.testing.assert_allclose(inside[:40], values, atol=1e-12)
 
 
-def test_a_slow_linkage_balances_its_loads_by_virtual_work(experiment_file):
+def test_a_slow_linkage_balances_its_loads_by_virtual_work(system_of):
     """Drive torque from free bodies against power: torque of the drive times its speed plus power of the loads is zero."""
     speed = 1e-4  # inertia forces are of the order 1e-9
     toml = f"""duration = 6e4
@@ -234,8 +231,7 @@ anchor = [-0.1, 0.1]
 stiffness = 30.0
 free_length = 0.05
 """
-    mechanism, experiment = load(experiment_file(four_bar(), toml))
-    columns = IdealMotion(assemble(mechanism, experiment), experiment).evaluate(np.linspace(10.0, 5.9e4, 60))
+    columns = ideal(system_of(four_bar(), toml)).evaluate(np.linspace(10.0, 5.9e4, 60))
 
     def tip(t):
         crank = 0.1 * np.array([np.cos(speed * t), np.sin(speed * t)])
@@ -255,13 +251,12 @@ free_length = 0.05
     np.testing.assert_allclose(columns["O.torque"] * speed, -power, atol=1e-7 * np.abs(power).max() + 1e-12)
 
 
-def test_a_thrust_turns_with_its_body(experiment_file):
+def test_a_thrust_turns_with_its_body(system_of):
     """A crank at constant speed: the drive holds against the thrust's constant moment, the pin against the thrust."""
     sdf = model("crank", bar("crank", 0.1, "__model__") + joint("O", "world", "crank"))
     toml = 'duration = 1.0\n[drives.O]\nspeed = 4.0\n[forces.T]\npoint="crank_tip"\naxes="body"\nforce=[1.0, 3.0]\n'
-    mechanism, experiment = load(experiment_file(sdf, toml))
     times = np.linspace(0.0, 1.0, 11)
-    columns = IdealMotion(assemble(mechanism, experiment), experiment).evaluate(times)
+    columns = ideal(system_of(sdf, toml)).evaluate(times)
     c, s = np.cos(4.0 * times), np.sin(4.0 * times)
     np.testing.assert_allclose(columns["O.torque"], -0.3, rtol=1e-12)
     np.testing.assert_allclose(columns["T.fx"], c - 3 * s, atol=1e-13)
@@ -358,18 +353,18 @@ def test_torsion_in_a_prismatic_joint_is_refused(experiment_file):
         load(path)
 
 
-def test_a_frame_fixed_to_the_world_is_an_anchor(experiment_file):
+def test_a_frame_fixed_to_the_world_is_an_anchor(system_of):
     text = GOOD + SPRING
-    packed = []
-    for toml in (text, text.replace('to = "pivot"', "anchor = [0.3, 0.0]")):
-        mechanism, experiment = load(experiment_file(four_bar(), toml))
-        packed.append(pack_loads(tree_of(mechanism, experiment), experiment)[0])
-    assert packed[0] == packed[1]
+    frame, anchor = (
+        system_of(four_bar(), toml).loads[0]
+        for toml in (text, text.replace('to = "pivot"', "anchor = [0.3, 0.0]"))
+    )
+    assert frame == anchor
 
 
-def test_loads_are_replaced_by_path_and_kept_in_the_ideal_linkage(experiment_file):
-    path = experiment_file(four_bar(), GOOD + FORCE + SPRING)
-    _, experiment = load(path, {"springs.S.stiffness": "7.5", "forces.P.force": "[0.0, 2.0]"})
+def test_loads_are_replaced_by_path_and_kept_in_the_ideal_linkage(system_of):
+    changes = {"springs.S.stiffness": "7.5", "forces.P.force": "[0.0, 2.0]"}
+    experiment = system_of(four_bar(), GOOD + FORCE + SPRING, changes).experiment
     assert experiment.ideal().springs["S"].stiffness == 7.5
     assert experiment.replaced({"forces.P.axes": "body"}).forces["P"].force == [0.0, 2.0]
     assert experiment.sources["springs.S.stiffness"] == "argument"

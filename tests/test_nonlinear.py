@@ -7,19 +7,23 @@ import numpy as np
 import pytest
 from machines import bar, joint, model
 from scipy.integrate import solve_ivp
+from shipped import shipped
 
+from linkages import (
+    InputError,
+    Status,
+    crossings,
+    impacts,
+    largest_exponent,
+    simulate,
+    spectrum,
+    stroboscopic,
+    sweep,
+)
 from linkages.cli.main import main
-from linkages.engines.study import simulate
-from linkages.errors import InputError, Status
 from linkages.explore.flow import Flow, lasting, period_of
-from linkages.explore.lyapunov import largest_exponent
-from linkages.explore.sections import crossings, horizon, stroboscopic
-from linkages.explore.spectra import spectrum
-from linkages.explore.sweep import sweep
-from linkages.files.shipped import data_folder
-from linkages.model.experiment import load
-from linkages.plots.nonlinear import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
-from linkages.results.impacts import impacts
+from linkages.explore.sections import horizon
+from linkages.plots import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
 from linkages.results.trajectory import sample
 
 # A bar that hangs on the tip of a turning crank, with a damper to the world. SI units.
@@ -30,7 +34,7 @@ START = (-np.pi / 2, SPEED)  # hanging, the pin at rest: the bar turns with the 
 
 
 @pytest.fixture
-def pendulum(experiment_file):
+def pendulum(system_of):
     def make(damping):
         body = (
             bar("crank", CRANK, "__model__", mass=0.3)
@@ -49,7 +53,7 @@ stiffness = 0.0
 free_angle = 0.0
 damping = {damping}
 """
-        return load(experiment_file(model("pendulum", body), text))
+        return system_of(model("pendulum", body), text)
 
     return make
 
@@ -84,19 +88,19 @@ def variational_exponent(damping, revolutions, transient):
 def test_exponent_of_a_damped_pendulum_that_swings_with_its_crank(pendulum):
     # two multipliers that are real and not equal: the larger one, from the variational equation
     expected, _ = variational_exponent(0.05, 100, 30)
-    found = largest_exponent(*pendulum(0.05), revolutions=100, transient=30)
+    found = largest_exponent(pendulum(0.05), revolutions=100, transient=30)
     assert found.value == pytest.approx(expected, rel=1e-4)
 
 
 def test_exponent_of_a_damped_pendulum_that_spirals_in(pendulum):
     # the multipliers are a complex pair, each of a magnitude that the flow's divergence, -damping/inertia, gives
-    found = largest_exponent(*pendulum(0.2), revolutions=150, transient=30)
+    found = largest_exponent(pendulum(0.2), revolutions=150, transient=30)
     assert found.value == pytest.approx(-0.5 * 0.2 / INERTIA, rel=0.01)
 
 
 def test_exponent_of_a_chaotic_pendulum(pendulum):
     damping, revolutions = 0.01, 300
-    found = largest_exponent(*pendulum(damping), revolutions=revolutions, transient=50)
+    found = largest_exponent(pendulum(damping), revolutions=revolutions, transient=50)
     expected, error = variational_exponent(damping, revolutions, 50)
     assert expected > 5.0 * error
     assert found.value > 5.0 * found.error
@@ -105,16 +109,17 @@ def test_exponent_of_a_chaotic_pendulum(pendulum):
 
 
 def test_exponent_does_not_depend_on_how_it_is_computed(pendulum):
-    mechanism, experiment = pendulum(0.05)
-    first = largest_exponent(mechanism, experiment, 60, 30)
-    other = largest_exponent(mechanism, experiment, 60, 30, distance=1e-6, renormalisations=7)
+    system = pendulum(0.05)
+    first = largest_exponent(system, 60, 30)
+    other = largest_exponent(system, 60, 30, distance=1e-6, renormalisations=7)
     assert first.value == pytest.approx(other.value, rel=1e-3)
 
 
 def test_dry_joints_are_chaotic_without_friction_and_not_with_much():
-    path = data_folder() / "slider_crank_dry.toml"
     little, much = (
-        largest_exponent(*load(path, {"joints.B.friction.coefficient": mu}), 20, 10, renormalisations=40)
+        largest_exponent(
+            shipped("slider_crank_dry", **{"joints.B.friction.coefficient": mu}), 20, 10, renormalisations=40
+        )
         for mu in (1e-9, 0.1)
     )
     assert little.value > 5.0 * little.error
@@ -122,9 +127,8 @@ def test_dry_joints_are_chaotic_without_friction_and_not_with_much():
 
 
 def test_section_is_what_scipy_gives(pendulum):
-    mechanism, experiment = pendulum(0.05)
-    tight = experiment.replaced({"solver.accuracy": 1e-11})
-    found = stroboscopic(mechanism, tight, ["rod.angle", "rod.omega"], 5, 2)
+    tight = pendulum(0.05).replaced({"solver.accuracy": 1e-11})
+    found = stroboscopic(tight, ["rod.angle", "rod.omega"], 5, 2)
 
     def rate(t, y):
         return [y[1], pendulum_rate(0.05, t, *y)[0]]
@@ -141,10 +145,10 @@ def test_section_is_what_scipy_gives(pendulum):
 
 
 def test_stopping_at_sections_does_not_change_a_dry_run():
-    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml", {"solver.accuracy": 1e-10})
+    system = shipped("slider_crank_dry", **{"solver.accuracy": 1e-10})
     names = ["B.force", "B.ex", "B.eccentricity_ratio", "slider.ax", "O.torque"]
-    found = stroboscopic(mechanism, experiment, names, 1)
-    run = simulate(mechanism, lasting(experiment, 1.0), "compiled")
+    found = stroboscopic(system, names, 1)
+    run = simulate(lasting(system, 1.0), "compiled")
     for name in names:
         assert found.strobe[name][0] == pytest.approx(run[name][-1], rel=1e-9)
     hardest = max(row.peak_force for row in impacts(run, ["B"]))
@@ -166,11 +170,9 @@ def test_crossings_of_a_known_signal(rising):
 
 
 def test_friction_lengthens_the_horizon_and_so_does_accuracy():
-    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml")
-
     def turns(friction, accuracy):
         changed = {"joints.B.friction.coefficient": friction, "solver.accuracy": accuracy}
-        return horizon(mechanism, experiment.replaced(changed), 12.0)
+        return horizon(shipped("slider_crank_dry", **changed), 12.0)
 
     assert turns(0.1, 1e-11) == 12.0
     assert turns(1e-9, 1e-11) < 5.0
@@ -192,11 +194,8 @@ def test_spectrum_of_two_tones_and_its_integral():
 
 
 def test_sweep_does_not_depend_on_the_number_of_threads():
-    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml")
-    speeds = [200.0, 400.0, 600.0]
-    one, three = (
-        sweep(mechanism, experiment, "drives.O.speed", speeds, ["B.force"], 3, 1, threads=n) for n in (1, 3)
-    )
+    system, speeds = shipped("slider_crank_dry"), [200.0, 400.0, 600.0]
+    one, three = (sweep(system, "drives.O.speed", speeds, ["B.force"], 3, 1, threads=n) for n in (1, 3))
     for a, b, speed in zip(one.points, three.points, speeds, strict=True):
         assert a.value == speed
         assert a.section.period == pytest.approx(2.0 * np.pi / speed)
@@ -206,17 +205,17 @@ def test_sweep_does_not_depend_on_the_number_of_threads():
 
 
 def test_sweep_over_a_value_of_the_machine():
-    mechanism, experiment = load(data_folder() / "slider_crank_lubricated.toml")
-    mass = mechanism.link["slider"].mass
-    found = sweep(mechanism, experiment, "sdf.links.slider.mass", [mass, 2.0 * mass], ["B.force"], 1)
+    system = shipped("slider_crank_lubricated")
+    mass = system.mechanism.link["slider"].mass
+    found = sweep(system, "sdf.links.slider.mass", [mass, 2.0 * mass], ["B.force"], 1)
     light, heavy = (point.section.peaks("B.force")[0] for point in found.points)
     assert heavy > 1.5 * light
 
 
 def test_sweep_keeps_the_runs_that_fail():
-    mechanism, experiment = load(data_folder() / "slider_crank_lubricated.toml")
-    viscosity = experiment.joints["B"].viscosity
-    found = sweep(mechanism, experiment, "joints.B.viscosity", [1e-4 * viscosity, viscosity], ["B.force"], 1)
+    system = shipped("slider_crank_lubricated")
+    viscosity = system.value("joints.B.viscosity")
+    found = sweep(system, "joints.B.viscosity", [1e-4 * viscosity, viscosity], ["B.force"], 1)
     assert [point.status for point in found.points] == [Status.JOURNAL_LEFT_BEARING, Status.OK]
     assert [len(point.section.times) for point in found.points] == [0, 1]
 
@@ -231,14 +230,12 @@ def test_sweep_keeps_the_runs_that_fail():
     ],
 )
 def test_a_sweep_of_nonsense_is_refused_before_it_runs(path, value, name, says):
-    mechanism, experiment = load(data_folder() / "slider_crank_dry.toml")
     with pytest.raises(InputError, match=says):
-        sweep(mechanism, experiment, path, [value], [name], 1)
+        sweep(shipped("slider_crank_dry"), path, [value], [name], 1)
 
 
 def test_named_columns_are_those_of_all_columns():
-    mechanism, experiment = load(data_folder() / "seven_bar_mixed.toml")
-    flow = Flow(mechanism, lasting(experiment, 1.0))
+    flow = Flow(lasting(shipped("seven_bar_mixed"), 1.0))
     piece = flow.advance(1e-3)
     times = np.linspace(0.0, 1e-3, 7)
     everything = flow.columns(piece, times)
@@ -250,7 +247,7 @@ def test_named_columns_are_those_of_all_columns():
         np.testing.assert_allclose(
             flow.columns(piece, times, [name])[name], everything[name], rtol=1e-12, atol=1e-18
         )
-    run = simulate(mechanism, experiment.replaced({"duration": 1e-3}), "compiled")
+    run = simulate(shipped("seven_bar_mixed", duration=1e-3), "compiled")
     np.testing.assert_allclose(everything["A.force"][-1], run["A.force"][-1], rtol=1e-4)
 
 
@@ -299,12 +296,12 @@ def test_one_revolution_has_no_spread_and_a_wrong_path_is_told_at_once(tmp_path,
 
 
 def test_figures_say_what_they_show(pendulum):
-    mechanism, experiment = pendulum(0.05)
-    found = sweep(mechanism, experiment, "drives.O.speed", [4.0, 5.0], ["rod.angle"], 3)
-    exponent = largest_exponent(mechanism, experiment, 10)
-    run = simulate(mechanism, lasting(experiment, 4.0), "compiled")
+    system = pendulum(0.05)
+    found = sweep(system, "drives.O.speed", [4.0, 5.0], ["rod.angle"], 3)
+    exponent = largest_exponent(system, 10)
+    run = simulate(lasting(system, 4.0), "compiled")
     strobe = found.points[0].section.strobe
-    frequency = 1.0 / period_of(experiment)
+    frequency = 1.0 / period_of(system.experiment)
     figures = {
         "rod.angle [rad]": section_figure(strobe, "rod.angle", "rod.angle", ("rad", "rad")),
         "rod.angle [rad]\npeak of each revolution": bifurcation_figure(found, {"rod.angle": "rad"}),

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from machines import four_bar, slider_crank
+from newton_euler import free_bodies
 from pydrake.multibody.plant import MultibodyPlant
 
-from linkages.engines.drake.plant import add_tree, state_indices
-from linkages.model.experiment import load
-from linkages.model.mechanism import load_mechanism
-from linkages.outputs.columns import columns_from_states
+from linkages import load_mechanism
+from linkages.engines.drake.plant import add_tree, state_place
 from linkages.planar.closure import closure_error, closure_jacobian
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
@@ -22,9 +21,8 @@ from linkages.planar.kinematics import (
     row_rate,
     row_value,
 )
+from linkages.planar.markers import turned
 from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
-from linkages.system.assembly import assemble
-from linkages.system.law_records import film_tables, law_parameters
 from linkages.system.tree import spanning_tree
 
 RNG = np.random.default_rng(1)
@@ -45,7 +43,7 @@ def drake_plant(tree, gravity=(0.0, 0.0, 0.0)):
     plant.mutable_gravity_field().set_gravity_vector(gravity)
     instance = add_tree(plant, tree)
     plant.Finalize()
-    return plant, *state_indices(plant, tree, instance)
+    return plant, state_place(plant, tree, instance)
 
 
 CASES = {
@@ -65,11 +63,11 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     mechanism = mechanism_of(tmp_path, text)
     tree = spanning_tree(mechanism, play, driven)
     gravity = RNG.normal(size=3)
-    plant, qi, vi = drake_plant(tree, gravity)
+    plant, place = drake_plant(tree, gravity)
     context = plant.CreateDefaultContext()
     q, v = random_state(tree)
     full_q, full_v = np.zeros(plant.num_positions()), np.zeros(plant.num_velocities())
-    full_q[qi], full_v[vi] = q, v
+    full_q[place.positions], full_v[place.velocities] = q, v
     plant.SetPositions(context, full_q)
     plant.SetVelocities(context, full_v)
     nb = len(tree.bodies)
@@ -77,10 +75,8 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     body_positions(tree.bodies, q, pose)
     body_velocities(tree.bodies, pose, v, vel)
     for link in mechanism.links:
-        i = tree.index[link.name]
-        x, y = tree.local(link.name, link.origin)
-        c, s = pose[i, 3:]
-        arm = np.array([c * x - s * y, s * x + c * y])
+        i, x, y = tree.named_marker(link.name)
+        arm = np.array(turned(pose, i, x, y))
         body = plant.GetBodyByName(link.name)
         X, V = plant.EvalBodyPoseInWorld(context, body), plant.EvalBodySpatialVelocityInWorld(context, body)
         in_plane = mechanism.basis[:, :2].T
@@ -91,19 +87,18 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     # prescribed accelerations of driven joints, forces on free ones
     tau, acceleration = RNG.normal(size=tree.size), RNG.normal(size=tree.size)
     needed, found = tau.copy(), acceleration.copy()
-    none = spanning_tree(mechanism, play, driven).loop_rows[:0]
+    none = tree.loop_rows[:0]
     plane_gravity = mechanism.basis[:, :2].T @ gravity
     constrained_dynamics(
         tree.bodies, none, 0.0, plane_gravity, q, v, np.zeros((nb, 3)), needed, found, np.empty(0)
     )
     full_a = np.zeros(plant.num_velocities())
-    full_a[vi] = found
+    full_a[place.velocities] = found
     M = plant.CalcMassMatrix(context)
     bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
-    np.testing.assert_allclose((M @ full_a + bias)[vi], needed, rtol=1e-9, atol=1e-11)
+    np.testing.assert_allclose((M @ full_a + bias)[place.velocities], needed, rtol=1e-9, atol=1e-11)
     np.testing.assert_array_equal(found[tree.driven_dofs], acceleration[tree.driven_dofs])
-    free = np.setdiff1d(np.arange(tree.size), tree.driven_dofs)
-    np.testing.assert_array_equal(needed[free], tau[free])
+    np.testing.assert_array_equal(needed[tree.free_dofs], tau[tree.free_dofs])
 
 
 @pytest.mark.parametrize("text", [four_bar(), slider_crank(), slider_crank(offset=0.02)])
@@ -149,24 +144,20 @@ def _all_rows(mechanism):
     return tree._rows([joint.name for joint in mechanism.joints])
 
 
-def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(tmp_path, experiment_file):
+def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(system_of):
     """Momentum and angular momentum of an isolated pair are constant to round-off, whatever the state."""
-    toml = 'duration = 1.0\n[joints.A]\nmodel = "lubricated"\nclearance = 1e-3\nviscosity = 0.1\n'
-    mechanism, experiment = load(
-        experiment_file(
-            slider_crank(),
-            toml + "[joints.B]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\nshear_film='half'\n",
-        )
-    )
-    tree = spanning_tree(mechanism, ("A", "B"), ())
-    laws, tables, memory = law_parameters(tree, experiment), film_tables(tree, experiment), np.zeros((2, 2))
+    toml = "duration = 1.0\n[joints.A]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\n"
+    toml += "[joints.B]\nmodel='lubricated'\nclearance=1e-3\nviscosity=0.1\nshear_film='half'\n"
+    system, memory = system_of(slider_crank(), toml), np.zeros((2, 2))
+    tree = system.tree
+    assert tree.play == ("A", "B")
     for _ in range(50):
         q, v = 1e-4 * RNG.normal(size=tree.size), RNG.normal(size=tree.size)
         nb = len(tree.bodies)
         pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, WIDTH))
         body_positions(tree.bodies, q, pose)
         body_velocities(tree.bodies, pose, v, vel)
-        clearance_wrenches(tree.ends, laws, tables, memory, pose, vel, wrench, out)
+        clearance_wrenches(tree.ends, system.laws, system.film_tables, memory, pose, vel, wrench, out)
         net = wrench[:, 1:].sum(axis=0)
         moment = np.sum(wrench[:, 0] + pose[:, 0] * wrench[:, 2] - pose[:, 1] * wrench[:, 1])
         size = np.abs(wrench).max()
@@ -177,27 +168,26 @@ def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(tmp_path, 
 
 def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
     """Two formulations: tree with multipliers, and free bodies in absolute coordinates; drive torques too."""
-    mechanism, experiment = seven_bar
-    ideal = experiment.ideal()
-    tree = spanning_tree(mechanism, (), ("O1", "O4"))
+    system = seven_bar.ideal()
+    tree = system.tree
     assert tree.loops
-    assembly = assemble(mechanism, ideal)
-    q, v = assembly.q, assembly.v
+    assert tree.driven == ("O1", "O4")
+    q, v = system.assembly.q, system.assembly.v
     needed, a, reaction = np.zeros(tree.size), np.zeros(tree.size), np.empty(len(tree.loop_rows))
     gravity = np.array([0.3, -2.0])
     constrained_dynamics(
         tree.bodies, tree.loop_rows, 0.0, gravity, q, v, np.zeros((len(tree.bodies), 3)), needed, a, reaction
     )
-    with_gravity = ideal.replaced({"gravity": [0.3, -2.0, 0.0]})
-    columns = columns_from_states(tree, with_gravity, np.zeros(1), q[None], v[None], a[None])
+    heavy = system.replaced({"gravity": [0.3, -2.0, 0.0]})
+    np.testing.assert_array_equal(heavy.gravity, gravity)
+    force, moment, drive = free_bodies(heavy, np.zeros(1), q[None], v[None], a[None])
     assert "guide" in tree.loops  # a prismatic joint is among them: its rows are normal force and moment
     for k, name in enumerate(tree.loops):
-        parts = ("fy", "moment") if name == "guide" else ("fx", "fy")
-        found = [columns[f"{name}.{part}"][0] for part in parts]
+        found = (force[name][0, 1], moment[name][0]) if name == "guide" else force[name][0]
         np.testing.assert_allclose(found, reaction[2 * k : 2 * k + 2], rtol=1e-9, atol=1e-11)
     for name in tree.driven:
         torque = needed[tree.coordinates.index(name)]
-        assert columns[f"{name}.torque"][0] == pytest.approx(torque, rel=1e-9)
+        assert drive[name][0] == pytest.approx(torque, rel=1e-9)
 
 
 def test_redundant_rows_are_dropped():
@@ -233,8 +223,7 @@ def test_motions_have_the_promised_rates_and_accelerations():
 
 
 def test_closure_error_is_zero_when_closed(seven_bar):
-    assembly = assemble(*seven_bar)
-    tree = assembly.tree
+    tree = seven_bar.tree
     pose = np.empty((len(tree.bodies), 5))
-    error = closure_error(tree.bodies, tree.closure_rows, np.zeros(4), assembly.q, pose)
+    error = closure_error(tree.bodies, tree.closure_rows, np.zeros(4), seven_bar.assembly.q, pose)
     assert np.abs(error).max() < 1e-14

@@ -5,14 +5,10 @@ import itertools
 import numpy as np
 import pytest
 from machines import four_bar
+from shipped import run, shipped
 
-from linkages import load, simulate
-from linkages.engines.compiled import simulate_batch
-from linkages.errors import InputError, Status
-from linkages.files.shipped import data_folder
-from linkages.outputs.signals import default_outputs
-from linkages.results.extremes import extremes
-from linkages.system.assembly import IdealMotion, assemble
+from linkages import InputError, Status, extremes, ideal, load, simulate, simulate_batch
+from linkages.outputs.registry import default_outputs
 
 SEVEN_BAR_OUTPUTS = (
     "slider7.x",
@@ -20,7 +16,7 @@ SEVEN_BAR_OUTPUTS = (
     "link2.angle",
     "link2.omega",
     "link6.alpha",
-    "C.vy",
+    "link3.vy",
     "A.force",
     "A.fx",
     "B.eccentricity_ratio",
@@ -32,18 +28,9 @@ SEVEN_BAR_OUTPUTS = (
 )
 
 
-def shipped(name, **overrides):
-    return load(data_folder() / f"{name}.toml", overrides)
-
-
 @pytest.fixture(scope="module")
 def press():
     return shipped("seven_bar", duration=0.5)
-
-
-def available(mechanism, names):
-    points, joints = mechanism.point, mechanism.joint
-    return [name for name in names if name.split(".")[0] in points or name.split(".")[0] in joints]
 
 
 def agree(batch, trajectory, names, rel):
@@ -57,36 +44,31 @@ def agree(batch, trajectory, names, rel):
 
 
 def test_extremes_are_those_of_the_trajectory(press):
-    """Two ways to every number: signals in compiled code, columns by Newton-Euler in NumPy."""
-    mechanism, experiment = press
-    names = available(mechanism, SEVEN_BAR_OUTPUTS)
-    assert len(names) >= 12
-    tight = experiment.replaced({"solver.accuracy": 1e-10})  # replays differ by the accuracy
-    batch = simulate_batch(mechanism, tight, outputs=names)
+    """Two ways to every number: extremes found in compiled code, and refined from columns in NumPy."""
+    tight = press.replaced({"solver.accuracy": 1e-10})  # replays differ by the accuracy
+    batch = simulate_batch(tight, outputs=SEVEN_BAR_OUTPUTS)
     assert batch.status == [Status.OK]
-    agree(batch, simulate(mechanism, tight, "compiled"), names, 1e-7)
+    agree(batch, simulate(tight, "compiled"), SEVEN_BAR_OUTPUTS, 1e-7)
 
 
 @pytest.mark.parametrize("name", ["slider_crank_dry", "six_bar_dry", "slider_crank_guide"])
 def test_dry_and_looped_linkages_too(name):
     """Where friction reverses, forces have peaks of nanoseconds, which either search finds to some 1e-5."""
-    mechanism, experiment = shipped(name)
-    experiment = experiment.replaced({"duration": 0.05 * experiment.duration, "solver.accuracy": 1e-10})
-    names = list(default_outputs(assemble(mechanism, experiment).tree, experiment))
-    names += [f"{j.name}.force" for j in mechanism.joints if j.name not in experiment.play]
-    batch = simulate_batch(mechanism, experiment, outputs=names)
+    system = shipped(name)
+    system = system.replaced({"duration": 0.05 * system.experiment.duration, "solver.accuracy": 1e-10})
+    names = list(default_outputs(system))
+    names += [f"{j.name}.force" for j in system.mechanism.joints if j.name not in system.tree.play]
+    batch = simulate_batch(system, outputs=names)
     assert batch.status == [Status.OK]
     assert np.nanmax(batch.maximum) > 0.0
-    agree(batch, simulate(mechanism, experiment, "compiled"), names, 1e-4)
+    agree(batch, simulate(system, "compiled"), names, 1e-4)
 
 
 def test_means_and_rms_are_integrals(press):
-    mechanism, experiment = press
     names = ["slider7.vx", "A.force"]
-    batch = simulate_batch(mechanism, experiment, outputs=names, windows=[[0.1, 0.5]])
-    run = simulate(mechanism, experiment, "compiled")
+    batch = simulate_batch(press, outputs=names, windows=[[0.1, 0.5]])
     times = np.linspace(0.1, 0.5, 2001)
-    columns = run.evaluate(times)
+    columns = run("compiled", "seven_bar", duration=0.5).evaluate(times)
     for k, name in enumerate(names):
         assert batch.mean[0, 0, k] == pytest.approx(
             np.trapezoid(columns[name], times) / 0.4, abs=1e-4 * np.abs(columns[name]).max()
@@ -97,39 +79,34 @@ def test_means_and_rms_are_integrals(press):
 
 def test_windows_divide_the_run(press):
     """Extremes over the whole are the extremes of the parts; a window's ends count though no step is there."""
-    mechanism, experiment = press
     edges = [0.0, 0.1234, 0.3, 0.5]
-    parts = simulate_batch(
-        mechanism, experiment, outputs=["slider7.x"], windows=list(itertools.pairwise(edges))
-    )
-    whole = simulate_batch(mechanism, experiment, outputs=["slider7.x"])
+    parts = simulate_batch(press, outputs=["slider7.x"], windows=list(itertools.pairwise(edges)))
+    whole = simulate_batch(press, outputs=["slider7.x"])
     assert parts.minimum[0, :, 0].min() == pytest.approx(whole.minimum[0, 0, 0], rel=1e-9)
     assert parts.maximum[0, :, 0].max() == pytest.approx(whole.maximum[0, 0, 0], rel=1e-9)
-    run = simulate(mechanism, experiment, "compiled")
-    at_edge = run.evaluate(np.array([0.1234]))["slider7.x"][0]
+    at_edge = run("compiled", "seven_bar", duration=0.5).evaluate(np.array([0.1234]))["slider7.x"][0]
     assert parts.minimum[0, 0, 0] == pytest.approx(at_edge, rel=1e-9)  # the slider goes one way at first
 
 
 def test_jitter_is_the_deviation_from_the_ideal_linkage():
-    mechanism, experiment = shipped("slider_crank_dry", duration=1e-3)
-    batch = simulate_batch(mechanism, experiment, outputs=["slider.ax.jitter", "slider.x.jitter"])
-    run = simulate(mechanism, experiment, "compiled")
-    ideal = IdealMotion(assemble(mechanism, experiment), experiment)
-    times = np.union1d(run.time, np.linspace(0.0, 1e-3, 4001))
+    system = shipped("slider_crank_dry", duration=1e-3)
+    batch = simulate_batch(system, outputs=["slider.ax.jitter", "slider.x.jitter"])
+    real = run("compiled", "slider_crank_dry", duration=1e-3)
+    times = np.union1d(real.time, np.linspace(0.0, 1e-3, 4001))
+    columns, exact = real.evaluate(times), ideal(system).evaluate(times)
     for k, name in enumerate(("slider.ax", "slider.x")):
-        deviation = run.evaluate(times)[name] - ideal.evaluate(times)[name]
+        deviation = columns[name] - exact[name]
         size = np.abs(deviation).max()
         assert batch.peak[0, 0, k] == pytest.approx(size, rel=1e-3)
         assert batch.peak[0, 0, k] >= size * (1.0 - 1e-9)  # the grid can only miss the peak
 
 
 def test_rows_do_not_depend_on_threads_or_neighbours(press):
-    mechanism, experiment = press
     variables = ["sdf.links.link2.mass", "joints.A.viscosity", "drives.O1.speed"]
     values = np.random.default_rng(0).uniform([0.2, 0.3, 6.0], [0.4, 0.5, 7.0], size=(12, 3))
-    one = simulate_batch(mechanism, experiment, variables, values, threads=1)
-    many = simulate_batch(mechanism, experiment, variables, values, threads=5)
-    alone = simulate_batch(mechanism, experiment, variables, values[7:8])
+    one = simulate_batch(press, variables, values, threads=1)
+    many = simulate_batch(press, variables, values, threads=5)
+    alone = simulate_batch(press, variables, values[7:8])
     for name in ("minimum", "maximum", "mean", "rms", "time_of_maximum"):
         assert getattr(one, name).tobytes() == getattr(many, name).tobytes()
         assert getattr(one, name)[7].tobytes() == getattr(alone, name)[0].tobytes()
@@ -138,17 +115,16 @@ def test_rows_do_not_depend_on_threads_or_neighbours(press):
 
 def test_a_row_is_what_the_overrides_give_alone(press):
     """Masses without reading the file again, lengths with it: both as `load` with the same overrides."""
-    mechanism, experiment = press
     given = {"sdf.links.link2.mass": 0.3, "sdf.links.link2.inertia": 9e-4, "joints.A.clearance": 2e-4}
-    batch = simulate_batch(mechanism, experiment, list(given), [list(given.values())], outputs=["A.force"])
-    changed = load(experiment.source, given | {"duration": 0.5})
-    alone = simulate_batch(*changed, outputs=["A.force"])
+    batch = simulate_batch(press, list(given), [list(given.values())], outputs=["A.force"])
+    changed = load(press.experiment.source, given | {"duration": 0.5})
+    alone = simulate_batch(changed, outputs=["A.force"])
     assert batch.maximum[0, 0, 0] == pytest.approx(alone.maximum[0, 0, 0], rel=1e-12)
-    nominal = simulate_batch(mechanism, experiment, outputs=["A.force"])
+    nominal = simulate_batch(press, outputs=["A.force"])
     assert abs(batch.maximum[0, 0, 0] / nominal.maximum[0, 0, 0] - 1.0) > 1e-2
 
 
-def test_failures_are_rows(experiment_file):
+def test_failures_are_rows(system_of):
     """No assembly, invalid values, a journal that leaves its film: statuses and reasons beside good rows."""
     toml = """duration = 0.2
 outputs = ["follower.angle"]
@@ -159,10 +135,9 @@ model = "lubricated"
 clearance = 1e-3
 viscosity = 0.1
 """
-    mechanism, experiment = load(experiment_file(four_bar(), toml))
     variables = ["joints.A.viscosity", "joints.A.clearance", "drives.O.angle"]
     values = [[0.1, 1e-3, 0.0], [-1.0, 1e-3, 0.0], [1e-9, 1e-3, 0.0], [0.1, np.nan, 0.0], [0.1, 5.0, 0.0]]
-    batch = simulate_batch(mechanism, experiment, variables, values)
+    batch = simulate_batch(system_of(four_bar(), toml), variables, values)
     assert batch.status == [
         Status.OK,
         Status.BAD_INPUT,
@@ -178,14 +153,13 @@ viscosity = 0.1
 
 
 def test_bad_requests_are_refused_before_any_run(press):
-    mechanism, experiment = press
     with pytest.raises(InputError, match="did you mean"):
-        simulate_batch(mechanism, experiment, ["joints.A.viscosit"], [[0.4]])
+        simulate_batch(press, ["joints.A.viscosit"], [[0.4]])
     with pytest.raises(InputError, match="link22"):
-        simulate_batch(mechanism, experiment, ["sdf.links.link22.mass"], [[0.4]])
+        simulate_batch(press, ["sdf.links.link22.mass"], [[0.4]])
     with pytest.raises(InputError, match="did you mean"):
-        simulate_batch(mechanism, experiment, outputs=["slider7.axx"])
+        simulate_batch(press, outputs=["slider7.axx"])
     with pytest.raises(InputError, match="windows"):
-        simulate_batch(mechanism, experiment, windows=[[0.3, 0.1]])
+        simulate_batch(press, windows=[[0.3, 0.1]])
     with pytest.raises(InputError, match="columns"):
-        simulate_batch(mechanism, experiment, ["joints.A.viscosity"], [[0.4, 0.3]])
+        simulate_batch(press, ["joints.A.viscosity"], [[0.4, 0.3]])

@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model, slider_crank
+from shipped import run as shipped_run
 
+from linkages import Status, simulate
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.model import _FILM, _TOUCH
-from linkages.engines.compiled.simulation import simulate
-from linkages.errors import Status
-from linkages.files.shipped import data_folder
 from linkages.kernel import kernel
 from linkages.kernel.reference import reference
-from linkages.model.experiment import load
 
 
 @kernel
@@ -58,9 +56,9 @@ def check(result, step, reach=0.02, accuracy=LAWS):
     """
     assert result.status is Status.OK
     replay = result.evaluate
-    steps, m = replay.steps, replay.machine.model
+    steps, runner, m = replay.steps, replay.runner, replay.runner.model
     t, y = steps.times[step], steps.states[step].copy()
-    problem = replay.machine.aside()
+    problem = runner.aside()
     problem.work.memory[:, 0] = steps.memory[step]
     n, ny = len(m.free), len(y)
     found, dy = np.zeros((ny, ny)), np.zeros(ny)
@@ -76,8 +74,8 @@ def check(result, step, reach=0.02, accuracy=LAWS):
         return function
 
     play = min(m.laws["clearance"], default=np.inf)
-    joints = [replay.machine.experiment.joints[name] for name in replay.machine.experiment.play]
-    lengths = [(_TOUCH if joint.can_touch else _FILM) * joint.clearance for joint in joints]
+    models = runner.system.models
+    lengths = [(_TOUCH if model.can_touch else _FILM) * model.clearance for model in models]
     length = min(m.size, *lengths) if lengths else m.size  # see error_scale
     steps = reach * min(play, m.size) / length * m.scale
     steps[2 * n :] = 1e-3 * np.abs(y[2 * n :])
@@ -92,15 +90,11 @@ def check(result, step, reach=0.02, accuracy=LAWS):
     assert worst < accuracy
 
 
-def shipped(name, **overrides):
-    return load(data_folder() / f"{name}.toml", overrides)
-
-
 @pytest.mark.parametrize("film", ["pinkus-sternlicht", "long", "short", "finite"])
 def test_films(film):
     changes = {"duration": 0.35} | {f"joints.{name}.film": film for name in "AB"}
     changes |= {f"joints.{name}.shear_torque": True for name in "AB"}
-    result = simulate(*shipped("seven_bar", **changes))
+    result = shipped_run("compiled", "seven_bar", **changes)
     for step in (len(result.time) // 2, len(result.time) - 1):
         check(result, step, 1e-3 if film == "finite" else 0.02)  # within a cell of the finite film's map
 
@@ -139,13 +133,13 @@ damping = 0.01
 """
 
 
-def test_ideal_loops_with_gravity_springs_and_turned_forces(experiment_file):
-    result = simulate(*load(experiment_file(four_bar(), LOADED)))
+def test_ideal_loops_with_gravity_springs_and_turned_forces(system_of):
+    result = simulate(system_of(four_bar(), LOADED), "compiled")
     for step in (len(result.time) // 3, len(result.time) - 1):
         check(result, step, accuracy=EXACT)
 
 
-def test_open_chain_with_a_slide_on_a_moving_body(experiment_file):
+def test_open_chain_with_a_slide_on_a_moving_body(system_of):
     """A block on a slide along a swinging bar, and a bar that hangs from the block."""
     block = """<link name="block"><pose relative_to="arm_tip">0 0 0 0 0 0.3</pose>
 <inertial><pose>0.02 0.01 0 0 0 0</pose><mass>0.5</mass>
@@ -161,7 +155,7 @@ to = "arm"
 stiffness = 40.0
 free_length = 0.3
 """
-    result = simulate(*load(experiment_file(model("slide", body), text)))
+    result = simulate(system_of(model("slide", body), text), "compiled")
     check(result, len(result.time) - 1, accuracy=EXACT)
 
 
@@ -176,17 +170,17 @@ def deepest(result, names):
 
 
 def test_dry_contact_of_a_journal():
-    result = simulate(*shipped("slider_crank_dry", duration=4e-4))
+    result = shipped_run("compiled", "slider_crank_dry", duration=4e-4)
     check(result, deepest(result, ["B"]), reach=5e-3)
 
 
 def test_corners_of_a_guide_in_contact():
-    result = simulate(*shipped("slider_crank_guide", duration=1.1e-3))
+    result = shipped_run("compiled", "slider_crank_guide", duration=1.1e-3)
     check(result, deepest(result, [f"guide.corner{i}" for i in (1, 2, 3, 4)]), reach=2e-3)
 
 
 def test_mixed_joints_in_contact():
-    result = simulate(*shipped("seven_bar_mixed", duration=0.09))
+    result = shipped_run("compiled", "seven_bar_mixed", duration=0.09)
     assert result["A.penetration"][-1] > 0.0
     check(result, len(result.time) - 1, reach=1e-4)
 
@@ -209,8 +203,8 @@ bristle_stiffness = 1e4
 """
 
 
-def test_bristles(experiment_file):
-    result = simulate(*load(experiment_file(slider_crank(), LUGRE)))
+def test_bristles(system_of):
+    result = simulate(system_of(slider_crank(), LUGRE), "compiled")
     step = deepest(result, ["B"])
     assert result.evaluate.steps.states[step, -1] != 0.0
     check(result, step, reach=2e-3)
