@@ -1,7 +1,7 @@
 """Between film and contact: the blend of Chen 2025 eq. (15), and the asperities of Greenwood and Tripp.
 
 *Blend.* Eq. (15) is F_L for |e| < c, F_L + (|e| - c)/E_0*(F_D - F_L) up to |e| = c + E_0, and F_D beyond. As
-printed, F_L is evaluated where 1 - eps^2 <= 0. Here the film sees `film_eps`, at most eps_max < 1, and
+printed, F_L is evaluated where 1 - eps^2 <= 0. Here the film sees min(eps, eps_max), eps_max < 1, and
 `mix` weighs the two forces by `dry_weight`. The joint force is then continuous, and passive because each
 part is: the film's inequality f_n*deps - f_t*ew/2 <= 0 holds at any eps < 1 with the true deps and ew, and
 the elastic part of the contact, weighed by a function of the penetration alone, still conserves energy.
@@ -24,9 +24,6 @@ import numpy as np
 
 from linkages.kernel import kernel
 
-#: Default largest eccentricity ratio at which a film is evaluated next to a contact. Assumed.
-FILM_EPS_MAX = 0.99
-
 _LOW, _HIGH = -6.0, 10.0  # range of the fit of ln F_5/2
 _DEGREE = 40
 
@@ -44,12 +41,6 @@ def _fit() -> np.ndarray:
 
 _COEFFICIENTS = _fit()
 _X, _WEIGHT = np.polynomial.legendre.leggauss(32)
-
-
-@kernel
-def film_eps(eps: float, eps_max: float) -> float:
-    """Eccentricity ratio at which the film is evaluated: min(eps, eps_max)."""
-    return min(eps, eps_max)
 
 
 @kernel

@@ -15,24 +15,23 @@ from linkages.laws import FILMS
 from linkages.laws.contact.contacts import contact_force
 from linkages.laws.film.films import film_force
 from linkages.laws.mixed import (
-    FILM_EPS_MAX,
     asperity_force,
     asperity_pressure,
     dry_weight,
-    film_eps,
     gauss_five_halves,
     mix,
 )
 
 CLEARANCE, TRANSITION, UNIT = 1e-4, 2e-6, 0.4 * 0.04 * 0.015**3 / 1e-8
 STIFFNESS = 1e10
+FILM_EPS_MAX = 0.99
 LONG, NAME = FILMS["long"].address, "lankarani-nikravesh"
 
 
 def radial(eps, v_n, v_t, spin, restitution=0.9):
     """Blended radial and tangential force: exact half film, Lankarani-Nikravesh."""
     ew = eps * spin - 2.0 * v_t / CLEARANCE
-    f_n, f_t, _ = film_force(LONG, film_eps(eps, FILM_EPS_MAX), v_n / CLEARANCE, ew, 1.33, np.empty(0))
+    f_n, f_t, _ = film_force(LONG, min(eps, FILM_EPS_MAX), v_n / CLEARANCE, ew, 1.33, np.empty(0))
     delta = (eps - 1.0) * CLEARANCE
     dry = -contact_force(delta, v_n, 0.1, joint(contact=NAME, restitution=restitution, stiffness=STIFFNESS))
     return mix(UNIT * f_n, dry, delta, TRANSITION), mix(UNIT * f_t, 0.0, delta, TRANSITION)

@@ -90,7 +90,7 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
     eps, deps, ew : float
         As in `linkages.laws.film`; eps is clipped to `table_limit(table)`.
     table : array of float
-        From `map_cache.load_map` or `build_map`.
+        From `linkages.laws.film.map_cache.load_map` or `build_map`.
 
     Returns
     -------
@@ -141,7 +141,13 @@ def _basis(s: float) -> tuple[float, float, float, float]:
 
 
 def solve_scaled(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
-    """Solve the film at one eps and the directions y; rows of the three mapped quantities."""
+    """Solve the film at one eps for directions y = ``angles`` of the motion, (ny,).
+
+    Returns
+    -------
+    (ny, 3) array
+        The mapped quantities: normal and tangential force, extent.
+    """
     rule = CAVITATIONS[cavitation]
     mesh = make_mesh(eps, slenderness, rule.around, rule.along)
     films = full_film(mesh) if rule.code == 0 else None
@@ -180,6 +186,11 @@ def build_map(
     progress : callable, optional
         Called with the part that is done, in (0, 1]: a map takes seconds to build.
 
+    Returns
+    -------
+    table : array of float
+        For `finite_film`.
+
     Raises
     ------
     ValueError
@@ -205,8 +216,12 @@ def build_map(
     coefficients = np.empty_like(padded)
     for channel, inverse in enumerate((even, odd, even)):
         coefficients[..., channel] = along_x[..., channel] @ inverse.T
-    head = [VERSION, slenderness, CAVITATIONS[cavitation].code, nodes, nodes, limit]
-    return np.concatenate((head, coefficients.ravel()))
+    return np.concatenate((map_head(slenderness, cavitation, nodes), coefficients.ravel()))
+
+
+def map_head(slenderness: float, cavitation: str, nodes: int) -> list[float]:
+    """Numbers that a map begins with."""
+    return [VERSION, slenderness, CAVITATIONS[cavitation].code, nodes, nodes, -math.log1p(-EPS_LIMIT)]
 
 
 def _collocation(nodes: int, parity: int) -> Array:

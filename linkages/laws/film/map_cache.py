@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import math
 import os
 import sys
 import tempfile
@@ -21,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map
+from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map, map_head
 
 Array = NDArray[np.float64]
 
@@ -109,11 +108,10 @@ def read_map(path: Path, slenderness: float, cavitation: str, nodes: int) -> Arr
         table = np.load(io.BytesIO(data[start:]), allow_pickle=False)
     except (ValueError, EOFError):
         return None
-    head = [VERSION, slenderness, CAVITATIONS[cavitation].code, nodes, nodes, -math.log1p(-EPS_LIMIT)]
     sound = (
         table.dtype == np.float64
         and table.shape == (HEAD + 3 * (nodes + 2) ** 2,)
-        and np.array_equal(table[:HEAD], head)
+        and np.array_equal(table[:HEAD], map_head(slenderness, cavitation, nodes))
         and bool(np.isfinite(table).all())
     )
     return table if sound else None
