@@ -1,0 +1,20 @@
+"""Writes the table of outputs in docs/outputs.md: ``python docs/make_outputs.py``."""
+
+from pathlib import Path
+
+from linkages.outputs.registry import table
+
+PAGE = Path(__file__).with_name("outputs.md")
+START, END = "<!-- outputs: docs/make_outputs.py -->\n", "<!-- outputs end -->\n"
+
+
+def page(text: str) -> str:
+    """Return the page with the table as the registry has it."""
+    before, _, rest = text.partition(START)
+    _, _, after = rest.partition(END)
+    rows = [f"| `{name}` | {meaning} | {unit} |\n" for name, meaning, unit in table()]
+    return "".join([before, START, "\n| name | meaning | unit |\n|---|---|---|\n", *rows, "\n", END, after])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
