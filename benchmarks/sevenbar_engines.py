@@ -1,21 +1,22 @@
 """Wall time and orbit error of the seven-bar, code beside code: ``python benchmarks/sevenbar_engines.py``.
 
-Simulates the first second of ``seven_bar.toml`` and prints, for several tolerances (steps) of each code, the wall time
-per simulated second and the orbit error: the largest distance of a journal from where a solution at 1e-10 has it, at
-the code's own output times (200 or more), in parts of the largest eccentricity. Then: what each code takes at equal
-error, between its own points on a log-log line, never beyond them.
+Simulates the first second of ``seven_bar.toml`` and prints, for several tolerances (or numbers of steps) of each
+code, the wall time per simulated second and the orbit error: the largest distance of a journal from its place in a
+solution at 1e-10, over the code's own output times (200 or more), relative to the largest eccentricity. A second
+table compares the codes at equal error, interpolated between a code's own points on log-log axes and never
+extrapolated.
 
-| code           | what it is                                                                                 |
-|----------------|--------------------------------------------------------------------------------------------|
-| compiled       | `linkages.engines.compiled`                                                                |
-| drake          | `linkages.engines.drake`, radau3                                                           |
-| paper          | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA   |
-| kernels-lsoda  | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated      |
-| exudyn         | see sevenbar_exudyn.py; optional                                                           |
+| code          | what it is                                                                               |
+|---------------|------------------------------------------------------------------------------------------|
+| compiled      | `linkages.engines.compiled`                                                              |
+| drake         | `linkages.engines.drake`, radau3                                                         |
+| paper         | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA |
+| kernels-lsoda | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated    |
+| exudyn        | see sevenbar_exudyn.py; optional                                                         |
 
-Times are medians of ``--repeat`` rounds, each of which runs every line once, so that a disturbance of the machine falls
-on all codes alike. Counted is the integration from its initial state; set-up (of `compiled` about a millisecond) and
-the evaluation of columns are not.
+Times are medians of ``--repeat`` rounds, each of which runs every line once, so that a disturbance of the machine
+affects all codes alike. Only the integration from the initial state is timed, not the set-up (for `compiled` about a
+millisecond) or the evaluation of outputs.
 """
 
 from __future__ import annotations
