@@ -20,14 +20,7 @@ from matplotlib.figure import Figure
 from replication.recorded import load_record
 from scipy.stats import qmc, spearmanr
 
-from optim.algorithms.nlp import Problem
-from optim.algorithms.registry import optimise
-from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import equality_names, inequality_names, values_of
-from optim.evaluate.screen import Screened
-from optim.problem.shipped import find_study
-from optim.problem.study import load_study
-from optim.search.task import settings_of
+from optim import Evaluator, Screened, find_study, load_study, minimise, problem_of, settings_of
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, FIGURE = DOCS / "fourbar_landscape.md", DOCS / "figures" / "fourbar_way.png"
@@ -67,12 +60,8 @@ def nearby() -> list[float]:
     offsets = BESIDE * np.random.default_rng(1).standard_normal((STARTS, study.nominal.size))
     found = []
     for offset in (np.zeros_like(study.nominal), *offsets):
-        problem = Problem(
-            study.lower, study.upper, lambda designs: values_of(study, evaluate(designs), nominal),
-            tuple(study.file.objectives), inequality_names(study), equality_names(study),
-            study.nominal * (1.0 + offset),
-        )  # fmt: skip
-        result = optimise(algorithm, problem, settings, study.file.seed)
+        problem = problem_of(study, evaluate, nominal, study.nominal * (1.0 + offset))
+        result = minimise(algorithm, problem, settings, study.file.seed)
         found.append(1.0 - float(result.values.objectives[0, 0]))
     return found
 
@@ -93,14 +82,9 @@ def line() -> dict[str, Any]:
 def surrogate() -> dict[str, Any]:
     """Solve the surrogate as it is shipped, and evaluate its answer by the objectives that it stands for."""
     study = load_study(find_study("fourbar_surrogate"))
-    evaluate = Screened(study, Evaluator(study))
-    nominal = evaluate(study.nominal[None])
-    problem = Problem(
-        study.lower, study.upper, lambda designs: values_of(study, evaluate(designs), nominal),
-        tuple(study.file.objectives), inequality_names(study), equality_names(study), study.nominal,
-    )  # fmt: skip
     algorithm, settings = settings_of(study)
-    x = optimise(algorithm, problem, settings, study.file.seed).x[0]
+    problem = problem_of(study, Screened(study, Evaluator(study)))
+    x = minimise(algorithm, problem, settings, study.file.seed).x[0]
     found: dict[str, Any] = {"x": x.tolist(), "lengths": (x / study.nominal).tolist()}
     for name in STUDIES:
         other = load_study(find_study(name))
@@ -114,10 +98,8 @@ def rank() -> dict[str, Any]:
     cheap, steady = load_study(find_study("fourbar_surrogate")), load_study(find_study(STUDIES[2]))
     point = steady.points[0]
     windows = {**point.windows, "steady": point.windows["steady"][:REVOLUTIONS]}
-    short = point.experiment.replaced({"duration": float(windows["steady"][-1, 1])})
-    steady = dataclasses.replace(
-        steady, points=(dataclasses.replace(point, experiment=short, windows=windows),)
-    )
+    short = point.system.replaced({"duration": float(windows["steady"][-1, 1])})
+    steady = dataclasses.replace(steady, points=(dataclasses.replace(point, system=short, windows=windows),))
     sample = qmc.LatinHypercube(4, rng=np.random.default_rng(1)).random(1000)
     designs = cheap.lower + sample * (cheap.upper - cheap.lower)
     turning = Screened(cheap, Evaluator(cheap))(designs).objectives[:, 0]
@@ -156,8 +138,8 @@ What the results of [the methods compared](fourbar_methods.md) hang on. Written 
 
 ![Both objectives on the straight way from the nominal design to the recorded one](figures/fourbar_way.png)
 
-On the straight way from the nominal design to the recorded one (`optim/designs/fourbar_jitter.toml`) the patent's
-objective, the largest departure in two revolutions from one start, has {first} local minima at {many} points
+On the straight way from the nominal design to the recorded one (`docs/replication/designs/fourbar_jitter.toml`) the
+patent's objective, the largest departure in two revolutions from one start, has {first} local minima at {many} points
 ({coarse} at every {every}th); the steady one, a mean over forty revolutions, {steady} at {few}. The first is one
 blow after a flight across the clearance. It changes smoothly with the lengths, and gradients serve, up to a jump where
 another blow becomes the largest or a flight ends elsewhere. The second is left to many impacts, each of which depends

@@ -3,7 +3,7 @@
 Every method solves `fourbar_jitter` with three objectives, each within the same number of evaluations.
 The optima are scored again where they were not searched: ten other start angles, and the search's own at a ten times
 tighter tolerance. Writes docs/fourbar_methods.md after each objective, and the best design by the patent's objective
-into optim/designs/. Runs that the results file holds are not made again.
+into docs/replication/designs/. Runs that the results file holds are not made again.
 """
 
 from __future__ import annotations
@@ -16,20 +16,23 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from replication.patent_claims import UNSEEN, started_at
 from replication.recorded import write_record
 
-from optim.algorithms import nlp
-from optim.algorithms.registry import optimise, settings_of
-from optim.evaluate.evaluations import Evaluations
-from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import equality_names, inequality_names, values_of
-from optim.evaluate.screen import Screened
-from optim.problem.shipped import find_study
-from optim.problem.study import Study, load_study
+from optim import (
+    Evaluations,
+    Evaluator,
+    Progress,
+    Screened,
+    Study,
+    find_study,
+    load_study,
+    minimise,
+    problem_of,
+)
+from optim.algorithms.registry import read_settings
 
 PAGE = Path(__file__).parents[1] / "docs" / "fourbar_methods.md"
-#: Start angles that no objective has seen [rad].
-UNSEEN = 0.2 + 2.0 * np.pi * np.arange(10) / 10.0
 TIGHTER = 0.1
 HEAD = """# Methods on the patent's design problem
 
@@ -88,18 +91,14 @@ def solve(study: Study, method: str, seed: int, budget: int, step: float = 0.0) 
         return run(designs)
 
     evaluate = Screened(study, counted, given.get("step"))
-    nominal = evaluate(study.nominal[None])
+    problem = problem_of(study, evaluate)
 
-    def stop(_: nlp.Progress) -> None:
+    def stop(_: Progress) -> None:
         if spent >= budget:
             raise KeyboardInterrupt
 
-    problem = nlp.Problem(
-        study.lower, study.upper, lambda designs: values_of(study, evaluate(designs), nominal),
-        tuple(study.file.objectives), inequality_names(study), equality_names(study), study.nominal,
-    )  # fmt: skip
     began = time.perf_counter()
-    result = optimise(name, problem, settings_of(name, given), seed, stop)
+    result = minimise(name, problem, given, seed, stop)
     return {
         "x": result.x[0].tolist(),
         "value": float(result.values.objectives[0, 0]),
@@ -107,15 +106,6 @@ def solve(study: Study, method: str, seed: int, budget: int, step: float = 0.0) 
         "evaluations": spent,
         "seconds": time.perf_counter() - began,
     }
-
-
-def changed(study: Study, **values: float) -> Study:
-    """Return the study with values of the experiment replaced at every operating point."""
-    paths = {name.replace("__", "."): value for name, value in values.items()}
-    points = tuple(
-        dataclasses.replace(point, experiment=point.experiment.replaced(paths)) for point in study.points
-    )
-    return dataclasses.replace(study, points=points)
 
 
 def reductions(study: Study, designs: np.ndarray) -> np.ndarray:
@@ -129,10 +119,10 @@ def score(study: Study, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     everything = np.vstack([study.nominal, designs])
     alone = dataclasses.replace(study, points=study.points[:1])
     means = np.mean(
-        [Evaluator(changed(alone, drives__O__angle=a))(everything).objectives[:, 0] for a in UNSEEN], axis=0
+        [Evaluator(started_at(alone, angle))(everything).objectives[:, 0] for angle in UNSEEN], axis=0
     )
-    accuracy = study.points[0].experiment.solver.accuracy * TIGHTER
-    return 1.0 - means[1:] / means[0], reductions(changed(study, solver__accuracy=accuracy), designs)
+    tight = study.replaced(lambda system: {"solver.accuracy": TIGHTER * system.experiment.solver.accuracy})
+    return 1.0 - means[1:] / means[0], reductions(tight, designs)
 
 
 def measure(path: Path) -> dict[str, dict]:
@@ -168,10 +158,16 @@ def record(study: Study, found: dict[str, dict], keys: list[str]) -> None:
     _, method, seed = key.split("/")
     name, given = settings(method, OBJECTIVES[0].step)
     best = found[key]
-    write_record(
-        study, np.array(best["x"]), np.array([best["value"]]), "python benchmarks/fourbar_methods.py",
-        {"name": name, **settings_of(name, given).model_dump(mode="json")}, int(seed), best["evaluations"],
-    )  # fmt: skip
+    result = {
+        "best": {
+            "variables": dict(zip(study.paths, best["x"], strict=True)),
+            "objectives": dict.fromkeys(study.file.objectives, best["value"]),
+        },
+        "algorithm": {"name": name, **read_settings(name, given).model_dump(mode="json")},
+        "seed": int(seed),
+        "evaluations": best["evaluations"],
+    }
+    write_record(study, result, "python benchmarks/fourbar_methods.py")
 
 
 def page(found: dict[str, dict]) -> str:

@@ -2,7 +2,7 @@
 
 engine: evaluations per second of the press against threads, and as a ratio to one thread; the best of three rounds;
 store: microseconds that the store adds to an evaluation, populations of 30, beside the same without a store;
-cluster: microseconds that Dask adds to an evaluation, two worker processes on this machine, by size of a batch.
+cluster: microseconds that Dask adds to an evaluation, two worker processes on this computer, by designs per request.
 """
 
 from __future__ import annotations
@@ -11,15 +11,12 @@ import os
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from optim.algorithms import nlp
-from optim.evaluate.evaluations import Evaluations
-from optim.evaluate.evaluator import Evaluator
-from optim.problem.shipped import find_study
-from optim.problem.study import load_study
+from optim import Ending, Evaluations, Evaluator, Problem, Progress, Result, Values, find_study, load_study
 from optim.search.run import Task, run
 
 POPULATION = 30
@@ -49,38 +46,33 @@ def sphere(designs: np.ndarray) -> Evaluations:
     return Evaluations((designs**2).sum(axis=1)[:, None], np.empty((m, 0)), ("ok",) * m, ("",) * m)
 
 
-def values(found: Evaluations, nominal: Evaluations) -> nlp.Values:
-    """All feasible."""
+def values(found: Evaluations) -> Values:
+    """Make all feasible."""
     nothing = np.empty((len(found), 0))
-    return nlp.Values(found.objectives, nothing, nothing, found.failed)
+    return Values(found.objectives, nothing, nothing, found.failed)
 
 
-def walk(problem: nlp.Problem, progress, generations: int = 200) -> nlp.Result:
+def walk(problem: Problem, progress, generations: int = 200) -> Result:
     """Ask for random populations."""
     rng = np.random.default_rng(0)
     for k in range(1, generations + 1):
         designs = rng.uniform(problem.lower, problem.upper, (POPULATION, problem.size))
         found = problem.evaluate(designs)
-        progress(
-            nlp.Progress(k, generations, designs[:1], found.take([0]), {"state": rng.bit_generator.state})
-        )
-    return nlp.Result(
-        designs[:1], found.take([0]), nlp.Ending.BUDGET_USED, generations, generations * POPULATION
-    )
+        progress(Progress(k, generations, designs[:1], found.take([0]), {"state": rng.bit_generator.state}))
+    return Result(designs[:1], found.take([0]), Ending.BUDGET_USED, generations, generations * POPULATION)
 
 
 def store() -> None:
     """Print what the store adds to an evaluation."""
     n = 6
     names = tuple(f"x{k}" for k in range(n))
-    task = Task(
-        {}, {}, names, ("f",), (), -np.ones(n), np.ones(n), np.zeros(n), np.zeros(n), sphere, values, walk
-    )
-    problem = nlp.Problem(
-        task.lower, task.upper, lambda designs: values(sphere(designs), sphere(designs[:1]))
-    )
+
+    def problem(evaluate: Callable[[np.ndarray], Evaluations], nominal: Evaluations) -> Problem:
+        return Problem(-np.ones(n), np.ones(n), lambda designs: values(evaluate(designs)))
+
+    task = Task({}, {}, names, ("f",), (), np.zeros(n), sphere, problem, walk)
     start = time.perf_counter()
-    count = walk(problem, lambda progress: None).evaluations
+    count = walk(problem(sphere, sphere(np.zeros((1, n)))), lambda progress: None).evaluations
     bare = time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.sqlite"
@@ -96,7 +88,7 @@ def store() -> None:
     print(f"  replay  {1e6 * again / count:8.1f}")
 
 
-def batch(designs: np.ndarray) -> list[float]:
+def answer(designs: np.ndarray) -> list[float]:
     """Do next to nothing on a worker."""
     return [float(design[0]) for design in designs]
 
@@ -112,14 +104,14 @@ def cluster() -> None:
         Client(local) as client,
     ):
         executor = client.get_executor()
-        list(executor.map(batch, [designs[:1], designs[1:2]]))
+        list(executor.map(answer, [designs[:1], designs[1:2]]))
         for size in (1, 5, 15):
             start = time.perf_counter()
             for k in range(0, len(designs), POPULATION):
                 population = designs[k : k + POPULATION]
-                list(executor.map(batch, [population[i : i + size] for i in range(0, POPULATION, size)]))
+                list(executor.map(answer, [population[i : i + size] for i in range(0, POPULATION, size)]))
             wall = time.perf_counter() - start
-            print(f"  batches of {size:2d} {1e6 * wall / len(designs):8.1f}")
+            print(f"  requests of {size:2d} {1e6 * wall / len(designs):8.1f}")
 
 
 if __name__ == "__main__":

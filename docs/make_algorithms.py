@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from linkages.files.toml import keys
-from optim.algorithms.nlp import Ending
-from optim.algorithms.registry import ALGORITHMS, optimise
+from linkages.files.toml import table_keys
+from optim import ALGORITHMS, Ending, minimise
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "optim"))
@@ -20,14 +19,14 @@ _KINDS = {"b": "bounds", "i": "inequalities", "e": "equalities", "v": "vertex", 
 
 _HEAD = r"""# Algorithms of the optimisation
 
-An algorithm is a function `(problem, settings, seed, progress) -> Result` (`optim/nlp.py` has the types). It sees bounds
-and a function of whole populations, never a mechanism. It depends on nothing but its arguments: run again, it asks for
-the same designs in the same order, so a run that was stopped is continued by running it again on the stored values.
+An algorithm is a function `(problem, settings, seed, progress) -> Result` (`optim/algorithms/nlp.py` has the types). It
+sees bounds and a function of whole populations, never a mechanism. It depends on nothing but its arguments: run again, it
+asks for the same designs in the same order, so a run that was stopped is resumed by running it again on the stored values.
 
 ```python
-from optim.algorithms.registry import optimise, settings_of
+import optim
 
-result = optimise("grg", problem, settings_of("grg", {"starts": 8}), seed=1)
+result = optim.minimise("grg", problem, {"starts": 8}, seed=1)
 print(result.x[0], result.values.objectives[0, 0], result.status, result.status.remedy)
 ```
 
@@ -36,17 +35,17 @@ print(result.x[0], result.values.objectives[0, 0], result.status, result.status.
 """
 
 _RULES = r"""
-What all of them share:
+All of them keep these rules:
 
 - A whole population is evaluated in one call; the gradient methods take a gradient as one population of 2 n designs.
-- No design is evaluated twice in a run (`optim/archive.py`).
+- No design is evaluated twice in a run (`optim/algorithms/archive.py`).
 - Failed evaluations, and values that are not finite, are worse than anything else and never end a run. Only where nothing
   can be evaluated, at the start of a local method or anywhere, the status is `evaluation-failed`.
-- Between designs decide the rules of feasibility (Deb 2000): feasible before infeasible, the lower objective among the
+- Designs are ordered by the rules of feasibility (Deb 2000): feasible before infeasible, the lower objective among the
   feasible, the lower sum of violations among the infeasible. With several objectives it is constrained domination.
-- `progress` is called after each iteration and may raise `KeyboardInterrupt`: the best of what was found is returned.
+- `progress` is called after each iteration and may raise `KeyboardInterrupt`: the best design so far is returned.
 
-| status | what can be tried |
+| status | what to try |
 |---|---|
 """
 
@@ -116,18 +115,18 @@ constraint shifts it by the cube root of t, for every method. (*Vertex*: the act
 ## Genetic algorithms
 
 pygad supplies generations, simulated binary crossover, polynomial mutation and two random generators of its own: those of
-NumPy and Python are not touched. The survival and the choice of parents are ours: pygad orders by one finite
-fitness, knows no constraints, and in its NSGA-II parents and children do not compete. Two of its habits to know:
+NumPy and Python are not touched. Survival and the choice of parents are ours: pygad orders by one finite
+fitness, knows no constraints, and in its NSGA-II parents and children do not compete. Its probabilities:
 
-- its crossover probability is that of a parent to be eligible, so nearly every child is crossed whatever it is; here it is
-  the probability that a child is crossed, else it is a copy of its first parent;
-- its mutation probability is that of *each variable*, and so it is here. Chen et al. (2025) print 0.6 without saying of what.
+- crossover: pygad's is that of a parent to be eligible, so nearly every child is crossed whatever it is; here it is the
+  probability that a child is crossed, else it is a copy of its first parent;
+- mutation: pygad's is that of *each variable*, and so it is here. Chen et al. (2025) print 0.6 without saying of what.
 
-`elites` says how many of the parents compete with the children. With as many as the population (the default) the best
+`elites` is the number of parents that compete with the children. With as many as the population (the default) the best
 designs are only lost to better ones.
 
-The front is that of all designs that were evaluated. `optim.algorithms.pareto` has its hypervolume, and its knee: the design that lies
-farthest from the plane through the extremes, each objective measured by its range.
+The front is that of all designs that were evaluated. `optim.hypervolume` measures it, `optim.knee` finds the design that
+lies farthest from the plane through the extremes, each objective measured by its range.
 
 ## Settings
 
@@ -144,8 +143,8 @@ _ADD = r"""
    import numpy as np
 
    from linkages.files.toml import Table
+   from optim import Ending, Progress, Result
    from optim.algorithms.archive import Archive
-   from optim.algorithms.nlp import Ending, Progress, Result
 
 
    class RandomSearch(Table):
@@ -163,7 +162,7 @@ _ADD = r"""
        return Result(x, values, Ending.BUDGET_USED, 1, len(archive))
    ```
 
-2. An entry in `ALGORITHMS` of `optim/algorithms.py`, by names, so that nothing is imported before it is used:
+2. An entry in `ALGORITHMS` of `optim/algorithms/registry.py`, by names, so that nothing is imported before it is used:
 
    ```python
    "random": Algorithm("random_search", "random_search", "RandomSearch", "random search"),
@@ -195,8 +194,8 @@ def measure(example: Example) -> Row:
         populations += 1
         return problem.evaluate(designs)
 
-    result = optimise("grg", dataclasses.replace(problem, evaluate=evaluate))
-    other = optimise("snopt", problem)
+    result = minimise("grg", dataclasses.replace(problem, evaluate=evaluate))
+    other = minimise("snopt", problem)
     error = abs(other.values.objectives[0, 0] - example.optimum) / max(1.0, abs(example.optimum))
     solved = error <= 1e-6 and other.values.feasible(1e-6)[0]
     return Row(
@@ -241,7 +240,7 @@ def page(problems: str) -> str:
     text += "| algorithm | key | default | meaning |\n|---|---|---|---|\n"
     for name, algorithm in ALGORITHMS.items():
         defaults = algorithm.table()
-        for key, meaning in keys(algorithm.table):
+        for key, meaning in table_keys(algorithm.table):
             text += f"| `{name}` | `{key}` | {getattr(defaults, key)} | {meaning} |\n"
     return text + _ADD
 

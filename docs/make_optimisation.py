@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from linkages.files.toml import keys
+from linkages.files.toml import table_keys
 from optim.problem.schema import StudyFile
 
 PAGE = Path(__file__).with_name("optimisation.md")
@@ -15,7 +15,7 @@ def page(text: str) -> str:
     """Return the page with its list written anew."""
     head = text.split(MARK)[0]
     rows = []
-    for name, meaning in keys(StudyFile):
+    for name, meaning in table_keys(StudyFile):
         escaped = meaning.replace("|", "\\|")
         rows.append(f"| `{name}` | {escaped} |\n")
     return head + MARK + "".join(rows)

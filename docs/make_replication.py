@@ -16,7 +16,7 @@ _HEAD = f"""# Replication of the published results
 
 What two sources print, beside what this package computes from the same data. `python docs/make_replication.py` writes this page;
 its numbers are computed when it is written, and its verdicts follow from them. Designs of ours were searched for once, and are
-kept with their provenance in `optim/designs/`:
+kept with their provenance in `docs/replication/designs/`:
 
 - *reproduced*: within {100 * WITHIN:.0f} % of the printed value; what an optimisation lowers, also by more than is printed;
 - *trend only*: a value within a factor of two; a change with the printed sign and at least a tenth of it;

@@ -6,16 +6,11 @@ evaluates each answer in both.
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from optim.evaluate.evaluator import Evaluator
-from optim.problem.shipped import find_study
-from optim.problem.study import Study, load_study
-from optim.search.run import run
-from optim.search.task import task_of
+from optim import Evaluator, Study, find_study, load_study, optimise
 
 PAGE = Path(__file__).with_name("optimisation.md")
 MARK = "| design | force, one point [N] | force, worst case [N] | least film, worst case [um] |\n|---|---|---|---|\n"
@@ -23,9 +18,7 @@ MARK = "| design | force, one point [N] | force, worst case [N] | least film, wo
 
 def solve(study: Study) -> np.ndarray:
     """Best design of a study with its own seed and budget."""
-    with tempfile.TemporaryDirectory() as folder:
-        task = task_of(study, study.file.seed, Evaluator(study))
-        return run(task, Path(folder) / "study.sqlite").result.x[0]
+    return np.array([*optimise(study)["best"]["variables"].values()])
 
 
 def table() -> str:

@@ -1,8 +1,4 @@
-"""Published results beside ours, as a page: every number of ours is computed when the page is made.
-
-``python docs/make_replication.py`` writes docs/replication.md. A verdict follows from the numbers, by
-`verdict` or `verdict_of_change`; the reason beside it is ours.
-"""
+"""Claims of a source beside our numbers: verdicts that follow from them, tables, the comparison of two pages."""
 
 from __future__ import annotations
 
@@ -67,6 +63,7 @@ def differences(old: str, new: str, digits: float = 2.0) -> list[str]:
 
     Parameters
     ----------
+    old, new : str
     digits : float
         Units of the coarser last digit: one for the rounding of each page.
     """

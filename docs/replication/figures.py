@@ -12,10 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.outputs.columns import Columns
 from linkages.plots.style import COLORS
 
-Array = NDArray[np.float64]
+Columns = dict[str, NDArray[np.float64]]
 
 #: Line styles tell the designs apart without colours.
 STYLES = {

@@ -8,17 +8,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.study import ideal, simulate
-from linkages.model.mechanism import load_mechanism
-from linkages.outputs.columns import Columns
-from linkages.results.trajectory import Trajectory
-from optim.evaluate.evaluator import Evaluator
-from optim.problem.shipped import find_study
-from optim.problem.study import OperatingPoint, Study, load_study
+from linkages import Trajectory, ideal, simulate
+from optim import Evaluator, Study, find_study, load_study
 from replication.claims import NOT, REPRODUCED, Claim, change, verdict_of_gain
 from replication.recorded import load_record
 
 Array = NDArray[np.float64]
+Columns = dict[str, Array]
 
 PRINTED = -77.5  # %, [0087]: largest departure of the acceleration
 #: Start angles that no search has seen [rad].
@@ -43,27 +39,25 @@ def optimum() -> tuple[Array, float]:
 
 def unseen_change() -> float:
     """Change of the objective's mean over start angles that no search has seen [%]."""
-    point = _study().points[0]
-    before, after = np.mean(
-        [
-            _objectives_at(replace(point, experiment=point.experiment.replaced({"drives.O.angle": angle})))
-            for angle in UNSEEN
-        ],
-        axis=0,
-    )
+    before, after = np.mean([_objectives(started_at(_study(), angle)) for angle in UNSEEN], axis=0)
     return change(before, after)
 
 
 def change_after_the_start() -> float:
     """Change of the largest departure from `SETTLED` on [%]."""
     point = _study().points[0]
-    later = np.array([[SETTLED, point.experiment.duration]])
-    return change(*_objectives_at(replace(point, windows={**point.windows, "run": later})))
+    later = np.array([[SETTLED, point.system.experiment.duration]])
+    point = replace(point, windows={**point.windows, "run": later})
+    return change(*_objectives(replace(_study(), points=(point,))))
 
 
-def _objectives_at(point: OperatingPoint) -> Array:
-    """Objective of the nominal and of the optimised design at another operating point, (2,)."""
-    study = replace(_study(), points=(point,))
+def started_at(study: Study, angle: float) -> Study:
+    """Return the study with another start angle of the crank [rad]."""
+    return study.replaced(lambda system: {"drives.O.angle": angle})
+
+
+def _objectives(study: Study) -> Array:
+    """Objective of the nominal and of the optimised design in a variant of the study, (2,)."""
     return Evaluator(study)(np.array([study.nominal, optimum()[0]])).objectives[:, 0]
 
 
@@ -71,12 +65,8 @@ def _objectives_at(point: OperatingPoint) -> Array:
 def _runs(optimised: bool) -> tuple[Trajectory, Trajectory]:
     """Run with clearance, and ideal; nominal or optimised lengths."""
     study = _study()
-    x = optimum()[0] if optimised else study.nominal
-    point = study.points[0]
-    values = [*map(float, x), *(link(study.named(x)) for link in point.links)]
-    experiment = point.experiment.replaced(dict(zip(point.paths, values, strict=True)))
-    mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-    return simulate(mechanism, experiment, "compiled"), ideal(mechanism, experiment, "compiled")
+    system = study.system(optimum()[0] if optimised else study.nominal)
+    return simulate(system, "compiled"), ideal(system, "compiled")
 
 
 def motions(optimised: bool) -> tuple[Columns, Columns]:

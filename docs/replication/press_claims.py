@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages import load
-from linkages.engines.study import ideal
-from linkages.files.shipped import find_file
+from linkages import extremes
 from linkages.laws.film.closed_form import pinkus_sternlicht
-from linkages.results.extremes import extremes
-from linkages.system.assembly import assemble
 from replication import press_designs
 from replication import press_paper as paper
 from replication.claims import (
@@ -32,9 +28,7 @@ def claims() -> list[Claim]:
 
 
 def _model() -> list[Claim]:
-    mechanism, experiment = load(find_file("seven_bar.toml"))
-    start = assemble(mechanism, experiment)
-    x = float(ideal(mechanism, experiment, paper.ENGINE, start).columns["slider7.x"][0])
+    x = float(paper.ideal_run()["slider7.x"][0])
     deps, eps = -1e-9, 0.5
     right, _, _ = pinkus_sternlicht(eps, deps, 1.0, 1.0)
     ahead, _, _ = pinkus_sternlicht(eps, -deps, 1.0, 1.0)

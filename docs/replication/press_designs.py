@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from optim.problem.shipped import find_study
-from optim.problem.study import load_study
+from optim import find_study, load_study
 from replication import press_paper as paper
 from replication.claims import MISPRINT, NOT, REPRODUCED, TREND, Claim, change, percent, verdict_of_change
 from replication.press_paper import DESIGNS, PRINTED, design_extremes, optimum
@@ -39,11 +38,11 @@ def designs_table() -> str:
         ),
         (
             "least film A [µm]",
-            lambda name: 1e6 * paper.CLEARANCE * (1 - design_extremes(name)["A.eccentricity_ratio"].peak),
+            lambda name: 1e6 * paper.least_film(name, "A"),
         ),
         (
             "least film B [µm]",
-            lambda name: 1e6 * paper.CLEARANCE * (1 - design_extremes(name)["B.eccentricity_ratio"].peak),
+            lambda name: 1e6 * paper.least_film(name, "B"),
         ),
     )
     for label, value in rows:

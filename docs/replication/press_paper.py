@@ -13,17 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages import load
-from linkages.engines.study import ideal, simulate
-from linkages.errors import RunError, Status
-from linkages.files.shipped import find_file
-from linkages.outputs.columns import Columns
-from linkages.results.extremes import Extremes, extremes
-from linkages.results.trajectory import Trajectory
-from optim.evaluate.evaluator import Evaluator
-from optim.problem.shipped import find_study
-from optim.problem.study import load_study
+from linkages import RunError, Status, Trajectory, extremes, find_file, ideal, load, simulate
+from linkages.results.extremes import Extremes
+from optim import Evaluator, find_study, load_study
 from replication.recorded import load_record
+
+Array = NDArray[np.float64]
 
 ENGINE = "compiled"
 CLEARANCE = 0.3e-3  # m, section 3.3
@@ -82,7 +77,7 @@ def run(overrides: Mapping[str, Any], duration: float = DURATION, name: str = "s
     RunError
         If it does not reach its end.
     """
-    found = simulate(*load(find_file(name), {"duration": duration, **overrides}), engine=ENGINE)
+    found = simulate(load(find_file(name), {"duration": duration, **overrides}), ENGINE)
     if found.status is not Status.OK:
         raise RunError(f"{name} with {dict(overrides)}: {found.status.value}; {found.status.remedy}")
     return found
@@ -100,7 +95,7 @@ def design_extremes(name: str) -> dict[str, Extremes]:
     return extremes(design_run(name), OUTPUTS)
 
 
-def columns(name: str, times: NDArray[np.float64]) -> Columns:
+def columns(name: str, times: Array) -> dict[str, Array]:
     """All columns of a design's run, or of the "ideal" motion, at some times."""
     found = ideal_run() if name == "ideal" else design_run(name)
     assert found.evaluate is not None  # what an engine returns has it
@@ -110,7 +105,7 @@ def columns(name: str, times: NDArray[np.float64]) -> Columns:
 @cache
 def ideal_run() -> Trajectory:
     """Motion of the press without clearance."""
-    return ideal(*load(find_file("seven_bar.toml"), {"duration": DURATION}), engine=ENGINE)
+    return ideal(load(find_file("seven_bar.toml"), {"duration": DURATION}), ENGINE)
 
 
 @cache
@@ -119,10 +114,8 @@ def optimum(study_name: str) -> Optimum:
     study = load_study(find_study(study_name))
     x = load_record(study_name).design(study)
     found = Evaluator(study)(np.array([study.nominal, x]))
-    design = dict(zip(study.paths, map(float, x), strict=True))
     point = study.points[0]
-    linked = point.paths[len(study.paths) :]
-    design |= {path: link(study.named(x)) for path, link in zip(linked, point.links, strict=True)}
+    design = dict(zip(point.paths, study.row(x, point), strict=True))
     nominal, best = map(float, found.objectives[:, 0])
     return Optimum(design, best, nominal)
 
@@ -171,9 +164,7 @@ def power_of_the_printed_spike() -> float:
 @cache
 def doubled(path: str) -> tuple[float, float, float]:
     """Double a value of Table 3: changes of acceleration, sum of the forces and crank 4's torque [%]."""
-    mechanism, _ = load(find_file("seven_bar.toml"))
-    _, _, link, quantity = path.split(".")
-    value = getattr(mechanism.link[link], quantity)
+    value = load(find_file("seven_bar.toml")).value(path)
     outputs = ["slider7.ax", "A.force", "B.force", "O4.torque"]
     before = extremes(design_run("nominal"), outputs)
     after = extremes(run({path: 2.0 * value}), outputs)

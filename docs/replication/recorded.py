@@ -1,12 +1,13 @@
 """Designs that a search found, kept with where they come from.
 
 A search among random numbers, or over a rough objective, ends elsewhere when a last digit differs. What is said about
-a design must not depend on that: the design is searched for once, written to a file of ``optim/designs/``, and all
-numbers about it are computed from there.
+a design must not depend on that: the design is searched for once, written to a file of ``docs/replication/designs/``,
+and all numbers about it are computed from there.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,11 @@ import tomlkit
 from numpy.typing import NDArray
 from pydantic import Field
 
-from linkages.errors import InputError
+from linkages import InputError
 from linkages.files.toml import Finite, Table, read_toml, validate
 from linkages.files.versions import versions
-from linkages.files.whole import whole
-from optim.problem.study import Study
+from linkages.files.writing import whole
+from optim import Study
 
 Array = NDArray[np.float64]
 
@@ -66,20 +67,27 @@ def load_record(name: str) -> Record:
     return validate(Record, read_toml(path)[0], path)
 
 
-def write_record(
-    study: Study, design: Array, objectives: Array, command: str, algorithm: dict[str, Any], seed: int,
-    evaluations: int,
-) -> Path:  # fmt: skip
-    """Keep a design (n,) of a shipped study, and its objectives (no,) as the study means them."""
+def write_record(study: Study, result: Mapping[str, Any], command: str) -> Path:
+    """Keep the best design of a shipped study.
+
+    Parameters
+    ----------
+    study : Study
+    result : mapping
+        ``best``, ``algorithm``, ``seed`` and ``evaluations`` as in ``result.json``.
+    command : str
+        What searched for it.
+    """
+    best = result["best"]
     record = Record(
         study=study.source.stem,
         command=command,
-        algorithm=algorithm,
-        seed=seed,
-        evaluations=evaluations,
-        versions=versions(),
-        objectives=dict(zip(study.file.objectives, map(float, objectives), strict=True)),
-        variables=dict(zip(study.paths, map(float, design), strict=True)),
+        algorithm=result["algorithm"],
+        seed=result["seed"],
+        evaluations=result["evaluations"],
+        versions=versions("pygad"),
+        objectives=best["objectives"],
+        variables=best["variables"],
     )
     document = tomlkit.document()
     document.add(tomlkit.comment(f"Written by `{command}`."))
