@@ -1,52 +1,92 @@
-"""Design optimisation of linkages: problems in files, algorithms, a store of every evaluation.
+"""Design optimisation of linkages: studies in files, algorithms, a store of every evaluation.
 
-| module        | responsibility                                                                             |
-|---------------|--------------------------------------------------------------------------------------------|
-| nlp           | what an algorithm sees: bounds, a function of whole populations, what it returns           |
-| archive       | every design of a run, none evaluated twice; order by the rules of feasibility             |
-| derivatives   | differences, one population for a whole Jacobian                                           |
-| algorithms    | all of them by name; several starts of the local ones                                      |
-| ga            | genetic algorithms on pygad: one objective, several (NSGA-II)                              |
-| evolution     | differential evolution, SciPy's                                                            |
-| snopt         | sequential quadratic programming, Drake's SNOPT                                            |
-| pareto        | domination, fronts, hypervolume, knee                                                      |
-| gradient      | generalised reduced gradient method                                                        |
-| standard_form | its problem: scaled, slacks, the partition in basic and nonbasic variables                 |
-| phases        | what it minimises: violations first, then the objective                                    |
-| line_search   | how far along a step                                                                       |
-| restoration   | its way back to the constraints, exchanges of basic variables                              |
-| quadratic     | its model: minimum within bounds, quasi-Newton update                                      |
-| schema        | the tables of a study file                                                                 |
-| problem       | study file -> `Study`, checked against experiment and mechanism                            |
-| formula       | arithmetic on names, parsed, never executed                                                |
-| nominal       | the value that a dotted path has in an experiment                                          |
-| outputs       | which outputs of a run a functional can look at                                            |
-| evaluate      | designs -> runs -> objectives and constraints; failures are explicit                       |
-| batches       | runs of some designs at one operating point: what engines are asked for and answer         |
-| limits        | what algorithms see of them: all to be minimised, violations relative to their limits      |
-| screen        | designs that are not run: formulas say that they are infeasible                            |
-| ideal_runs    | outputs of the linkage without clearance, which need no run                                |
-| evaluations   | what designs are worth, or why there are no values                                         |
-| cluster       | an executor on a Dask cluster                                                              |
-| study         | the store of every evaluation and iteration, in SQLite                                     |
-| sqlite        | files of SQLite that can be trusted                                                        |
-| files, lock   | files written whole or not at all; one process at a time                                   |
-| run           | an algorithm over a store: stopped at any moment, gone on with by replay                   |
-| task          | a study, an algorithm and a seed as a task for `run`                                       |
-| trust         | an optimum run again: more tightly, on Drake, from unseen starts                           |
-| drake_runs    | runs on Drake, as statistics like the batch engine's                                       |
-| sensitivity   | which variables matter: Sobol's indices, one variable at a time                            |
-| result        | ``result.json``; table, show and export: the same for readers                              |
-| observe       | progress bar and figure of the convergence; interrupt: Ctrl-C                              |
-| figures       | matplotlib: convergence, front; sensitivity_figures: indices; figures_replication: sources |
-| press_paper   | the press paper's printed numbers and the runs beside them                                 |
-| press_claims  | claim by claim; press_designs: those of its optima                                         |
-| patent_claims | the four-bar patent's claims, its optimum and the runs beside them                         |
-| recorded      | designs that a search found, kept with where they come from                                |
-| replication   | published results beside ours, as a page                                                   |
-| commands      | ``linkages optimise`` and ``linkages study``                                               |
-| data          | where the shipped studies are                                                              |
-| versions      | of the packages that determine the numbers                                                 |
+Each folder imports only from those above it (`algorithms` and `problem` do not know each other):
 
-`linkages` never imports this package; its commands reach the command line through entry points.
+| folder     | what lives there                                                              |
+|------------|-------------------------------------------------------------------------------|
+| algorithms | mathematical optimisation: bounds and a function of populations               |
+| problem    | study files, checked                                                          |
+| evaluate   | designs -> runs -> objectives and constraints                                 |
+| store      | the file that keeps every evaluation                                          |
+| search     | a study solved, resumed, verified; which variables matter                     |
+| report     | text, tables, figures                                                         |
+| cli        | ``linkages optimise`` and ``linkages study``                                  |
+
+A *study* is what a study file says; a *problem* is what an algorithm sees of it; a *design* is a value of every
+variable, (n,). `linkages` never imports this package; its commands reach the command line through entry points.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from optim.algorithms.nlp import Ending as Ending
+    from optim.algorithms.nlp import Problem as Problem
+    from optim.algorithms.nlp import Progress as Progress
+    from optim.algorithms.nlp import Result as Result
+    from optim.algorithms.nlp import Values as Values
+    from optim.algorithms.pareto import hypervolume as hypervolume
+    from optim.algorithms.pareto import knee as knee
+    from optim.algorithms.registry import ALGORITHMS as ALGORITHMS
+    from optim.algorithms.registry import minimise as minimise
+    from optim.evaluate.evaluations import Evaluations as Evaluations
+    from optim.evaluate.evaluator import Evaluator as Evaluator
+    from optim.evaluate.limits import in_units as in_units
+    from optim.evaluate.limits import problem_of as problem_of
+    from optim.evaluate.screen import Screened as Screened
+    from optim.problem.load import load_study as load_study
+    from optim.problem.shipped import find_study as find_study
+    from optim.problem.study import OperatingPoint as OperatingPoint
+    from optim.problem.study import Study as Study
+    from optim.report.export import export as export
+    from optim.report.figures import write_front as write_front
+    from optim.report.result import format_result as format_result
+    from optim.report.sensitivity_figures import write_indices as write_indices
+    from optim.report.sensitivity_figures import write_one_at_a_time as write_one_at_a_time
+    from optim.search.optimise import optimise as optimise
+    from optim.search.run import Stopped as Stopped
+    from optim.search.sensitivity import format_sensitivity as format_sensitivity
+    from optim.search.sensitivity import sensitivity as sensitivity
+    from optim.search.start import start_of as start_of
+    from optim.search.task import settings_of as settings_of
+    from optim.search.verification import format_verification as format_verification
+    from optim.search.verification import verify as verify
+    from optim.store.store import Store as Store
+    from optim.store.store import read_store as read_store
+
+#: Modules and their public names, which are loaded on first use, so that ``import optim`` is fast.
+_NAMES = {
+    "algorithms.nlp": ("Ending", "Problem", "Progress", "Result", "Values"),
+    "algorithms.pareto": ("hypervolume", "knee"),
+    "algorithms.registry": ("ALGORITHMS", "minimise"),
+    "evaluate.evaluations": ("Evaluations",),
+    "evaluate.evaluator": ("Evaluator",),
+    "evaluate.limits": ("in_units", "problem_of"),
+    "evaluate.screen": ("Screened",),
+    "problem.load": ("load_study",),
+    "problem.shipped": ("find_study",),
+    "problem.study": ("OperatingPoint", "Study"),
+    "report.export": ("export",),
+    "report.figures": ("write_front",),
+    "report.result": ("format_result",),
+    "report.sensitivity_figures": ("write_indices", "write_one_at_a_time"),
+    "search.optimise": ("optimise",),
+    "search.run": ("Stopped",),
+    "search.sensitivity": ("format_sensitivity", "sensitivity"),
+    "search.start": ("start_of",),
+    "search.task": ("settings_of",),
+    "search.verification": ("format_verification", "verify"),
+    "store.store": ("Store", "read_store"),
+}
+_HOME = {name: module for module, names in _NAMES.items() for name in names}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'optim' has no attribute '{name}'")
+    import importlib
+
+    return getattr(importlib.import_module(f"optim.{_HOME[name]}"), name)

@@ -1,4 +1,4 @@
-"""A small optimisation with an analytic objective: a task to be killed, resumed, and sent to workers.
+"""A small optimisation with an analytic objective: a task that tests kill, resume, and send to workers.
 
 Run as a script: ``python toy_optimisation.py STORE RESULT [SECONDS]`` solves it, resuming STORE, and writes RESULT;
 every population is announced, and takes SECONDS.
@@ -11,11 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
+from optim import Evaluations
 from optim.algorithms import nlp
-from optim.evaluate.evaluations import Evaluations
 from optim.search.run import Task, run
 
 GENERATIONS, POPULATION = 30, 6
+NOMINAL = np.array([-1.2, 1.0]) / 2.0
 
 
 def worth(design):
@@ -37,6 +38,13 @@ def values(found, nominal):
     f = np.where(failed[:, None], np.inf, found.objectives / nominal.objectives)
     g = np.where(failed[:, None], np.inf, found.constraints - 2.0)
     return nlp.Values(f, g, np.empty((len(found), 0)), failed)
+
+
+def problem_of(evaluate, nominal):
+    return nlp.Problem(
+        np.array([-2.0, -2.0]), np.array([2.0, 2.0]), lambda designs: values(evaluate(designs), nominal),
+        ("valley",), ("radius.at_most",), (), NOMINAL,
+    )  # fmt: skip
 
 
 def evolve(problem, seed, progress, generations=GENERATIONS):
@@ -70,14 +78,10 @@ def make_task(seed=1, pause=0.0, evaluate=evaluate, generations=GENERATIONS, **c
         "variables": ("x", "y"),
         "objectives": ("valley",),
         "constraints": ("radius",),
-        "lower": np.array([-2.0, -2.0]),
-        "upper": np.array([2.0, 2.0]),
-        "nominal": np.array([-1.2, 1.0]) / 2.0,
-        "start": np.array([-1.2, 1.0]) / 2.0,
+        "nominal": NOMINAL,
         "evaluate": slowly,
-        "values": values,
-        "optimise": lambda problem, progress: evolve(problem, seed, progress, generations),
-        "inequalities": ("radius.at_most",),
+        "problem": problem_of,
+        "minimise": lambda problem, progress: evolve(problem, seed, progress, generations),
     }
     return Task(**(arguments | changed))
 

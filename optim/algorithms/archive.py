@@ -1,4 +1,4 @@
-"""Every design that an algorithm evaluated in one run: none is evaluated twice."""
+"""`Archive`: every design that an algorithm evaluated in one run, none twice; the order by feasibility."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class Archive:
     """Evaluate populations of a problem, and remember them.
 
     Values that are not finite count as failed evaluations: infinite objectives and inequalities. Only a design that
-    violates constraints may have infinite objectives: nobody asked for them.
+    violates constraints may have infinite objectives: they were not evaluated.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Archive:
         self._values: list[Values] = []
 
     def __call__(self, designs: Array) -> Values:
-        """Values of designs (m, n): what is new is evaluated in one call, each design once."""
+        """Values of designs (m, n): new ones are evaluated in one call, each once."""
         designs = np.atleast_2d(np.asarray(designs, dtype=float)) + 0.0  # + 0.0: -0.0 and 0.0 are one design
         names = [design.tobytes() for design in designs]
         new = {name: i for i, name in enumerate(names) if name not in self._rows}

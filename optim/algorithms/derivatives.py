@@ -1,4 +1,4 @@
-"""Derivatives of everything a problem evaluates, by differences in one population."""
+"""Derivatives of objectives and constraints by differences, one population for a whole Jacobian."""
 
 from __future__ import annotations
 

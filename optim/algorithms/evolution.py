@@ -1,4 +1,4 @@
-"""Differential evolution, SciPy's, as a control of the other algorithms.
+"""Differential evolution, SciPy's, to compare the other algorithms with.
 
 R. Storn, K. Price, Differential evolution, Journal of Global Optimization 11 (1997) 341-359; constraints by the
 rules of J. Lampinen, A constraint handling approach for the differential evolution algorithm, Proc. CEC 2002.

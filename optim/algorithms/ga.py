@@ -1,12 +1,12 @@
 """Genetic algorithms on pygad: one objective with elitism, several with the survival of NSGA-II.
 
 pygad supplies the generations, simulated binary crossover, polynomial mutation and two random generators of its own.
-What decides between designs is ours and enters through its callable operators: pygad orders by finite scalar
-fitness, knows no constraints, and its NSGA-II lets parents and children not compete. Two more of its habits matter:
+The choice between designs is ours and enters through its callable operators: pygad orders by finite scalar fitness,
+knows no constraints, and in its NSGA-II parents and children do not compete. Its probabilities:
 
-- its crossover probability is that of a parent to be eligible, so nearly every child is crossed; here it is the
-  probability that a child is crossed at all, else it is a copy of its first parent (the usual meaning);
-- its mutation probability is that of each gene, and so it is here.
+- crossover: pygad's is that of a parent to be eligible, so nearly every child is crossed; here it is the probability
+  that a child is crossed at all, else it is a copy of its first parent (the usual meaning);
+- mutation: pygad's is that of each gene, and so it is here.
 
 K. Deb, R. B. Agrawal, Simulated binary crossover for continuous search space, Complex Systems 9 (1995) 115-148.
 K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Transactions on Evolutionary
@@ -29,7 +29,7 @@ from optim.algorithms.archive import Archive, by_feasibility
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result, Values
 from optim.algorithms.pareto import Indices, by_domination, front
 
-#: What lives on, the best first: of evaluation by genes, pool and children.
+#: From an evaluation by genes, the pool and its children to the survivors, the best first.
 Survival = Callable[[Callable[[Array], Values], Array, Array], Array]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -40,7 +40,7 @@ _silent.propagate = False
 
 
 class _Generations(Table):
-    """Settings that both algorithms have."""
+    """Settings of both algorithms."""
 
     population: int = Field(30, ge=4, description="designs of a generation")
     generations: int = Field(50, ge=1, description="generations, the first one among them")
@@ -73,7 +73,7 @@ def genetic(
     seed: int = 0,
     progress: Callable[[Progress], None] | None = None,
 ) -> Result:
-    """Minimise one objective; between designs decide the rules of feasibility.
+    """Minimise one objective; designs are ordered by the rules of feasibility.
 
     Parameters
     ----------

@@ -134,7 +134,7 @@ class _Search:
             if first and not phase.first:
                 self.hessian = self.last = None
             first = phase.first
-            if not first:  # what is violated by less than the tolerance is set on its bound
+            if not first:  # violations below the tolerance are set on their bounds
                 self.point = self.point._replace(y=np.clip(self.point.y, phase.low, phase.high))
             before = merit(form, phase, self.point.y, self.point.f)
             status = self._iterate(slopes, phase)
@@ -155,7 +155,7 @@ class _Search:
         return Ending.BUDGET_USED
 
     def result(self, status: Ending) -> Result:
-        """Where the search stands."""
+        """Return the current point."""
         return Result(self.x[None, :], self.archive(self.x), status, self.iteration, len(self.archive))
 
     def _progress(self, first: bool) -> Progress:

@@ -52,7 +52,7 @@ def search(
     at : Restored
         The point, with the partition of its reduced gradient.
     partition : Partition
-        That the search is to use.
+        Used by the search.
     direction : (n + m,) array
         Step, tangential to the equations.
     slope : float
@@ -61,8 +61,8 @@ def search(
     tolerance : float
         Of the equations.
     """
-    # what is left of the equations' residuals spoils small differences of the objective: to first order it is
-    # the multipliers times the residual
+    # remaining residuals of the equations spoil small differences of the objective: to first order by the
+    # multipliers times the residual
     basic = at.partition.basic
     multipliers = np.zeros(form.m) if phase.first else np.linalg.solve(A[:, basic].T, phase.gradient[basic])
     value = merit(form, phase, at.y, at.f) - float(multipliers @ at.residual)

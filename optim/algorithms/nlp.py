@@ -1,4 +1,4 @@
-"""What an optimisation algorithm sees: bounds and a function of whole populations; and what it returns."""
+"""`Problem`, what an algorithm sees: bounds and a function of populations; `Result`, what it returns."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ class Values:
     Attributes
     ----------
     objectives : (m, no) array
-        To be minimised; infinite where the evaluation failed, or was not made because constraints are violated.
+        Smaller is better; infinite where the evaluation failed, or was not made because constraints are violated.
     inequalities : (m, ni) array
         Satisfied where <= 0; infinite where the evaluation failed.
     equalities : (m, ne) array
         Satisfied where = 0.
     failed : (m,) array of bool
-        Where there is no value: the run did not reach its end, the linkage could not be assembled.
+        Where there is no value: the run did not reach its end, or the linkage could not be assembled.
     """
 
     objectives: Array
@@ -147,8 +147,8 @@ class Progress:
     values : Values
         Of these designs.
     state : dict
-        Where the algorithm is, as JSON types: its population, its random generators' states. For the record: it is
-        continued by running it again on stored values.
+        Population and states of the random generators, as JSON types. For the record: a run is resumed by running the
+        algorithm again on stored values.
     """
 
     iteration: int

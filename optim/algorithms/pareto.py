@@ -1,4 +1,4 @@
-"""Several objectives: domination, the front, how good it is, where its knee lies."""
+"""Several objectives: domination, fronts, hypervolume, knee."""
 
 from __future__ import annotations
 

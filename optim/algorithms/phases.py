@@ -1,4 +1,4 @@
-"""What the reduced gradient method minimises at a point: violations first, then the objective."""
+"""The two phases of the reduced gradient method: violations are minimised first, then the objective."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Phase(NamedTuple):
 
 
 def phase_at(form: StandardForm, y: Array, slopes: Slopes, tolerance: float) -> Phase:
-    """Find out whether a point is feasible, and what is to be done there."""
+    """Return the task at a point: whether it is feasible decides the phase."""
     low, high = form.lower.copy(), form.upper.copy()
     excess = np.append(np.zeros(form.n), form.violation(y[form.n :]))
     if np.abs(excess).max() <= tolerance:
@@ -49,5 +49,5 @@ def phase_at(form: StandardForm, y: Array, slopes: Slopes, tolerance: float) -> 
 
 
 def merit(form: StandardForm, phase: Phase, y: Array, f: float) -> float:
-    """Return what is minimised: the objective, in phase I the sum of the scaled violations."""
+    """Return the value that is minimised: the objective, in phase I the sum of the scaled violations."""
     return float(np.abs(form.violation(y[form.n :])).sum()) if phase.first else f

@@ -1,4 +1,4 @@
-"""Quadratic models: their minimum within bounds, and what a step teaches about the curvature."""
+"""Quadratic models: their minimum within bounds, and the update of their curvature after a step."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""All algorithms by name: what they need, what they are set by.
+"""All algorithms by name, with their settings: `minimise`.
 
 An algorithm is a function ``(problem, settings, seed, progress) -> Result`` that depends on nothing else: run again
-with the same arguments it asks for the same designs in the same order. So a run that was stopped is continued by
+with the same arguments it asks for the same designs in the same order. So a run that was stopped is resumed by
 running it again on the stored values.
 """
 
@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
-from linkages.errors import InputError, nearest
+from linkages import InputError
+from linkages.errors import nearest
 from linkages.files.toml import Table, validate
 from optim.algorithms.archive import Archive, by_feasibility
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result, Values
@@ -27,12 +28,12 @@ TOLERANCE = 1e-6
 
 
 class Algorithm(NamedTuple):
-    """An algorithm, by the names of what it is made of: what nobody asks for is not imported.
+    """An algorithm by the names of its parts, so that it is imported only when it is used.
 
     Attributes
     ----------
     module, function, settings : str
-        Where the function and its table of settings are.
+        Module, function and table of settings.
     summary : str
     local : bool
         Searches from a start; its settings have a key `starts`.
@@ -89,8 +90,17 @@ ALGORITHMS = {
 }
 
 
-def settings_of(name: str, data: Mapping[str, Any], source: Path | str = "settings") -> Table:
+def read_settings(name: str, data: Mapping[str, Any], source: Path | str = "settings") -> Table:
     """Read the settings of an algorithm from the values of a table.
+
+    Parameters
+    ----------
+    name : str
+        Key of `ALGORITHMS`.
+    data : mapping
+        What is not in it has its default.
+    source : Path or str
+        Named in errors.
 
     Raises
     ------
@@ -100,22 +110,22 @@ def settings_of(name: str, data: Mapping[str, Any], source: Path | str = "settin
     return validate(_find(name, source).table, data, Path(source))
 
 
-def optimise(
+def minimise(
     name: str,
     problem: Problem,
-    settings: Table | None = None,
+    settings: Table | Mapping[str, Any] | None = None,
     seed: int = 0,
     progress: Callable[[Progress], None] | None = None,
 ) -> Result:
-    """Run an algorithm.
+    """Solve a problem by an algorithm.
 
     Parameters
     ----------
     name : str
         Key of `ALGORITHMS`.
     problem : Problem
-    settings : Table, optional
-        Of this algorithm; its defaults if left out.
+    settings : Table or mapping, optional
+        Of this algorithm; what is left out has its default.
     seed : int
         Not negative.
     progress : callable, optional
@@ -124,10 +134,23 @@ def optimise(
     Raises
     ------
     InputError
-        If there is no such algorithm, or it cannot solve such a problem.
+        If there is no such algorithm, a setting is wrong, or it cannot solve such a problem.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import optim
+    >>> def evaluate(designs):
+    ...     m = len(designs)
+    ...     distance = ((designs - 0.25) ** 2).sum(axis=1, keepdims=True)
+    ...     return optim.Values(distance, np.empty((m, 0)), np.empty((m, 0)), np.zeros(m, dtype=bool))
+    >>> problem = optim.Problem(np.zeros(2), np.ones(2), evaluate)
+    >>> optim.minimise("grg", problem).x.round(6)
+    array([[0.25, 0.25]])
     """
     algorithm = _find(name, "algorithm")
-    settings = algorithm.table() if settings is None else settings
+    if not isinstance(settings, Table):
+        settings = read_settings(name, settings or {})
     if len(problem.objectives) > 1 and not algorithm.several:
         several = ", ".join(key for key, other in ALGORITHMS.items() if other.several)
         raise InputError(

@@ -1,4 +1,4 @@
-"""Back to the constraints: which variables answer for them, and Newton's method in these."""
+"""Return to the constraints: choice of the basic variables, and Newton's method in them."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def restore(
         Trial point; its nonbasic variables lie within the bounds.
     partition : Partition
     low, high : (n + m,) arrays
-        Bounds to be kept.
+        Bounds that the point must keep.
     tolerance : float
         Of the scaled equations.
 

@@ -14,7 +14,7 @@ from pydantic import Field
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 
-from linkages.errors import RunError
+from linkages import RunError
 from linkages.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
 from optim.algorithms.gradient import start_of
@@ -69,7 +69,7 @@ def snopt(
 
 
 class _Search:
-    """One call of SNOPT, and what it asked for."""
+    """One call of SNOPT, and the values and slopes that it asked for."""
 
     def __init__(
         self, problem: Problem, settings: Snopt, progress: Callable[[Progress], None] | None

@@ -1,7 +1,8 @@
-"""The commands that this package adds to ``linkages``, through entry points of the group ``linkages.cli``.
+"""The commands that this package adds to ``linkages``, through entry points of the group ``linkages.commands``.
 
-| module   | command                                                            |
-|----------|--------------------------------------------------------------------|
-| optimise | ``linkages optimise``: solve design problems                       |
-| study    | ``linkages study show`` and ``export``: look into a study's store  |
+| module    | responsibility                                                                  |
+|-----------|---------------------------------------------------------------------------------|
+| optimise  | ``linkages optimise``: solve design studies                                     |
+| study     | ``linkages study show``, ``export``, ``sensitivity``                            |
+| interrupt | Ctrl-C once stops after the iteration, twice at once                            |
 """

@@ -1,4 +1,4 @@
-"""``linkages optimise``: solves design problems; can be stopped, and gone on with."""
+"""``linkages optimise``: solves design studies; can be stopped and resumed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.common import add_out, output_folder, progress_bar, written
-from linkages.errors import InputError
+from linkages import InputError
+from linkages.cli.options import add_out, output_folder, written
+from linkages.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
     from optim.problem.study import Study
 
-HELP = "find the best design of a linkage; can be stopped, and gone on with"
+HELP = "find the best design of a linkage; can be stopped and resumed"
 
 _EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml
@@ -36,7 +37,7 @@ FIGURE, FRONT = "convergence.png", "front.png"
 
 @dataclass(frozen=True)
 class Job:
-    """One study with one seed, where it begins (n,) if not at the nominal design, and its folder."""
+    """One study with one seed, its start (n,) if that is not the nominal design, and its folder."""
 
     study: Study
     seed: int
@@ -53,9 +54,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     seeds = parser.add_mutually_exclusive_group()
     seeds.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
     seeds.add_argument("--seeds", metavar="A:B", help="run every seed from A to B")
-    parser.add_argument(
-        "--resume", action="store_true", help="go on with what was begun in the output folder"
-    )
+    parser.add_argument("--resume", action="store_true", help="continue what was begun in the output folder")
     parser.add_argument(
         "--start",
         type=Path,
@@ -73,7 +72,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
-    from optim.search.interrupt import Interrupt
+    from optim.cli.interrupt import Interrupt
     from optim.search.run import Stopped
 
     if options.threads is not None and options.threads < 1:
@@ -98,7 +97,7 @@ def run(options: argparse.Namespace) -> int:
         except KeyboardInterrupt:
             stop.wanted = True
         if stop() and len(results) < len(jobs):
-            print("what was computed is kept; go on with --resume", file=sys.stderr)
+            print("what was computed is kept; continue with --resume", file=sys.stderr)
             return 130
     if len(jobs) > 1:
         from optim.report.table import format_table, write_table
@@ -111,8 +110,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     """Output folder, and every study with every seed, checked before the first begins."""
+    from optim.problem.load import load_study
     from optim.problem.shipped import find_study
-    from optim.problem.study import load_study
     from optim.search.start import start_of
     from optim.search.task import settings_of
 
@@ -121,7 +120,7 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
         settings_of(study)
     names = [study.source.stem for study in studies]
     if len(set(names)) < len(names):
-        raise InputError("command line", names[0], "two studies of one name; rename a file")
+        raise InputError("command line", names[0], "two studies have this name; rename a file")
     pairs = [(study, seed) for study in studies for seed in _seeds(options, study)]
     root = output_folder(options, names[0] if len(studies) == 1 else "optimise")
     one = len(pairs) == 1
@@ -134,7 +133,7 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
         store = job.folder / STORE
         if store.exists() and not options.resume:
             raise InputError(
-                "--out", str(store), "is there already; go on with --resume, or give another --out"
+                "--out", str(store), "exists already; continue with --resume, or give another --out"
             )
         try:
             job.folder.mkdir(parents=True, exist_ok=True)
@@ -159,22 +158,24 @@ def _solve(
     job: Job, options: argparse.Namespace, executor: Executor | None, workers: int, stop: Any
 ) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
-    import numpy as np
-
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
-    from optim.report.result import format_result, summarize, write_json
-    from optim.search.run import run as run_task
-    from optim.search.task import described, task_of
+    from optim.report.result import format_result, write_json
+    from optim.search.optimise import optimise
 
     study = job.study
-    evaluate = Evaluator(study, executor, 2 * workers, options.threads)
-    task = task_of(study, job.seed, evaluate, job.start)
     figure = None if options.no_plots else job.folder / FIGURE
     with Observer(study, job.seed, figure) as observe:
-        outcome = run_task(task, job.folder / STORE, options.resume, observe, stop)
-    references = evaluate(np.array([*study.designs.values()])) if study.designs else None
-    result = summarize(study, outcome, described(study), job.seed, task.versions, references, job.start)
+        result = optimise(
+            study,
+            job.folder / STORE,
+            seed=job.seed,
+            start=job.start,
+            evaluator=Evaluator(study, executor, 2 * workers, options.threads),
+            resume=options.resume,
+            observe=observe,
+            stop=stop,
+        )
     write_json(job.folder / RESULT, result)
     if result["front"] and not options.no_plots:
         from optim.report.figures import write_front
@@ -182,7 +183,7 @@ def _solve(
         write_front(study, result, job.folder / FRONT)
     print(format_result(study, result) + "\n")
     if not options.no_verify:
-        from optim.search.trust import format_verification, verify
+        from optim.search.verification import format_verification, verify
 
         print("running the optimum again on Drake (--no-verify skips this) ...", file=sys.stderr)
         result["verification"] = verify(study, result["best"], options.threads, progress_bar("Drake"))

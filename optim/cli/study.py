@@ -1,12 +1,12 @@
-"""``linkages study``: looks into the store of a study, also while it runs; asks which variables matter."""
+"""``linkages study``: shows and exports the store of a study, also while it runs; finds out which variables matter."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from linkages.cli.common import add_out, output_folder, written
-from linkages.errors import InputError
+from linkages import InputError
+from linkages.cli.options import add_out, output_folder, written
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 
@@ -50,7 +50,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do what is asked; returns the exit status."""
+    """Run the action that was chosen; returns the exit status."""
     if options.action == "sensitivity":
         return _sensitivity(options)
     from optim.report.export import export
@@ -72,10 +72,10 @@ def _sensitivity(options: argparse.Namespace) -> int:
     """Write ``sensitivity.json`` and the figures, print the table."""
     from linkages.files.writing import OutputFolder
     from optim.evaluate.evaluator import Evaluator
+    from optim.problem.load import load_study
     from optim.problem.shipped import find_study
-    from optim.problem.study import load_study
     from optim.report.result import write_json
-    from optim.search.sensitivity import format_sensitivity, study_sensitivity
+    from optim.search.sensitivity import format_sensitivity, sensitivity
 
     if options.samples < 2 or options.samples & (options.samples - 1):
         raise InputError("--samples", str(options.samples), "must be a power of two, 2 at least")
@@ -87,7 +87,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
         raise InputError("--seed", str(seed), "must be between 0 and 2^32 - 1")
     out = output_folder(options, f"{study.source.stem}_sensitivity")
     with OutputFolder(out) as folder:
-        report = study_sensitivity(study, Evaluator(study, threads=options.threads), options.samples, seed)
+        report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:
             from optim.report.sensitivity_figures import write_indices, write_one_at_a_time

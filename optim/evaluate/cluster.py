@@ -1,7 +1,7 @@
 """Evaluations on a Dask cluster: an executor like any other.
 
 Workers import this package and read the mechanism's file under the path it has here: install the same versions, and
-share the folder. A worker that dies loses its batches to the others.
+share the folder. The requests of a worker that dies go to the others.
 """
 
 from __future__ import annotations
@@ -10,16 +10,16 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
-from linkages.errors import InputError, RunError
+from linkages import InputError, RunError
 from linkages.files.versions import versions
 
 _PATIENCE = 10.0  # seconds to wait for the scheduler, and for a first worker
-_RETRIES = 5  # deaths of its worker that a batch survives
+_RETRIES = 5  # deaths of its worker that a request survives
 
 
 @contextmanager
 def cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """Connect to a scheduler; gives an executor and the number of worker threads.
+    """Connect to a scheduler; yields an executor and the number of worker threads.
 
     Parameters
     ----------

@@ -9,15 +9,10 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
-from linkages.engines.study import ideal, simulate
-from linkages.errors import Status
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
-from linkages.results.extremes import extremes
-from linkages.results.trajectory import Trajectory
-from linkages.system.assembly import AssemblyError
-from optim.evaluate.requests import Batch, Statistics, run_each
-from optim.problem.outputs import JITTER
+from linkages import AssemblyError, Status, System, Trajectory, extremes, ideal, simulate
+from linkages.outputs.columns import Columns
+from linkages.outputs.registry import JITTER
+from optim.evaluate.requests import Request, Statistics, run_each
 
 Array = NDArray[np.float64]
 
@@ -25,12 +20,12 @@ _NODES, _WEIGHTS = leggauss(4)
 _MANY = 5000  # steps, from which on they are short by themselves: explicit ones through impacts
 
 
-def run_on_drake(batch: Batch, progress: Callable[[float], None] | None = None) -> Statistics:
-    """Run designs on Drake, one after the other.
+def run_on_drake(request: Request, progress: Callable[[float], None] | None = None) -> Statistics:
+    """Run the designs of a request on Drake, one after the other.
 
     Parameters
     ----------
-    batch : Batch
+    request : Request
     progress : callable, optional
         Called with the simulated time of all runs so far [s].
 
@@ -40,21 +35,18 @@ def run_on_drake(batch: Batch, progress: Callable[[float], None] | None = None) 
         If a run was interrupted.
     """
 
-    def statistics(i: int, mechanism: Mechanism, experiment: Experiment) -> Array:
-        before = i * batch.point.experiment.duration
-        report = None if progress is None else partial(_add, progress, before)
-        return _statistics(batch, mechanism, experiment, report)
+    def statistics(i: int, system: System) -> Array:
+        before = i * request.point.system.experiment.duration
+        return _statistics(request, system, progress and partial(_add, progress, before))
 
-    return run_each(batch, statistics)
+    return run_each(request, statistics)
 
 
 def _add(progress: Callable[[float], None], before: float, time: float) -> None:
     progress(before + time)
 
 
-def _statistics(
-    batch: Batch, mechanism: Mechanism, experiment: Experiment, progress: Callable[[float], None] | None
-) -> Array:
+def _statistics(request: Request, system: System, progress: Callable[[float], None] | None) -> Array:
     """Minimum, maximum, mean and rms of each output in each window, (4, nw, no).
 
     Raises
@@ -62,29 +54,30 @@ def _statistics(
     AssemblyError
         Also if the run does not reach its end.
     """
-    run = simulate(mechanism, experiment, "drake", progress)
+    outputs = request.outputs
+    run = simulate(system, "drake", progress)
     if run.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-    exact = ideal(mechanism, experiment) if any(name.endswith(JITTER) for name in batch.outputs) else run
+    exact = ideal(system) if any(name.endswith(JITTER) for name in outputs) else run
     for part in (run, exact):
         if part.status is not Status.OK:
-            raise AssemblyError(part.status, f"ended at t = {part.time[-1]:.6g} s; {part.status.remedy}")
-    signals = _signals(experiment, run, exact, batch.outputs)
+            raise AssemblyError(part.status, f"ended at t = {part.time[-1]:.6g} s")
+    signals = _signals(run, exact, outputs)
     columns = signals(run.time)
-    edges = np.setdiff1d(np.minimum(batch.windows, run.time[-1]), run.time)
+    edges = np.setdiff1d(np.minimum(request.windows, run.time[-1]), run.time)
     if len(edges):
         order = np.argsort(np.concatenate([run.time, edges]))
         between = signals(edges)
         columns = {name: np.concatenate([x, between[name]])[order] for name, x in columns.items()}
-    found = np.empty((4, len(batch.windows), len(batch.outputs)))
-    for w, (start, end) in enumerate(batch.windows):
+    found = np.empty((4, len(request.windows), len(outputs)))
+    for w, (start, end) in enumerate(request.windows):
         inside = (columns["time"] >= start) & (columns["time"] <= end)
         within = {name: x[inside] for name, x in columns.items()}
         window = Trajectory(within["time"], within, run.status, {}, signals)
-        extreme = extremes(window, batch.outputs)
+        extreme = extremes(window, outputs)
         nodes, weights = _quadrature(window.time)
         values = window.columns if nodes is window.time else signals(nodes)
-        for k, name in enumerate(batch.outputs):
+        for k, name in enumerate(outputs):
             y = values[name]
             found[:, w, k] = extreme[name].min, extreme[name].max, weights @ y, np.sqrt(weights @ y**2)
     return found
@@ -99,31 +92,20 @@ def _quadrature(steps: Array) -> tuple[Array, Array]:
     return (steps[:-1, None] + half * (1.0 + _NODES)).ravel(), (half * _WEIGHTS).ravel() / span
 
 
-def _signals(
-    experiment: Experiment, run: Trajectory, exact: Trajectory, outputs: tuple[str, ...]
-) -> Callable[[Array], dict[str, Array]]:
-    """Return what computes the outputs at any times: columns, and what is made of them."""
+def _signals(run: Trajectory, exact: Trajectory, outputs: tuple[str, ...]) -> Callable[[Array], Columns]:
+    """Return what computes the outputs at any times: columns of the run, and jitter, its distance from the ideal."""
     assert run.evaluate is not None
     assert exact.evaluate is not None
     of_run, of_exact = run.evaluate, exact.evaluate
-    at_steps = run.columns  # they need not be computed again
     jitter = any(name.endswith(JITTER) for name in outputs)
 
-    def evaluate(times: Array) -> dict[str, Array]:
-        real = at_steps if times is run.time else of_run(times)
-        smooth = of_exact(times) if jitter else real
+    def evaluate(times: Array) -> Columns:
+        real = run.columns if times is run.time else of_run(times)  # at the steps they are known
+        smooth = of_exact(times) if jitter else {}
         found = {"time": times}
         for name in outputs:
-            owner, _, what = name.rpartition(".")
-            if name.endswith(JITTER):
-                found[name] = real[owner] - smooth[owner]
-            elif what == "film_thickness":
-                clearance = experiment.joints[owner].clearance or 0.0
-                found[name] = clearance - np.hypot(real[f"{owner}.ex"], real[f"{owner}.ey"])
-            elif what == "power" and owner in experiment.drives:
-                found[name] = real[f"{owner}.torque"] * real[f"{owner}.rate"]
-            else:
-                found[name] = real[name]
+            plain = name.removesuffix(JITTER)
+            found[name] = real[plain] - smooth[plain] if plain != name else real[plain]
         return found
 
     return evaluate

@@ -1,13 +1,14 @@
-"""What designs are worth: numbers, or why there are none."""
+"""`Evaluations`: the objectives and constraints of designs, or why they have none."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import Status
+from linkages import Status
 
 Array = NDArray[np.float64]
 
@@ -16,9 +17,14 @@ NO_VALUE = "no-value"  # a quantity has no finite value
 INFEASIBLE = "infeasible"  # not run: a constraint that needs no run is violated
 
 
+def finite(value: float) -> float | None:
+    """Return a number as JSON knows it: None where it is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
 @dataclass(frozen=True)
 class Evaluations:
-    """What m designs are worth, in the units of the study file; NaN where there is no value.
+    """Objectives and constraints of m designs, in the units of the study file; NaN where there is no value.
 
     Attributes
     ----------
@@ -41,7 +47,7 @@ class Evaluations:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Where there should be values and are none, (m,)."""
+        """Where a run, or a formula, gave no value, (m,)."""
         return np.array([status not in (OK, INFEASIBLE) for status in self.status], dtype=bool)
 
     @property

@@ -1,4 +1,4 @@
-"""Designs -> runs at every operating point -> objectives and constraints; failures are explicit."""
+"""`Evaluator`: designs, their runs at every operating point, objectives and constraints; failures are explicit."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
-from optim.evaluate.requests import Batch, Statistics, joined, run_batch
-from optim.problem.outputs import IDEAL
+from optim.evaluate.requests import Engine, Request, Statistics, joined, run_compiled
 from optim.problem.schema import Quantity, Term
-from optim.problem.study import OperatingPoint, Study, quantities
+from optim.problem.study import OperatingPoint, Study
 
 Array = NDArray[np.float64]
 
@@ -37,13 +37,21 @@ class Evaluator:
     ----------
     study : Study
     executor : Executor, optional
-        Where batches run; default: here.
+        Where requests are answered; default here.
     parts : int
-        Batches that a population is divided into; it does not change the values.
+        Requests that a population is divided into at each operating point; the values do not depend on it.
     threads : int, optional
-        Of the compiled engine.
+        Of the compiled engine; default all there are.
     engine : callable, optional
-        Runs a batch; default `run_batch`.
+        Answers a request; default the compiled engine's batch.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> found = optim.Evaluator(study)(study.nominal[None])
+    >>> found.status, float(found.objectives[0, 0].round(3))
+    (('ok',), 2.913)
     """
 
     def __init__(
@@ -52,19 +60,19 @@ class Evaluator:
         executor: Executor | None = None,
         parts: int = 1,
         threads: int | None = None,
-        engine: Callable[[Batch], Statistics] | None = None,
+        engine: Engine | None = None,
     ) -> None:
         self.study = study
         self.executor = executor
         self.parts = max(parts, 1)
         self.threads = threads
-        self.engine = engine or run_batch
-        terms = [term for _, _, quantity in quantities(study.file) for term in quantity.terms or ()]
+        self.engine = engine or run_compiled
+        terms = [term for _, _, quantity in study.quantities for term in quantity.terms or ()]
         self.outputs = tuple(dict.fromkeys(term.output for term in terms))
         self._used = tuple(dict.fromkeys(term.window for term in terms))
 
     def __call__(self, designs: Array) -> Evaluations:
-        """Evaluate designs (m, n); a design's values do not depend on the others."""
+        """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
         study = self.study
         if self.outputs:
             points = self._run(designs)
@@ -75,7 +83,7 @@ class Evaluator:
         table = np.column_stack(
             [
                 self._formula(name, designs) if quantity.terms is None else self._quantity(quantity, points)
-                for _, name, quantity in quantities(study.file)
+                for _, name, quantity in study.quantities
             ]
         )
         status, reason = [], []
@@ -92,29 +100,28 @@ class Evaluator:
     def _run(self, designs: Array) -> list[Statistics]:
         """Run designs at every operating point."""
         size = max(1, -(-len(designs) // self.parts))
-        batches = [
-            self._batch(point, designs[i : i + size])
+        requests = [
+            self._request(point, designs[i : i + size])
             for point in self.study.points
             for i in range(0, len(designs), size)
         ]
         run: Callable[..., Iterable[Statistics]] = map if self.executor is None else self.executor.map
-        engine: Callable[[Batch], Statistics] = self.engine
+        engine = self.engine
         if any(output.startswith(IDEAL) for output in self.outputs):
             from optim.evaluate.ideal_runs import run_parts
 
             engine = partial(run_parts, engine)
-        found = list(run(engine, batches))
+        found = list(run(engine, requests))
         each = len(found) // len(self.study.points)
         return [joined(found[i : i + each]) for i in range(0, len(found), each)]
 
-    def _batch(self, point: OperatingPoint, designs: Array) -> Batch:
-        linked = [[link(self.study.named(design)) for link in point.links] for design in designs]
-        values = np.column_stack([designs, np.array(linked).reshape(len(designs), len(point.links))])
+    def _request(self, point: OperatingPoint, designs: Array) -> Request:
+        values = np.array([self.study.row(design, point) for design in designs])
         windows = np.vstack([point.windows[name] for name in self._used])
-        return Batch(point, values, self.outputs, windows, self.threads)
+        return Request(point, values, self.outputs, windows, self.threads)
 
     def _rows(self, term: Term, point: OperatingPoint) -> slice:
-        """Windows of a term among those of the batch."""
+        """Windows of a term among those of a request."""
         before = 0
         for name in self._used:
             count = len(point.windows[name])
@@ -158,7 +165,7 @@ class Evaluator:
         for point, found in zip(self.study.points, points, strict=False):
             if found.status[i] != OK:
                 return found.status[i], (f"{point.name}: " if several else "") + found.reason[i]
-        for (_, name, _), value in zip(quantities(self.study.file), row, strict=True):
+        for (_, name, _), value in zip(self.study.quantities, row, strict=True):
             if not math.isfinite(value):
                 return NO_VALUE, f"{name} has no finite value"
         return OK, ""

@@ -1,28 +1,22 @@
-"""Outputs of the linkage without clearance: exact kinematics and inverse dynamics, no simulation.
+"""Outputs of the linkage without clearance (``ideal.`` names): exact kinematics and inverse dynamics, no run.
 
-``ideal.COLUMN`` is a column of the ideal motion (see `linkages.outputs.columns`), ``ideal.JOINT.turning_rate`` the rate at
-which the direction of the force in a joint turns [rad/s], counterclockwise positive, in plane axes. A journal with
-play leans where the force presses it; where the direction turns fast it loses touch, flies across and strikes.
+A journal with play leans where the force presses it; where the direction of the force turns fast
+(``ideal.JOINT.turning_rate``) it loses touch, flies across and strikes.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from linkages.engines.study import ideal
-from linkages.errors import Status
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism
+from linkages import AssemblyError, Status, System, ideal
 from linkages.outputs.columns import Columns
-from linkages.system.assembly import AssemblyError
+from linkages.outputs.registry import IDEAL, TURNING
 from optim.evaluate.evaluations import OK
-from optim.evaluate.requests import Batch, Statistics, run_each
-from optim.problem.outputs import IDEAL, TURNING
+from optim.evaluate.requests import Engine, Request, Statistics, run_each
 
 Array = NDArray[np.float64]
 
@@ -30,14 +24,14 @@ Array = NDArray[np.float64]
 SAMPLES = 2001
 
 
-def run_parts(engine: Callable[[Batch], Statistics], batch: Batch) -> Statistics:
-    """Run a batch through an engine, but its ideal outputs without one; designs that have no ideal motion fail."""
+def run_parts(engine: Engine, request: Request) -> Statistics:
+    """Have a request answered by an engine, its ideal outputs aside; designs that have no ideal motion fail."""
     parts = []
     for wanted, run in ((False, engine), (True, run_ideal)):
-        columns = [k for k, name in enumerate(batch.outputs) if name.startswith(IDEAL) == wanted]
+        columns = [k for k, name in enumerate(request.outputs) if name.startswith(IDEAL) == wanted]
         if columns:
-            outputs = tuple(batch.outputs[k] for k in columns)
-            parts.append((columns, run(dataclasses.replace(batch, outputs=outputs))))
+            outputs = tuple(request.outputs[k] for k in columns)
+            parts.append((columns, run(dataclasses.replace(request, outputs=outputs))))
     order = np.argsort([k for columns, _ in parts for k in columns])
 
     def joined(key: str) -> Array:
@@ -53,22 +47,22 @@ def run_parts(engine: Callable[[Batch], Statistics], batch: Batch) -> Statistics
     )  # fmt: skip
 
 
-def run_ideal(batch: Batch) -> Statistics:
-    """Sample the ideal motion of designs in the windows of a batch."""
-    return run_each(batch, lambda _, mechanism, experiment: _statistics(batch, mechanism, experiment))
+def run_ideal(request: Request) -> Statistics:
+    """Sample the ideal motion of designs in the windows of a request."""
+    return run_each(request, lambda _, system: _statistics(request, system))
 
 
-def _statistics(batch: Batch, mechanism: Mechanism, experiment: Experiment) -> Array:
+def _statistics(request: Request, system: System) -> Array:
     """Minimum, maximum, mean and rms of each output in each window, (4, nw, no)."""
-    motion = ideal(mechanism, experiment, "compiled")
+    motion = ideal(system, "compiled")
     if motion.status is not Status.OK:
-        raise AssemblyError(motion.status, f"ended at t = {motion.time[-1]:.6g} s; {motion.status.remedy}")
+        raise AssemblyError(motion.status, f"ended at t = {motion.time[-1]:.6g} s")
     assert motion.evaluate is not None  # what an engine returns has it
-    found = np.empty((4, len(batch.windows), len(batch.outputs)))
-    for w, (start, end) in enumerate(batch.windows):
+    found = np.empty((4, len(request.windows), len(request.outputs)))
+    for w, (start, end) in enumerate(request.windows):
         times = np.linspace(start, end, SAMPLES)
         columns = motion.evaluate(times)
-        for k, name in enumerate(batch.outputs):
+        for k, name in enumerate(request.outputs):
             y = _signal(columns, times, name.removeprefix(IDEAL))
             mean, square = (np.trapezoid(z, times) / (end - start) for z in (y, y**2))
             found[:, w, k] = y.min(), y.max(), mean, np.sqrt(square)
@@ -77,11 +71,9 @@ def _statistics(batch: Batch, mechanism: Mechanism, experiment: Experiment) -> A
 
 def _signal(columns: Columns, times: Array, name: str) -> Array:
     owner, _, what = name.rpartition(".")
-    return (
-        turning_rate(columns[f"{owner}.fx"], columns[f"{owner}.fy"], times)
-        if what == TURNING
-        else columns[name]
-    )
+    if what == TURNING:
+        return turning_rate(columns[f"{owner}.fx"], columns[f"{owner}.fy"], times)
+    return columns[name]
 
 
 def turning_rate(fx: Array, fy: Array, times: Array) -> Array:

@@ -1,32 +1,55 @@
-"""Limits: quantities of designs as an algorithm sees them, all to be minimised, g <= 0 and h = 0."""
+"""From a study to the mathematical problem that algorithms see: objectives to minimise, g <= 0 and h = 0."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import RunError
-from optim.algorithms.nlp import Values
+from linkages import RunError
+from optim.algorithms.nlp import Problem, Values
 from optim.evaluate.evaluations import Evaluations
-from optim.problem.study import Study, quantities
+from optim.problem.study import Study
 
 Array = NDArray[np.float64]
 
-
-def inequality_names(study: Study) -> tuple[str, ...]:
-    """Names of the inequalities g <= 0, one for each limit."""
-    return tuple(name for name, _, _, _ in limits(study) if not name.endswith(".equals"))
+FEASIBLE = 1e-6  # sum of violations, relative to their limits, that counts as none
 
 
-def equality_names(study: Study) -> tuple[str, ...]:
-    """Names of the equalities h = 0."""
-    return tuple(name for name, _, _, _ in limits(study) if name.endswith(".equals"))
+def problem_of(
+    study: Study,
+    evaluate: Callable[[Array], Evaluations],
+    nominal: Evaluations | None = None,
+    start: Array | None = None,
+) -> Problem:
+    """Make the problem of a study as an algorithm sees it.
+
+    Parameters
+    ----------
+    study : Study
+    evaluate : callable
+        From designs (m, n) to their evaluations: an `Evaluator`.
+    nominal : Evaluations, optional
+        Of the nominal design alone; default evaluated here.
+    start : (n,) array, optional
+        Default the nominal design.
+    """
+    reference = evaluate(study.nominal[None]) if nominal is None else nominal
+    names = [name for name, _, _, _ in limits(study)]
+    return Problem(
+        study.lower,
+        study.upper,
+        lambda designs: values_of(study, evaluate(designs), reference),
+        tuple(study.file.objectives),
+        tuple(name for name in names if not name.endswith(".equals")),
+        tuple(name for name in names if name.endswith(".equals")),
+        study.nominal if start is None else start,
+    )
 
 
 def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
-    """Make of quantities what an algorithm sees: all to be minimised, limits as g <= 0 and h = 0.
+    """Make of evaluations what an algorithm sees: objectives to minimise, limits as g <= 0 and h = 0.
 
     Relative quantities are divided by the nominal design's. A limit L of a value f becomes (f - L)/|L|, or f if
     L = 0, so that violations of different constraints can be summed.
@@ -44,7 +67,7 @@ def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
     order = list(study.file.constraints)
     for key, name, limit, sign in limits(study):
         excess = sign * (constraints[:, order.index(name)] - limit) / (abs(limit) or 1.0)
-        # of a design that was not run, what is not known counts for nothing
+        # unknown constraints of a design that was not run count for nothing
         columns[key.endswith(".equals")].append(np.where(found.unrun & np.isnan(excess), 0.0, excess))
     failed = found.failed[:, None]
     empty = np.empty((len(found), 0))
@@ -62,11 +85,11 @@ def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Ar
     Raises
     ------
     RunError
-        If they are to be divided by what is zero, or is not there.
+        If the nominal design, by which they are divided, failed or has the value zero.
     """
     scales = np.ones(found.objectives.shape[1] + found.constraints.shape[1])
     reference = np.concatenate([nominal.objectives[0], nominal.constraints[0]])
-    for k, (kind, name, quantity) in enumerate(quantities(study.file)):
+    for k, (kind, name, quantity) in enumerate(study.quantities):
         if not quantity.relative:
             continue
         if nominal.failed[0] or reference[k] == 0.0:
@@ -80,7 +103,7 @@ def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Ar
 
 
 def limits(study: Study) -> Iterable[tuple[str, str, float, float]]:
-    """Every limit: its name, its constraint's, value, sign of what must not be positive."""
+    """Every limit: its name, its constraint, its value, and the sign with which the excess must not be positive."""
     for name, constraint in study.file.constraints.items():
         for key, sign in (("at_most", 1.0), ("at_least", -1.0), ("equals", 1.0)):
             limit = getattr(constraint, key)

@@ -1,4 +1,4 @@
-"""Runs of some designs at one operating point: what engines are asked for, and what they answer."""
+"""Requests, runs of some designs at one operating point, and their answer: statistics of outputs in windows."""
 
 from __future__ import annotations
 
@@ -9,22 +9,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, Status
-from linkages.model.experiment import Experiment
-from linkages.model.mechanism import Mechanism, load_mechanism
-from linkages.system.assembly import AssemblyError
+from linkages import AssemblyError, InputError, Status, System
 from optim.evaluate.evaluations import OK
 from optim.problem.study import OperatingPoint
 
 Array = NDArray[np.float64]
 
 # compiled loops use all threads already, and must not be entered by two threads of a worker at once
-_ONE_BATCH = threading.Lock()
+_ONE_AT_A_TIME = threading.Lock()
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Runs of some designs at one operating point: what a process, or a machine, is asked for."""
+class Request:
+    """Runs of some designs at one operating point: what one process is asked for.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+    values : (m, np) array
+        Of the point's paths.
+    outputs : tuple of str
+        Names of `linkages.outputs.registry`.
+    windows : (nw, 2) array
+        Times [s].
+    threads : int or None
+        Of the compiled engine.
+    """
 
     point: OperatingPoint
     values: Array
@@ -35,7 +45,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Of each output in each window, (m, nw, no): what functionals are made of."""
+    """Statistics of each output in each window, (m, nw, no) each: what functionals are made of."""
 
     minimum: Array
     maximum: Array
@@ -45,42 +55,44 @@ class Statistics:
     reason: list[str]
 
 
-def run_batch(batch: Batch) -> Statistics:
-    """Run designs through the compiled engine."""
-    from linkages.engines.compiled import simulate_batch
+#: Answers a request.
+Engine = Callable[[Request], Statistics]
 
-    with _ONE_BATCH:
+
+def run_compiled(request: Request) -> Statistics:
+    """Run the designs of a request as a batch of the compiled engine."""
+    from linkages import simulate_batch
+
+    with _ONE_AT_A_TIME:
         found = simulate_batch(
-            batch.point.mechanism,
-            batch.point.experiment,
-            batch.point.paths,
-            batch.values,
-            outputs=batch.outputs,
-            windows=batch.windows,
-            threads=batch.threads,
+            request.point.system,
+            request.point.paths,
+            request.values,
+            outputs=request.outputs,
+            windows=request.windows,
+            threads=request.threads,
         )
     status = [state.value for state in found.status]
     return Statistics(found.minimum, found.maximum, found.mean, found.rms, status, list(found.reason))
 
 
-def run_each(batch: Batch, statistics: Callable[[int, Mechanism, Experiment], Array]) -> Statistics:
-    """Run designs one after the other; what is wrong with one is its status.
+def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:
+    """Run the designs of a request one after the other; one that fails has a status.
 
     Parameters
     ----------
-    batch : Batch
+    request : Request
     statistics : callable
-        From a design's number, machine and experiment to minimum, maximum, mean and rms of each output in each window,
+        From a design's number and system to minimum, maximum, mean and rms of each output in each window,
         (4, nw, no). It may raise InputError or AssemblyError.
     """
-    found = np.full((4, len(batch.values), len(batch.windows), len(batch.outputs)), np.nan)
-    status, reason = [OK] * len(batch.values), [""] * len(batch.values)
-    for i, line in enumerate(batch.values):
+    m = len(request.values)
+    found = np.full((4, m, len(request.windows), len(request.outputs)), np.nan)
+    status, reason = [OK] * m, [""] * m
+    for i, line in enumerate(request.values):
         try:
-            values = dict(zip(batch.point.paths, map(float, line), strict=True))
-            experiment = batch.point.experiment.replaced(values)
-            mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-            found[:, i] = statistics(i, mechanism, experiment)
+            values = dict(zip(request.point.paths, map(float, line), strict=True))
+            found[:, i] = statistics(i, request.point.system.replaced(values))
         except InputError as problem:
             status[i], reason[i] = Status.BAD_INPUT.value, str(problem)
         except AssemblyError as problem:
@@ -90,7 +102,7 @@ def run_each(batch: Batch, statistics: Callable[[int, Mechanism, Experiment], Ar
 
 
 def joined(parts: Iterable[Statistics]) -> Statistics:
-    """Put batches of one operating point together again."""
+    """Put the answers for one operating point together again."""
     found = list(parts)
 
     def whole(key: str) -> Array:

@@ -1,4 +1,4 @@
-"""Designs whose formulas say enough are not run: a constraint is violated, or something has no value."""
+"""`Screened`: designs that formulas show to be infeasible, or without a value, are not run."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from optim.evaluate.evaluations import INFEASIBLE, NO_VALUE, OK, Evaluations
-from optim.evaluate.limits import limits
-from optim.problem.study import Study, quantities
-from optim.search.run import FEASIBLE
+from optim.evaluate.limits import FEASIBLE, limits
+from optim.problem.study import Study
 
 Array = NDArray[np.float64]
 
@@ -27,7 +26,7 @@ class Screened:
     evaluate : callable
         Evaluations of designs (m, n), by runs.
     step : float
-        Of an algorithm's differences, relative to the bounds: they reach beyond the constraints, so designs at one or
+        Of an algorithm's differences, relative to the bounds. They reach beyond the constraints, so designs one or
         two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
     """
 
@@ -39,10 +38,10 @@ class Screened:
         if step is not None:
             steps = np.vstack([k * step * np.diag(study.upper - study.lower) for k in (-2, -1, 1, 2)])
         self._steps = steps
-        self._names = [name for _, name, _ in quantities(study.file)]
+        self._names = [name for _, name, _ in study.quantities]
         self._scales = {
             name: study.formulas[name](study.named(study.nominal)) if quantity.relative else 1.0
-            for _, name, quantity in quantities(study.file)
+            for _, name, quantity in study.quantities
             if name in study.formulas
         }
 
@@ -64,7 +63,7 @@ class Screened:
         return Evaluations(objectives, constraints, status, reason)
 
     def _verdict(self, design: Array, row: Array) -> tuple[str, str]:
-        """Status and reason of a design, `OK` if it is to be run; its constraints by formula go into `row`."""
+        """Status and reason of a design, `OK` if it should be run; its constraints by formula go into `row`."""
         if np.array_equal(design, self.study.nominal):
             return OK, ""
         values = self._values(design)

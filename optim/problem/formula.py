@@ -1,4 +1,4 @@
-"""Arithmetic on named numbers, written by users in study files; parsed, never executed as code."""
+"""Formulas of study files: arithmetic on named numbers, parsed and never executed as code."""
 
 from __future__ import annotations
 

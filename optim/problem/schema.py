@@ -36,7 +36,7 @@ class Variable(Table):
 
 
 class Window(Table):
-    """Times in which functionals look at a run: `count` equal windows between start and end."""
+    """Times over which functionals are taken: `count` equal windows between start and end."""
 
     start: NonNegative = Field(description="[s], or revolutions")
     end: Positive = Field(description="[s], or revolutions")
@@ -68,9 +68,8 @@ class Term(Table):
         description="peak: largest magnitude; range: max - min; integral over time"
     )
     output: str = Field(
-        description="a column of the run (slider7.ax, A.force, O1.torque), + .jitter: less the ideal linkage's;"
-        " JOINT.film_thickness; DRIVE.power; of the ideal linkage, without a run: ideal.COLUMN,"
-        " ideal.JOINT.turning_rate"
+        description="an output (slider7.ax, A.force, O1.torque; see Outputs), + .jitter: less the ideal linkage's;"
+        " of the ideal linkage, without a run: ideal.NAME, ideal.JOINT.turning_rate"
     )
     weight: Finite = Field(1.0, description="factor of this term")
     window: str = Field("run", description='a name in [windows], or "run": all of it')
@@ -79,7 +78,7 @@ class Term(Table):
 
 
 class Quantity(Table):
-    """A number that belongs to a design: functionals, weighted and summed, or a formula of the variables."""
+    """A number of a design: functionals, weighted and summed, or a formula of the variables."""
 
     terms: Annotated[list[Term], Field(min_length=1)] | None = Field(None, description="weighted functionals")
     over_terms: Literal["sum", "max", "min"] = Field("sum", description="of several weighted terms")
@@ -95,9 +94,9 @@ class Quantity(Table):
 
 
 class Objective(Quantity):
-    """A quantity to be made small, or large."""
+    """A quantity that is minimised, or maximised."""
 
-    maximise: bool = Field(False, description="whether large is good")
+    maximise: bool = Field(False, description="whether it is maximised instead")
 
 
 class Constraint(Quantity):
@@ -121,7 +120,7 @@ class Constraint(Quantity):
 
 
 class StudyFile(Table):
-    """A design problem and how it is solved. SI units."""
+    """A design study and how it is solved. SI units."""
 
     experiment: str = Field(description="experiment file, beside this file or a shipped one")
     title: str = Field("", description="one line for tables and figures")

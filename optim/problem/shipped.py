@@ -1,10 +1,10 @@
-"""Finds the studies that come with the package."""
+"""The studies that come with the package."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from linkages.files import shipped as data
+from linkages import find_file
 
 
 def studies_folder() -> Path:
@@ -23,4 +23,4 @@ def find_study(name: str | Path) -> Path:
 def find_experiment(name: str, study: Path) -> Path:
     """Return the experiment of a study: beside it, else a shipped one."""
     beside = study.parent / name
-    return beside if beside.exists() else data.find_file(name)
+    return beside if beside.exists() else find_file(name)

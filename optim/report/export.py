@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from linkages.errors import InputError
-from linkages.files.whole import whole
+from linkages import InputError
+from linkages.files.writing import whole
 from optim.store.store import Store
 
 
@@ -24,7 +24,7 @@ def export(store: Store, path: Path) -> int:
     Returns
     -------
     int
-        Number of designs.
+        The number of designs.
 
     Raises
     ------

@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from linkages.files.whole import whole
+from linkages.files.writing import whole
 from linkages.plots.style import COLORS, figure_style
 from optim.algorithms import pareto
-from optim.problem.study import Study, label
-from optim.search.run import FEASIBLE
+from optim.evaluate.limits import FEASIBLE
+from optim.problem.study import Study
 from optim.store.store import Iteration
 
 Array = NDArray[np.float64]
@@ -71,7 +71,7 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     path : Path
     """
     names = list(study.file.objectives)
-    labels = [label(study, name) for name in names]
+    labels = [study.label(name) for name in names]
     signs = [-1.0 if study.file.objectives[name].maximise else 1.0 for name in names]
     front = _objectives(result["front"], names)
     marked = "compromise" if pareto.knee(front * signs) is None else "knee"

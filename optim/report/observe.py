@@ -1,4 +1,4 @@
-"""What a user sees while an algorithm runs: a progress bar, and the figure of the convergence."""
+"""`Observer`: a progress bar and the figure of the convergence while an algorithm runs."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from optim.algorithms.nlp import Values
-from optim.problem.study import Study, label
-from optim.search.run import FEASIBLE
+from optim.evaluate.limits import FEASIBLE
+from optim.problem.study import Study
 from optim.store.store import Iteration
 
 _EVERY = 5.0  # seconds between two drawings of the figure
@@ -30,7 +30,7 @@ class Observer:
         self.title = f"{study.source.stem}, seed {seed}"
         objectives = study.file.objectives
         self.signs = [-1.0 if objective.maximise else 1.0 for objective in objectives.values()]
-        self.labels = [label(study, name) for name in objectives]
+        self.labels = [study.label(name) for name in objectives]
         self.figure = figure
         self._drawn = time.monotonic()
         self._rows: list[Iteration] = []

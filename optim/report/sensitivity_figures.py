@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.plots.style import COLORS, figure_style
-from optim.problem.study import Study, label
+from optim.problem.study import Study
 
 _FIRST, _TOTAL, _NOMINAL = COLORS[5], COLORS[0], COLORS[1]
 
@@ -45,7 +45,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
                     ax.text(0.02, place, "inert", va="center", color="0.35")
-            ax.set_title(label(study, name), fontsize=9)
+            ax.set_title(study.label(name), fontsize=9)
             ax.set_xlabel("share of the variance [1]")
             ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         axes[0].set_yticks(places, study.names)
@@ -66,7 +66,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
         figure = Figure(figsize=(0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]), layout="constrained")
         axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
         for line, (name, entry) in zip(axes, quantities.items(), strict=True):
-            line[0].set_ylabel(label(study, name))
+            line[0].set_ylabel(study.label(name))
             for k, (ax, row) in enumerate(zip(line, entry["variables"].values(), strict=True)):
                 grid = report["grid"][study.paths[k]]
                 ax.plot(grid, np.array(row["one_at_a_time"], dtype=float), color=_TOTAL)

@@ -1,4 +1,4 @@
-"""A study's store as a few lines of text."""
+"""The store of a study as a few lines of text."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from optim.store.store import Store
 
 
 def format_store(store: Store) -> str:
-    """Say what is solved, how far it is, and what failed."""
+    """Format what a store holds: the study, how far it has come, what failed."""
     task = store.meta("task")
     count, failures = store.count()
     unrun = failures.pop(INFEASIBLE, 0)
@@ -27,7 +27,7 @@ def format_store(store: Store) -> str:
         found = store.evaluations()[1]
         first = next(k for k, status in enumerate(found.status) if status in failures)
         lines.append(f"first failure: {found.status[first]}: {found.reason[first]}")
-    lines += ["", f"{'iteration':>10s}{'evaluations':>13s}{'violation':>12s}  best (to be minimised)"]
+    lines += ["", f"{'iteration':>10s}{'evaluations':>13s}{'violation':>12s}  best (smaller is better)"]
     step = max(1, len(rows) // 20)
     for row in [*rows[:-1:step], *rows[-1:]]:
         values = ", ".join(f"{value:.6g}" for value in row.objectives.min(axis=0))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.files.whole import whole
+from linkages.files.writing import whole
 
 Result = dict[str, Any]  # content of ``result.json``
 

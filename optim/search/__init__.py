@@ -1,1 +1,11 @@
-"""."""
+"""Work on a study through evaluations and the store: solve, resume, verify, find the variables that matter.
+
+| module       | responsibility                                                               |
+|--------------|------------------------------------------------------------------------------|
+| run          | an algorithm over a store: stopped at any moment, resumed by replay          |
+| task         | a study, its algorithm and a seed as a task for `run`                        |
+| optimise     | `optimise`: a study solved; the content of ``result.json``                   |
+| start        | the answer of one study as the start of another                              |
+| verification | an optimum run again: on Drake, more tightly, from unseen starts             |
+| sensitivity  | Sobol's indices, one variable at a time                                      |
+"""

@@ -1,11 +1,12 @@
-"""Runs an algorithm over a store, so that it can be stopped at any moment and gone on with.
+"""Runs an algorithm over a store, so that it can be stopped at any moment and resumed.
 
-To go on is to replay: the algorithm starts from its seed again, and evaluations that the store holds are not computed
-anew. Each iteration is compared with the one stored. So an interrupted study ends with the same bytes as any other.
+Resuming is replaying: the algorithm starts from its seed again, and evaluations that the store holds are not computed
+anew. Each iteration is compared with the stored one. So an interrupted study ends with the same bytes as any other.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import time
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, RunError
+from linkages import InputError, RunError
 from linkages.files.lock import Lock
 from linkages.files.toml import leaves
 from optim.algorithms import nlp
@@ -25,34 +26,30 @@ from optim.store.store import Iteration, Store, create, open_store
 
 Array = NDArray[np.float64]
 
-FEASIBLE = 1e-6  # sum of violations, relative to their limits, that counts as none
-
+Evaluate = Callable[[Array], Evaluations]
 Observer = Callable[[Iteration, nlp.Values], None]
 
 
 @dataclass(frozen=True)
 class Task:
-    """An optimisation: what is asked, and how it is answered.
+    """An optimisation over a store: what is sought, and how designs are evaluated.
 
     Attributes
     ----------
     description : dict
-        JSON types: all that determines the numbers, algorithm and seed among them.
+        JSON types: everything that determines the numbers, algorithm and seed among them.
     versions : dict
         Of the packages that determine the numbers.
     variables, objectives, constraints : tuples of str
-        Names of what the store keeps.
+        Names of the store's columns.
     nominal : (n,) array
-        Evaluated first: what relative quantities are divided by.
-    start : (n,) array
-        Where a search begins: a member of a first generation, the first start of a local method.
-    inequalities, equalities : tuples of str
-        Names of what the algorithm sees.
+        Evaluated first: relative quantities are divided by its values.
     evaluate : callable
         Evaluations of designs (m, n); those of a design do not depend on the others.
-    values : callable
-        From evaluations and those of the nominal design to what the algorithm sees.
-    optimise : callable
+    problem : callable
+        From a function that evaluates through the store, and the evaluations of the nominal design, to the problem
+        that the algorithm sees.
+    minimise : callable
         The algorithm with its settings and seed.
     """
 
@@ -61,22 +58,28 @@ class Task:
     variables: tuple[str, ...]
     objectives: tuple[str, ...]
     constraints: tuple[str, ...]
-    lower: Array
-    upper: Array
     nominal: Array
-    start: Array
-    evaluate: Callable[[Array], Evaluations]
-    values: Callable[[Evaluations, Evaluations], nlp.Values]
-    optimise: Callable[[nlp.Problem, Callable[[nlp.Progress], None]], nlp.Result]
-    inequalities: tuple[str, ...] = ()
-    equalities: tuple[str, ...] = ()
+    evaluate: Evaluate
+    problem: Callable[[Evaluate, Evaluations], nlp.Problem]
+    minimise: Callable[[nlp.Problem, Callable[[nlp.Progress], None]], nlp.Result]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A finished run: what the algorithm found, with evaluations of it and of the nominal design.
+    """A finished run.
 
-    `failures` counts the designs without values by status, those among them that were infeasible and not run.
+    Attributes
+    ----------
+    result : Result
+        What the algorithm found.
+    found, nominal : Evaluations
+        Of the designs that it found, and of the nominal design.
+    evaluations : int
+        Designs in the store.
+    failures : dict
+        Designs without values by status, infeasible ones that were not run among them.
+    elapsed : float
+        Time spent by this process and those before [s].
     """
 
     result: nlp.Result
@@ -102,7 +105,7 @@ def run(
     observe: Observer | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Outcome:
-    """Run a task, or go on with it.
+    """Run a task, or resume it.
 
     Parameters
     ----------
@@ -110,7 +113,7 @@ def run(
     path : Path
         The store, ``study.sqlite``.
     resume : bool
-        Whether the store may be there already; it must be of the same task.
+        Whether the store may exist; it must be of the same task.
     observe : callable, optional
         Called after every iteration, with it and the values of the nominal design.
     stop : callable, optional
@@ -119,7 +122,7 @@ def run(
     Raises
     ------
     InputError
-        If the store is in use, damaged, of another task or version, or there already and not to be resumed.
+        If the store is in use, damaged, of another task or version, or exists without `resume`.
     RunError
         If the disk is full, or the replay differs from what the store holds.
     Stopped
@@ -128,17 +131,10 @@ def run(
     with Lock(path.with_name(path.name + ".lock"), path), _opened(task, path, resume) as store:
         recorder = _Recorder(task, store, observe, stop)
         nominal = recorder.evaluate(task.nominal[None])
-        problem = nlp.Problem(
-            task.lower,
-            task.upper,
-            recorder.values,
-            task.objectives,
-            task.inequalities,
-            task.equalities,
-            task.start,
-        )
+        recorder.problem = task.problem(recorder.evaluate, nominal)
+        seen = dataclasses.replace(recorder.problem, evaluate=recorder.values)
         try:
-            result = task.optimise(problem, recorder.progress)
+            result = task.minimise(seen, recorder.progress)
         except _Leave as leave:
             raise leave.why from None
         if result.status == "interrupted":  # an algorithm may end so at a second Ctrl-C
@@ -149,7 +145,7 @@ def run(
 
 
 def _opened(task: Task, path: Path, resume: bool) -> Store:
-    """Create the store, or open it and check that it is this task's."""
+    """Create the store, or open it and check that it belongs to this task."""
     if not path.exists():
         meta = {
             "task": task.description,
@@ -167,7 +163,7 @@ def _opened(task: Task, path: Path, resume: bool) -> Store:
             raise InputError(
                 path,
                 "",
-                f"holds {store.count()[0]} evaluations of this study; go on with --resume, or give another --out",
+                f"holds {store.count()[0]} evaluations of this study; continue with --resume, or give another --out",
             )
     except BaseException:
         store.close()
@@ -176,7 +172,7 @@ def _opened(task: Task, path: Path, resume: bool) -> Store:
 
 
 def _check_same(task: Task, store: Store) -> None:
-    """Check that the store is of the same problem, algorithm, seed and versions.
+    """Check that the store is of the same study, algorithm, seed and versions.
 
     Raises
     ------
@@ -189,7 +185,7 @@ def _check_same(task: Task, store: Store) -> None:
             raise InputError(
                 store.path,
                 key,
-                f"belongs to another problem: there {_short(old.get(key))}, here {_short(new.get(key))};"
+                f"belongs to another study: there {_short(old.get(key))}, here {_short(new.get(key))};"
                 " give another --out",
             )
     there = store.meta("versions")
@@ -199,7 +195,7 @@ def _check_same(task: Task, store: Store) -> None:
             raise InputError(
                 store.path,
                 "",
-                f"was written with {package} {a}, this is {b}: the numbers would mix; install that version,"
+                f"was written with {package} {a}, this is {b}, and the numbers would be mixed; install that version,"
                 " or give another --out",
             )
 
@@ -223,12 +219,13 @@ class _Leave(BaseException):
 
 @dataclass
 class _Recorder:
-    """Evaluates each design once, keeps it, and compares the replay with what is kept."""
+    """Evaluates each design once, stores it, and compares the replay with what is stored."""
 
     task: Task
     store: Store
     observe: Observer | None
     stop: Callable[[], bool]
+    problem: nlp.Problem = field(init=False)
     _known: dict[bytes, tuple[Array, Array, str, str]] = field(default_factory=dict)
     _asked: set[bytes] = field(default_factory=set)
     _steps: int = 0
@@ -243,7 +240,7 @@ class _Recorder:
         return time.monotonic() - self._since
 
     def evaluate(self, designs: Array) -> Evaluations:
-        """Return evaluations (m): what is known, and for the rest anew, in one population."""
+        """Return evaluations of designs (m, n); those that are not known are made in one population."""
         designs = np.ascontiguousarray(designs, dtype=np.float64)
         keys = [design.tobytes() for design in designs]
         fresh = {key: i for i, key in reversed(list(enumerate(keys))) if key not in self._known}
@@ -259,15 +256,12 @@ class _Recorder:
     def values(self, designs: Array) -> nlp.Values:
         """Evaluate for the algorithm."""
         try:
-            return self._values(designs)
+            return self.problem.evaluate(designs)
         except Exception as why:
             raise _Leave(why) from why
 
-    def _values(self, designs: Array) -> nlp.Values:
-        return self.task.values(self.evaluate(designs), self.evaluate(self.task.nominal[None]))
-
     def progress(self, at: nlp.Progress) -> None:
-        """Keep an iteration, or compare it with the one that is kept."""
+        """Store an iteration, or compare it with the stored one."""
         try:
             self._progress(at)
         except Exception as why:
@@ -290,11 +284,11 @@ class _Recorder:
             self.store.add_iteration(row, self.elapsed)
         elif not kept.same(row):
             raise RunError(
-                f"{self.store.path}: iteration {at.iteration} does not come out as it is kept there, because it was"
-                " computed by other code or on another machine; what it holds is kept: give another --out"
+                f"{self.store.path}: iteration {at.iteration} does not come out as it was stored: other code or another"
+                " computer made it; the store is left as it is: give another --out"
             )
         if self.observe is not None:
-            self.observe(row, self._values(self.task.nominal[None]))
+            self.observe(row, self.problem.evaluate(self.task.nominal[None]))
         if self.stop():
             raise Stopped(at.iteration)
 

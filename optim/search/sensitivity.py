@@ -1,8 +1,7 @@
-"""Which variables matter: Sobol's indices over the bounds, and one variable at a time from the nominal design."""
+"""`sensitivity`: Sobol's indices over the bounds, and one variable at a time from the nominal design."""
 
 from __future__ import annotations
 
-import importlib.metadata
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,16 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import RunError
+from linkages import RunError
 from linkages.files.versions import versions
+from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
-from optim.problem.study import Study, label
+from optim.problem.study import Study
 
 Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
 
-#: A quantity that varies by less than this, relative to its size, does not depend on the variables: rounding.
+#: Relative variation below which a quantity counts as independent of the variables: rounding.
 CONSTANT = 1e-9
 
 _STEPS = 21  # of one variable at a time; odd
@@ -133,21 +133,38 @@ def one_at_a_time(
 
 
 def inert(found: Array) -> NDArray[np.bool_]:
-    """Which variables change nothing, (nq, n), from `one_at_a_time`'s (n, steps, nq)."""
+    """Find the variables that change nothing, (nq, n), in what `one_at_a_time` found, (n, steps, nq)."""
     low, high = np.nanmin(found, axis=1), np.nanmax(found, axis=1)
     return ((high - low) <= CONSTANT * np.maximum(np.abs(low), np.abs(high))).T
 
 
-def study_sensitivity(study: Study, evaluate: Evaluator, samples: int, seed: int) -> dict[str, Any]:
-    """Make the content of ``sensitivity.json``: how objectives and constraints depend on the variables.
+def sensitivity(
+    study: Study, samples: int = 256, seed: int | None = None, evaluator: Evaluator | None = None
+) -> dict[str, Any]:
+    """Find out how the objectives and constraints of a study depend on its variables.
 
-    SI units; relative quantities are multiples of the nominal design's. None where there is no number.
+    Parameters
+    ----------
+    study : Study
+    samples : int
+        A power of two, 2 at least; costs samples*(n + 2) evaluations.
+    seed : int, optional
+        Default the study's.
+    evaluator : Evaluator, optional
+
+    Returns
+    -------
+    dict
+        The content of ``sensitivity.json``, SI units; relative quantities are multiples of the nominal design's. None
+        where there is no number.
 
     Raises
     ------
     RunError
         As `sobol`; or if quantities are relative to a nominal design that failed.
     """
+    evaluate = Evaluator(study) if evaluator is None else evaluator
+    seed = study.file.seed if seed is None else seed
     nominal = evaluate(study.nominal[None])
     names = [*study.file.objectives, *study.file.constraints]
 
@@ -164,12 +181,12 @@ def study_sensitivity(study: Study, evaluate: Evaluator, samples: int, seed: int
             "standard_deviation": float(indices.deviation[k]),
             "variables": {
                 path: {
-                    "first": _number(indices.first[k, i]),
-                    "first_confidence": _number(indices.first_confidence[k, i]),
-                    "total": _number(indices.total[k, i]),
-                    "total_confidence": _number(indices.total_confidence[k, i]),
+                    "first": finite(indices.first[k, i]),
+                    "first_confidence": finite(indices.first_confidence[k, i]),
+                    "total": finite(indices.total[k, i]),
+                    "total_confidence": finite(indices.total_confidence[k, i]),
                     "inert": bool(unmoved[k, i]),
-                    "one_at_a_time": [_number(x) for x in found[i, :, k]],
+                    "one_at_a_time": [finite(x) for x in found[i, :, k]],
                 }
                 for i, path in enumerate(study.paths)
             },
@@ -183,7 +200,7 @@ def study_sensitivity(study: Study, evaluate: Evaluator, samples: int, seed: int
         "failed": indices.failed,
         "grid": {path: line.tolist() for path, line in zip(study.paths, grid, strict=True)},
         "quantities": quantities,
-        "versions": versions() | {"SALib": importlib.metadata.version("SALib")},
+        "versions": versions("SALib", "pygad"),
     }
 
 
@@ -197,7 +214,7 @@ def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
     for name, entry in report["quantities"].items():
         lines += [
             "",
-            f"{label(study, name):34s}{'first order':>20s}{'total':>20s}"
+            f"{study.label(name):34s}{'first order':>20s}{'total':>20s}"
             f"   mean {entry['mean']:.5g}, standard deviation {entry['standard_deviation']:.2g}",
         ]
         for path, one in entry["variables"].items():
@@ -208,7 +225,3 @@ def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
 
 def _cell(value: float | None, confidence: float | None) -> str:
     return f"{'-':>20s}" if value is None else f"{value:12.3f} +-{confidence:5.3f}"
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

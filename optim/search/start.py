@@ -1,4 +1,4 @@
-"""A start for a search: the answer of another study, so that a cheap one can go before a dear one."""
+"""`start_of`: the answer of another study as a start, so that a cheap study can precede an expensive one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, nearest
+from linkages import InputError
+from linkages.errors import nearest
 from optim.problem.study import Study
 
 Array = NDArray[np.float64]
@@ -22,7 +23,7 @@ def start_of(study: Study, path: Path, source: str = "--start") -> Array:
     Parameters
     ----------
     study : Study
-        What is to be solved.
+        The study that will be solved.
     path : Path
         A ``result.json`` of ``linkages optimise``, or the folder that holds it.
     source : str

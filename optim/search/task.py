@@ -1,4 +1,4 @@
-"""A study with an algorithm and a seed, as a task for `optim.search.run`."""
+"""A study with its algorithm and a seed, as a task for `optim.search.run`."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, nearest
+from linkages import InputError
+from linkages.errors import nearest
 from linkages.files.toml import Table
 from linkages.files.versions import versions
-from optim.algorithms import registry as algorithms
+from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import equality_names, inequality_names, values_of
+from optim.evaluate.limits import problem_of
 from optim.evaluate.screen import Screened
 from optim.problem.study import Study
 from optim.search.run import Task
+
+Array = NDArray[np.float64]
 
 
 def settings_of(study: Study) -> tuple[str, Table]:
@@ -28,15 +31,14 @@ def settings_of(study: Study) -> tuple[str, Table]:
     """
     given = dict(study.file.algorithm)
     name = given.pop("name", None)
-    if not isinstance(name, str) or name not in algorithms.ALGORITHMS:
+    if not isinstance(name, str) or name not in ALGORITHMS:
         problem = "is missing" if name is None else f'"{name}" is unknown'
-        raise InputError(
-            study.source, "algorithm.name", f"{problem}; {nearest(str(name or ''), algorithms.ALGORITHMS)}"
-        )
-    if len(study.file.objectives) > 1 and not algorithms.ALGORITHMS[name].several:
-        able = ", ".join(key for key, entry in algorithms.ALGORITHMS.items() if entry.several)
+        near = nearest(str(name or ""), ALGORITHMS)
+        raise InputError(study.source, "algorithm.name", f"{problem}; {near}")
+    if len(study.file.objectives) > 1 and not ALGORITHMS[name].several:
+        able = ", ".join(key for key, entry in ALGORITHMS.items() if entry.several)
         raise InputError(study.source, "algorithm.name", f'"{name}" takes one objective; of several: {able}')
-    return name, algorithms.settings_of(name, given, f"{study.source.name}: algorithm")
+    return name, read_settings(name, given, f"{study.source.name}: algorithm")
 
 
 def described(study: Study) -> dict[str, Any]:
@@ -45,10 +47,18 @@ def described(study: Study) -> dict[str, Any]:
     return {"name": name, **settings.model_dump(mode="json")}
 
 
-def task_of(study: Study, seed: int, evaluator: Evaluator, start: NDArray[np.float64] | None = None) -> Task:
-    """Make the task of solving a study from a start (n,), by default its nominal design.
+def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None = None) -> Task:
+    """Make the task of solving a study.
 
     Designs that the study's formulas exclude are not run.
+
+    Parameters
+    ----------
+    study : Study
+    seed : int
+    evaluator : Evaluator
+    start : (n,) array, optional
+        Where the search begins; default the nominal design.
 
     Raises
     ------
@@ -63,17 +73,12 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: NDArray[np.flo
             "start": None if start is None else start.tolist(),
             **study.description(),
         },
-        versions(),
+        versions("pygad"),
         study.paths,
         tuple(study.file.objectives),
         tuple(study.file.constraints),
-        study.lower,
-        study.upper,
         study.nominal,
-        study.nominal if start is None else start,
         Screened(study, evaluator, getattr(settings, "step", None)),
-        lambda found, nominal: values_of(study, found, nominal),
-        lambda problem, progress: algorithms.optimise(name, problem, settings, seed, progress),
-        inequality_names(study),
-        equality_names(study),
+        lambda evaluate, nominal: problem_of(study, evaluate, nominal, start),
+        lambda problem, progress: minimise(name, problem, settings, seed, progress),
     )

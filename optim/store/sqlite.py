@@ -1,4 +1,4 @@
-"""Files of SQLite that can be trusted: told apart by their first bytes, checked, and with errors in one line."""
+"""SQLite files: recognised by their first bytes, checked, with errors of one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from linkages.errors import InputError, RunError
+from linkages import InputError, RunError
 
 SCHEMA = 1  # version of the tables
 APPLICATION = 0x6C6E6B73  # "lnks": tells a study from other SQLite files
@@ -28,7 +28,7 @@ def guarded(path: Path) -> Iterator[None]:
         yield
     except sqlite3.OperationalError as problem:
         raise RunError(
-            f"{path}: {problem}; what it holds is kept: make room or wait, and go on with --resume"
+            f"{path}: {problem}; what it holds is kept: make room or wait, and continue with --resume"
         ) from None
     except sqlite3.DatabaseError as problem:
         raise InputError(

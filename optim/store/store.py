@@ -1,11 +1,11 @@
-"""The store of a study: an SQLite file that keeps every evaluation and every iteration as they come.
+"""`Store`: an SQLite file that keeps every evaluation and every iteration of a study as they come.
 
 A population is one transaction; the file is in write-ahead mode, so that what is committed survives a killed process
 and others can read meanwhile. Numbers are kept exactly, as little-endian float64; nothing is ever unpickled.
 
 | table       | row                                                                                            |
 |-------------|------------------------------------------------------------------------------------------------|
-| meta        | key, JSON: problem, versions, names of the columns, elapsed time                                |
+| meta        | key, JSON: task, versions, names of the columns, elapsed time                                   |
 | evaluations | design, objectives, constraints (in the file's units), status, reason; in the order of asking   |
 | iterations  | best designs and their objectives, the algorithm's state as JSON                                |
 """
@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError
+from linkages import InputError
 from optim.evaluate.evaluations import OK, Evaluations
 from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded
 
@@ -43,9 +43,23 @@ CREATE TABLE iterations (
 
 @dataclass(frozen=True)
 class Iteration:
-    """Where an algorithm stood: k best designs (k, n), their objectives (k, no), to be minimised, violation (k,).
+    """State of an algorithm after an iteration.
 
-    Steps count what was reported; `iteration` of `iterations` is what the algorithm calls it.
+    Attributes
+    ----------
+    step : int
+        Number among all that were reported.
+    iteration, iterations : int
+        The algorithm's own number of it, and how many there are at most.
+    evaluations : int
+        Designs asked for so far.
+    best : (k, n) array
+        Best designs.
+    objectives : (k, no) array
+        Theirs, smaller is better.
+    violation : (k,) array
+    state : str
+        JSON.
     """
 
     step: int
@@ -85,7 +99,7 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # -- what the study is -------------------------------------------------------------------------
+    # -- the study itself -------------------------------------------------------------------------
 
     def meta(self, key: str) -> Any:
         """Return one of the values given to `create`."""
@@ -98,7 +112,7 @@ class Store:
     # -- evaluations -------------------------------------------------------------------------------
 
     def add(self, designs: Array, found: Evaluations, elapsed: float) -> None:
-        """Keep a population, whole or not at all; `elapsed` is the study's time so far [s]."""
+        """Store a population, whole or not at all; `elapsed` is the study's time so far [s]."""
         rows = [
             (_blob(x), _blob(f), _blob(g), status, reason)
             for x, f, g, status, reason in zip(
@@ -137,7 +151,7 @@ class Store:
         return found[0] if found else None
 
     def add_iteration(self, row: Iteration, elapsed: float) -> None:
-        """Keep an iteration."""
+        """Store an iteration."""
         values = (
             row.step,
             row.iteration,
@@ -194,20 +208,21 @@ class Store:
 
 
 def create(path: Path, meta: dict[str, Any]) -> Store:
-    """Begin a study's file.
+    """Create the file of a study.
 
     Parameters
     ----------
+    path : Path
     meta : dict
         JSON types; "variables", "objectives" and "constraints" name the columns.
 
     Raises
     ------
     InputError
-        If the file is there already, or cannot be written.
+        If the file exists already, or cannot be written.
     """
     if path.exists():
-        raise InputError(path, "", "is there already")
+        raise InputError(path, "", "exists already")
     partial = path.with_name(f".{path.name}.partial")  # a file under the final name is complete
     for leftover in (partial, partial.with_name(partial.name + "-journal")):
         leftover.unlink(missing_ok=True)
@@ -222,7 +237,7 @@ def create(path: Path, meta: dict[str, Any]) -> Store:
 
 
 def open_store(path: Path) -> Store:
-    """Open a study's file to go on with it.
+    """Open the file of a study to continue it.
 
     Raises
     ------
@@ -239,7 +254,7 @@ def open_store(path: Path) -> Store:
 
 
 def read_store(path: Path) -> Store:
-    """Open a study's file to look at it, even while another process goes on with it.
+    """Open the file of a study to read it, even while another process writes.
 
     Raises
     ------

@@ -9,11 +9,11 @@ import pytest
 from hock_schittkowski import EXAMPLES, SEVERAL_OPTIMA
 from multiobjective import problem, zdt
 
-from linkages.errors import InputError, RunError
+from linkages import InputError, RunError
 from optim.algorithms.evolution import DifferentialEvolution
 from optim.algorithms.gradient import ReducedGradient
 from optim.algorithms.nlp import Ending, Values
-from optim.algorithms.registry import ALGORITHMS, optimise, settings_of, start_designs
+from optim.algorithms.registry import ALGORITHMS, minimise, read_settings, start_designs
 from optim.algorithms.snopt import Snopt
 
 BY_NUMBER = {example.number: example for example in (*EXAMPLES, *SEVERAL_OPTIMA)}
@@ -42,7 +42,7 @@ def bowl(n=3):
 @pytest.mark.parametrize("number", [19, 35, 43, 65, 71, 77, 83, 93, 100, 104, 113])
 def test_snopt_finds_the_published_optima(number):
     example = BY_NUMBER[number]
-    result = optimise("snopt", example.problem)
+    result = minimise("snopt", example.problem)
     assert result.status is Ending.CONVERGED
     assert result.values.objectives[0, 0] == pytest.approx(example.optimum, rel=1e-6, abs=1e-6)
     assert result.values.feasible(1e-6)[0]
@@ -51,7 +51,7 @@ def test_snopt_finds_the_published_optima(number):
 @pytest.mark.parametrize("number", [65, 83, 110])
 def test_differential_evolution_finds_the_published_optima(number):
     example = BY_NUMBER[number]
-    result = optimise(
+    result = minimise(
         "differential-evolution", example.problem, DifferentialEvolution(generations=400), seed=1
     )
     assert result.values.objectives[0, 0] == pytest.approx(example.optimum, rel=1e-4)
@@ -60,7 +60,7 @@ def test_differential_evolution_finds_the_published_optima(number):
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_finds_a_bowl(name):
-    result = optimise(name, bowl(), seed=2)
+    result = minimise(name, bowl(), seed=2)
     assert result.values.objectives[0, 0] == pytest.approx(
         0.75, abs=0.05 if name in ("ga", "nsga2") else 1e-3
     )
@@ -71,7 +71,7 @@ def test_every_algorithm_finds_a_bowl(name):
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_the_same_seed_asks_for_the_same_populations(name):
     """And a run on remembered values asks for nothing else: so it can be continued by running it again."""
-    settings = settings_of(name, SHORT[name])
+    settings = read_settings(name, SHORT[name])
     asked = []
 
     def evaluate(designs):
@@ -79,9 +79,9 @@ def test_the_same_seed_asks_for_the_same_populations(name):
         return bowl().evaluate(designs)
 
     recorded = dataclasses.replace(bowl(), evaluate=evaluate)
-    first = optimise(name, recorded, settings, seed=3)
+    first = minimise(name, recorded, settings, seed=3)
     split = len(asked)
-    second = optimise(name, recorded, settings, seed=3)
+    second = minimise(name, recorded, settings, seed=3)
     assert len(asked) == 2 * split
     assert all(np.array_equal(a, b) for a, b in zip(asked[:split], asked[split:], strict=True))
     assert np.array_equal(first.x, second.x)
@@ -97,7 +97,7 @@ def test_interrupted_by_its_progress(name):
         if len(seen) == 2:
             raise KeyboardInterrupt
 
-    result = optimise(name, bowl(), settings_of(name, SHORT[name]), progress=stop)
+    result = minimise(name, bowl(), read_settings(name, SHORT[name]), progress=stop)
     assert result.status is Ending.INTERRUPTED
     assert len(seen) == 2
     assert result.x.shape == (1, 3)
@@ -113,7 +113,7 @@ def test_failed_evaluations_do_not_end_it(name):
         values = bowl().evaluate(designs)
         return Values(values.objectives, values.inequalities, values.equalities, designs[:, 0] < -0.5)
 
-    result = optimise(name, dataclasses.replace(bowl(), evaluate=evaluate), seed=2)
+    result = minimise(name, dataclasses.replace(bowl(), evaluate=evaluate), seed=2)
     assert not result.values.failed[0]
     assert result.values.objectives[0, 0] < 0.9
 
@@ -123,14 +123,14 @@ def test_nothing_can_be_evaluated(name):
     def evaluate(designs):
         return dataclasses.replace(bowl().evaluate(designs), failed=np.ones(len(designs), dtype=bool))
 
-    result = optimise(name, dataclasses.replace(bowl(), evaluate=evaluate), settings_of(name, SHORT[name]))
+    result = minimise(name, dataclasses.replace(bowl(), evaluate=evaluate), read_settings(name, SHORT[name]))
     assert result.status is Ending.EVALUATION_FAILED
 
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_constraints_that_cannot_hold(name):
     impossible = problem([0.0, 0.0], [1.0, 1.0], lambda x: x[:, :1], lambda x: 3.0 - x.sum(axis=1)[:, None])
-    result = optimise(name, impossible, settings_of(name, {**SHORT[name]} if name not in LOCAL else {}))
+    result = minimise(name, impossible, read_settings(name, {**SHORT[name]} if name not in LOCAL else {}))
     assert result.status is Ending.INFEASIBLE
 
 
@@ -140,9 +140,9 @@ def test_several_starts_find_the_better_optimum(name):
     example = BY_NUMBER[20]
     lower, upper = np.array([-0.5, -2.0]), np.array([0.5, 2.0])
     bounded = dataclasses.replace(example.problem, lower=lower, upper=upper)
-    one = optimise(name, bounded)
+    one = minimise(name, bounded)
     assert one.values.objectives[0, 0] > example.optimum + 1.0
-    several = optimise(name, bounded, settings_of(name, {"starts": 8}), seed=1)
+    several = minimise(name, bounded, read_settings(name, {"starts": 8}), seed=1)
     assert several.values.objectives[0, 0] == pytest.approx(example.optimum, rel=1e-6)
     assert len(several.runs) == 8
     # all starts in one optimum's basin end at nearly the same design, but only designs equal to the bit are shared
@@ -153,7 +153,7 @@ def test_several_starts_find_the_better_optimum(name):
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_a_variable_that_is_fixed(name):
     fixed = dataclasses.replace(bowl(), lower=np.array([-1.0, 0.25, -1.0]), upper=np.array([2.0, 0.25, 2.0]))
-    result = optimise(name, fixed, seed=2)
+    result = minimise(name, fixed, seed=2)
     assert np.all(result.x[:, 1] == 0.25)
     # the others share what is left of the sum: 1.25
     assert result.x[0, ::2] == pytest.approx([0.625, 0.625], abs=0.1)
@@ -181,7 +181,7 @@ def test_promises_hold_on_random_problems():
             rough, evaluate=evaluate, inequalities=("g",) * ni, equalities=("h",) * ne,
             start=random.uniform(-2.0, 2.0, n) * unit,
         )  # fmt: skip
-        result = optimise("grg", rough)
+        result = minimise("grg", rough)
         assert np.all((rough.lower <= result.x) & (result.x <= rough.upper))
         if result.status is Ending.CONVERGED:
             assert result.values.feasible(1e-6)[0]
@@ -200,7 +200,7 @@ def test_starts_are_the_nominal_design_and_a_latin_hypercube():
 
 def test_progress_of_several_starts_is_one():
     seen = []
-    optimise("grg", bowl(), ReducedGradient(iterations=20, starts=3), progress=seen.append)
+    minimise("grg", bowl(), ReducedGradient(iterations=20, starts=3), progress=seen.append)
     assert {step.state["start"] for step in seen} == {0, 1, 2}
     assert np.all(np.diff([step.iteration for step in seen]) > 0)
     assert {step.iterations for step in seen} == {60}
@@ -209,18 +209,18 @@ def test_progress_of_several_starts_is_one():
 def test_several_objectives_need_an_algorithm_for_them():
     for name in set(ALGORITHMS) - {"nsga2"}:
         with pytest.raises(InputError, match="takes one objective and this problem has 2: use nsga2"):
-            optimise(name, zdt(0.5))
+            minimise(name, zdt(0.5))
 
 
 def test_bad_input():
     with pytest.raises(InputError, match='no such algorithm; did you mean "snopt"'):
-        optimise("snop", bowl())
+        minimise("snop", bowl())
     with pytest.raises(InputError, match='generation: unknown key; did you mean "generations"'):
-        settings_of("ga", {"generation": 3})
+        read_settings("ga", {"generation": 3})
     with pytest.raises(InputError, match="greater than or equal to 4"):
-        settings_of("nsga2", {"population": 1})
+        read_settings("nsga2", {"population": 1})
     with pytest.raises(InputError, match="should be 0 or a positive number"):
-        optimise("ga", bowl(), seed=-1)
+        minimise("ga", bowl(), seed=-1)
     unbounded = dataclasses.replace(bowl(), upper=np.full(3, np.inf))
     for name, settings in (
         ("ga", None),
@@ -228,9 +228,9 @@ def test_bad_input():
         ("grg", ReducedGradient(starts=2)),
     ):
         with pytest.raises(InputError, match="needs finite bounds"):
-            optimise(name, unbounded, settings)
+            minimise(name, unbounded, settings)
     with pytest.raises(InputError, match="variable 2: its lower bound is above"):
-        optimise("ga", dataclasses.replace(bowl(), lower=np.array([0.0, 5.0, 0.0])))
+        minimise("ga", dataclasses.replace(bowl(), lower=np.array([0.0, 5.0, 0.0])))
 
 
 def test_errors_of_the_evaluation_pass_through_snopt():
@@ -240,7 +240,7 @@ def test_errors_of_the_evaluation_pass_through_snopt():
         return bowl().evaluate(designs)
 
     with pytest.raises(RunError, match="no disk"):
-        optimise("snopt", dataclasses.replace(bowl(), evaluate=broken), Snopt())
+        minimise("snopt", dataclasses.replace(bowl(), evaluate=broken), Snopt())
 
 
 def test_listing_the_algorithms_imports_none_of_them():

@@ -97,8 +97,8 @@ def test_a_killed_worker_loses_nothing(tmp_path, loopback):
 
 @pytest.mark.slow
 def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
-    from linkages.errors import RunError
-    from optim.evaluate.evaluator import cluster
+    from linkages import RunError
+    from optim.evaluate import cluster
 
     address, _ = loopback
     here = cluster.versions()
@@ -114,8 +114,8 @@ def test_workers_of_other_versions_are_refused(loopback, monkeypatch):
 
 @pytest.mark.slow
 def test_no_workers(monkeypatch):
-    from linkages.errors import RunError
-    from optim.evaluate.evaluator import cluster
+    from linkages import RunError
+    from optim.evaluate import cluster
 
     monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
     scheduler = start(

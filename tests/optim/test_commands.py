@@ -95,7 +95,7 @@ def test_resume(file, tmp_path, capsys):
     assert command(optimise, file, "--out", out, "--no-plots") == 0
     first = json.loads((out / "result.json").read_text())
     assert command(optimise, file, "--out", out, "--no-plots") == 2
-    assert "is there already; go on with --resume" in capsys.readouterr().err
+    assert "exists already; continue with --resume" in capsys.readouterr().err
     (out / "result.json").unlink()
     assert command(optimise, file, "--out", out, "--no-plots", "--resume") == 0
     assert without_time(json.loads((out / "result.json").read_text())) == without_time(first)
@@ -103,7 +103,7 @@ def test_resume(file, tmp_path, capsys):
     file.write_text(STUDY.replace("upper = 0.6", "upper = 0.7"))
     assert command(optimise, file, "--out", out, "--resume") == 2
     assert (
-        "study.sqlite: problem.variables.oil.upper: belongs to another problem: there 0.6, here 0.7"
+        "study.sqlite: problem.variables.oil.upper: belongs to another study: there 0.6, here 0.7"
         in capsys.readouterr().err
     )
 
@@ -143,7 +143,7 @@ def test_a_study_is_not_gone_on_with_from_another_start(file, tmp_path, capsys):
     out = tmp_path / "out"
     assert command(optimise, file, "--out", out, "--no-plots") == 0
     assert command(optimise, file, "--out", out, "--no-plots", "--resume", "--start", out) == 2
-    assert "study.sqlite: start: belongs to another problem: there nothing, here [" in capsys.readouterr().err
+    assert "study.sqlite: start: belongs to another study: there nothing, here [" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -179,17 +179,17 @@ def test_ctrl_c_stops_after_the_generation(file, tmp_path, capsys, monkeypatch, 
     out, populations = tmp_path / "out", []
     before = signal.getsignal(signal.SIGINT)
 
-    def interrupted(batch):
-        populations.append(len(batch.values))
+    def interrupted(request):
+        populations.append(len(request.values))
         if len(populations) == 4:
             os.kill(os.getpid(), signal.SIGINT)
-        return invented_engine(batch)
+        return invented_engine(request)
 
-    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", interrupted)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_compiled", interrupted)
     assert command(optimise, file, "--out", out) == 130
     err = capsys.readouterr().err
     assert "stopping after this iteration" in err
-    assert "what was computed is kept; go on with --resume" in err
+    assert "what was computed is kept; continue with --resume" in err
     assert not (out / "result.json").exists()
     with read_store(out / "study.sqlite") as store:
         kept = store.count()[0]

@@ -9,7 +9,7 @@ import pytest
 
 from optim.algorithms import registry as algorithms
 from optim.algorithms.nlp import Ending
-from optim.algorithms.registry import Algorithm, optimise
+from optim.algorithms.registry import Algorithm, minimise
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "optimisation_algorithms.md").read_text(encoding="utf-8")
@@ -59,7 +59,7 @@ def test_adding_an_algorithm_as_the_page_says(tmp_path, monkeypatch):
 
     problem = constr_ex()
     problem = type(problem)(problem.lower, problem.upper, problem.evaluate, ("f1",), problem.inequalities)
-    result = optimise("random", problem, algorithms.settings_of("random", {"designs": 200}), seed=1)
+    result = minimise("random", problem, algorithms.read_settings("random", {"designs": 200}), seed=1)
     sys.modules.pop("random_search")
     assert result.status is Ending.BUDGET_USED
     assert result.values.feasible()[0]

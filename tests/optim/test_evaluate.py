@@ -5,12 +5,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from linkages.errors import RunError
+from linkages import RunError
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import equality_names, in_units, inequality_names, values_of
+from optim.evaluate.limits import in_units, problem_of, values_of
 from optim.evaluate.requests import Statistics
-from optim.problem.study import load_study
+from optim.problem.load import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -54,15 +54,15 @@ def engine(monkeypatch, minimum, maximum, mean=0.0, rms=0.0, status=(), reason=(
     """An engine that gives these numbers, by (point, window) in which a design's first value is a factor."""
     asked = []
 
-    def run_batch(batch):
-        asked.append(batch)
-        p = 0 if batch.point.name == "cold" else 1
-        factor = batch.values[:, 0][:, None, None] * np.ones((1, 1, len(batch.outputs)))
+    def run_compiled(request):
+        asked.append(request)
+        p = 0 if request.point.name == "cold" else 1
+        factor = request.values[:, 0][:, None, None] * np.ones((1, 1, len(request.outputs)))
 
         def table(values):
             return factor * np.atleast_2d(values)[min(p, len(np.atleast_2d(values)) - 1)][None, :, None]
 
-        m = len(batch.values)
+        m = len(request.values)
         return Statistics(
             table(minimum),
             table(maximum),
@@ -72,7 +72,7 @@ def engine(monkeypatch, minimum, maximum, mean=0.0, rms=0.0, status=(), reason=(
             list(reason) or [""] * m,
         )
 
-    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", run_batch)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_compiled", run_compiled)
     return asked
 
 
@@ -131,7 +131,7 @@ def test_what_the_engine_is_asked(study, monkeypatch):
     assert cold.values.tolist() == [[0.2, 0.3, 0.15], [0.25, 0.4, 0.2]]
     assert worn.point.paths == (*cold.point.paths, "joints.B.clearance")
     assert worn.values.tolist() == [[0.2, 0.3, 0.15, 4e-4], [0.25, 0.4, 0.2, 4e-4]]
-    assert worn.point.experiment.joints["A"].clearance == 5e-4
+    assert worn.point.system.experiment.joints["A"].clearance == 5e-4
     assert cold.outputs == ("A.force", "slider7.ax.jitter")
     assert cold.windows.tolist() == [[0.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
     assert cold.threads == 1
@@ -168,8 +168,9 @@ def test_what_the_algorithm_sees(study, monkeypatch):
     assert objectives == pytest.approx(np.array([[0.5, 0.25], [2.0, 1.0], [4.0, 2.0]]))
     assert constraints == pytest.approx(np.array([[1.25, 0.5, -0.1], [5.0, 2.0, 0.0], [10.0, 4.0, 0.1]]))
     values = values_of(found, evaluations, nominal)
-    assert inequality_names(found) == ("range.at_most", "range.at_least", "rms.at_most")
-    assert equality_names(found) == ("even.equals",)
+    problem = problem_of(found, evaluator, nominal)
+    assert problem.inequalities == ("range.at_most", "range.at_least", "rms.at_most")
+    assert problem.equalities == ("even.equals",)
     assert values.objectives == pytest.approx(np.array([[0.5, -0.25], [2.0, -1.0], [4.0, -2.0]]))
     assert values.inequalities == pytest.approx(
         np.array(
@@ -213,7 +214,7 @@ def test_failures_are_explicit(study, monkeypatch):
 
 
 @pytest.mark.parametrize("parts", [1, 2, 3, 7, 50])
-def test_division_into_batches_does_not_change_a_bit(study, invented_engine, parts):
+def test_division_into_requests_does_not_change_a_bit(study, invented_engine, parts):
     found = study(LIMITED)
     rng = np.random.default_rng(3)
     designs = rng.uniform(found.lower, found.upper, (23, 2))

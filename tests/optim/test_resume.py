@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 import toy_optimisation as toy
 
-from linkages.errors import RunError
+from linkages import RunError
 from optim.algorithms.nlp import Progress
-from optim.algorithms.registry import ALGORITHMS, optimise, settings_of
+from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.search.run import Stopped, run
 
 KILLS = 12
@@ -113,7 +113,7 @@ def test_each_design_is_evaluated_once(tmp_path):
         progress(Progress(1, 1, design, values, {}))
         return toy.nlp.Result(design[None], values, "budget-used", 1, 1)
 
-    outcome = run(toy.make_task(evaluate=counts, optimise=repeats), tmp_path / "study.sqlite")
+    outcome = run(toy.make_task(evaluate=counts, minimise=repeats), tmp_path / "study.sqlite")
     assert sizes == [1, 1]  # the nominal design, then the only other one
     assert outcome.evaluations == 2
 
@@ -131,7 +131,7 @@ def test_an_algorithm_that_catches_everything_cannot_hide_an_error(tmp_path):
         return toy.evaluate(designs)
 
     with pytest.raises(RunError, match="licences"):
-        run(toy.make_task(evaluate=breaks, optimise=deaf), tmp_path / "study.sqlite")
+        run(toy.make_task(evaluate=breaks, minimise=deaf), tmp_path / "study.sqlite")
 
 
 def test_other_code_is_noticed(tmp_path):
@@ -140,8 +140,8 @@ def test_other_code_is_noticed(tmp_path):
     with pytest.raises(Stopped):
         run(toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 5)
     before = contents(path)
-    changed = toy.make_task(optimise=lambda problem, progress: toy.evolve(problem, 2, progress))
-    with pytest.raises(RunError, match="iteration 1 does not come out as it is kept"):
+    changed = toy.make_task(minimise=lambda problem, progress: toy.evolve(problem, 2, progress))
+    with pytest.raises(RunError, match="iteration 1 does not come out as it was stored"):
         run(changed, path, resume=True)
     after = contents(path)
     assert after["evaluations"][: len(before["evaluations"])] == before["evaluations"]
@@ -159,12 +159,12 @@ SETTINGS = {
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_goes_on_from_where_it_broke_off(tmp_path, name):
-    settings = settings_of(name, SETTINGS[name])
+    settings = read_settings(name, SETTINGS[name])
 
     def task(evaluate):
         return toy.make_task(
             evaluate=evaluate,
-            optimise=lambda problem, progress: optimise(name, problem, settings, 5, progress),
+            minimise=lambda problem, progress: minimise(name, problem, settings, 5, progress),
         )
 
     populations = []
@@ -200,12 +200,12 @@ def test_every_algorithm_goes_on_from_where_it_broke_off(tmp_path, name):
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_stops_when_asked(tmp_path, name):
-    settings = settings_of(name, SETTINGS[name])
+    settings = read_settings(name, SETTINGS[name])
 
     def task(evaluate=toy.evaluate):
         return toy.make_task(
             evaluate=evaluate,
-            optimise=lambda problem, progress: optimise(name, problem, settings, 5, progress),
+            minimise=lambda problem, progress: minimise(name, problem, settings, 5, progress),
         )
 
     seen = []

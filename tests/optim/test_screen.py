@@ -10,12 +10,12 @@ from linkages.cli.main import main
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
 from optim.algorithms.nlp import Ending, Problem, Values
-from optim.algorithms.registry import optimise, settings_of
+from optim.algorithms.registry import minimise, read_settings
 from optim.cli import optimise as command
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import values_of
 from optim.evaluate.screen import Screened
-from optim.problem.study import load_study
+from optim.problem.load import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -63,11 +63,11 @@ def asked(study, invented_engine, monkeypatch):
     """Designs that were run."""
     designs = []
 
-    def keep(batch):
-        designs.extend(batch.values[:, :2].tolist())
-        return invented_engine(batch)
+    def keep(request):
+        designs.extend(request.values[:, :2].tolist())
+        return invented_engine(request)
 
-    monkeypatch.setattr("optim.evaluate.evaluator.run_batch", keep)
+    monkeypatch.setattr("optim.evaluate.evaluator.run_compiled", keep)
     return designs
 
 
@@ -210,7 +210,7 @@ def test_a_search_that_reaches_a_corner_goes_on():
         f = np.where(np.isfinite(values.objectives[:, 0]), (x - 2.0) ** 2 + (y + 1.0) ** 2, np.inf)
         return replace(values, objectives=f[:, None])
 
-    result = optimise("grg", replace(base, evaluate=evaluate), settings_of("grg", {"step": 1e-2}), seed=1)
+    result = minimise("grg", replace(base, evaluate=evaluate), read_settings("grg", {"step": 1e-2}), seed=1)
     assert result.status is Ending.CONVERGED
     assert result.x[0] == pytest.approx([np.sqrt(1.0 - 0.25**2), 0.25], abs=2e-3)
 
@@ -226,7 +226,7 @@ def test_a_search_that_reaches_a_corner_goes_on():
     ],
 )
 def test_algorithms_find_the_constrained_optimum(name, settings, within, start):
-    result = optimise(name, cliff(start), settings_of(name, settings), seed=1)
+    result = minimise(name, cliff(start), read_settings(name, settings), seed=1)
     assert result.values.feasible(1e-6)[0]
     assert result.x[0] == pytest.approx(OPTIMUM, abs=within)
     assert result.status is not Ending.EVALUATION_FAILED

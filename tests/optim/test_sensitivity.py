@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.stats import sobol_indices, uniform
 
+from linkages import RunError
 from linkages.cli.main import exit_status
-from linkages.errors import RunError
 from optim.cli import study as command
 from optim.evaluate.evaluator import Evaluator
+from optim.problem.load import load_study
 from optim.problem.shipped import find_study
-from optim.problem.study import load_study
 from optim.search.sensitivity import inert, one_at_a_time, sobol
 
 A, B = 7.0, 0.1

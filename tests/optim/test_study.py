@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import toy_optimisation as toy
 
-from linkages.errors import InputError, RunError
+from linkages import InputError, RunError
 from linkages.files.lock import Lock
 from optim.evaluate.evaluations import Evaluations
 from optim.search.run import Stopped, run
@@ -73,7 +73,7 @@ def test_a_population_is_kept_whole_or_not_at_all(tmp_path):
 def test_begun_studies_are_not_overwritten(begun):
     before = begun.read_bytes()
     with pytest.raises(
-        InputError, match=r"study\.sqlite: holds 61 evaluations of this study; go on with --resume"
+        InputError, match=r"study\.sqlite: holds 61 evaluations of this study; continue with --resume"
     ):
         run(toy.make_task(), begun)
     assert begun.read_bytes() == before
@@ -89,13 +89,16 @@ def test_leftovers_of_a_killed_creation_do_not_matter(tmp_path):
     [
         (
             {"description": {"algorithm": {"name": "evolve"}, "seed": 2, "problem": {"name": "Rosenbrock"}}},
-            "seed: belongs to another problem: there 1, here 2",
+            "seed: belongs to another study: there 1, here 2",
         ),
         (
             {"description": {"algorithm": {"name": "evolve"}, "seed": 1}},
-            'problem.name: belongs to another problem: there "Rosenbrock", here nothing',
+            'problem.name: belongs to another study: there "Rosenbrock", here nothing',
         ),
-        ({"versions": {"numpy": "1.0"}}, "was written with numpy .*, this is 1.0: the numbers would mix"),
+        (
+            {"versions": {"numpy": "1.0"}},
+            "was written with numpy .*, this is 1.0, and the numbers would be mixed",
+        ),
         (
             {"versions": {"numpy": np.__version__, "numba": "0.60"}},
             "was written with numba not there, this is 0.60",

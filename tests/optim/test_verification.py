@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from optim.evaluate.drake_runs import run_on_drake
-from optim.evaluate.evaluator import Evaluator, run_batch
-from optim.problem.study import load_study
-from optim.search.trust import format_verification, unseen_phases, verify
+from optim.evaluate.evaluator import Evaluator, run_compiled
+from optim.problem.load import load_study
+from optim.search.verification import format_verification, unseen_phases, verify
 
 PRESS = """
 experiment = "seven_bar.toml"
@@ -90,17 +90,17 @@ def test_statistics_of_both_engines(text, tmp_path):
     """Every statistic in every window, also where a window's ends lie within steps."""
     path = tmp_path / "study.toml"
     path.write_text(text)
-    study, batches = load_study(path), []
+    study, requests = load_study(path), []
 
-    def keep(batch):
-        batches.append(batch)
-        return run_batch(batch)
+    def keep(request):
+        requests.append(request)
+        return run_compiled(request)
 
     Evaluator(study, engine=keep)(study.nominal[None])
-    drake, compiled = run_on_drake(batches[0]), run_batch(batches[0])
+    drake, compiled = run_on_drake(requests[0]), run_compiled(requests[0])
     for name in ("minimum", "maximum", "mean", "rms"):
         a, b = getattr(drake, name)[0], getattr(compiled, name)[0]
-        for k, output in enumerate(batches[0].outputs):
+        for k, output in enumerate(requests[0].outputs):
             scale = np.abs([compiled.minimum[0, :, k], compiled.maximum[0, :, k]]).max()
             assert a[:, k] == pytest.approx(b[:, k], abs=1e-3 * scale), (name, output)
 

@@ -1,23 +1,22 @@
-"""Whether an optimum can be trusted: run again on Drake, more tightly; with dry contact, from unseen starts."""
+"""`verify`: an optimum run again on Drake at a tighter tolerance and, with dry contact, from unseen starts."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.model.experiment import Experiment
+from linkages import System
 from optim.evaluate.drake_runs import run_on_drake
-from optim.evaluate.evaluations import INFEASIBLE, OK
+from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
-from optim.evaluate.requests import Batch, Statistics
-from optim.problem.study import Study, quantities
+from optim.evaluate.requests import Request, Statistics
+from optim.problem.study import Study
 
 Array = NDArray[np.float64]
 
@@ -55,16 +54,16 @@ def verify(
     if best["status"] != OK:
         why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"
         return report | {"status": f"the optimum {why}", "phases": None}
-    tight = _with(study, lambda experiment: {"solver.accuracy": _TIGHTER * experiment.solver.accuracy})
+    tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
-    relative = any(quantity.relative for _, _, quantity in quantities(study.file))
-    total = (2 if relative else 1) * sum(point.experiment.duration for point in study.points)
+    relative = any(quantity.relative for _, _, quantity in study.quantities)
+    total = (2 if relative else 1) * sum(point.system.experiment.duration for point in study.points)
     done = 0.0
 
-    def engine(batch: Batch) -> Statistics:
+    def engine(request: Request) -> Statistics:
         nonlocal done
-        found = run_on_drake(batch, progress and (lambda time: progress((done + time) / total)))
-        done += len(batch.values) * batch.point.experiment.duration
+        found = run_on_drake(request, progress and (lambda time: progress((done + time) / total)))
+        done += len(request.values) * request.point.system.experiment.duration
         return found
 
     evaluate = Evaluator(tight, engine=engine)
@@ -85,9 +84,16 @@ def verify(
 
 
 def unseen_phases(study: Study, design: Array, threads: int | None = None) -> dict[str, Any] | None:
-    """Objectives from other starts of the drives than the study's; impacts depend on where they begin.
+    """Evaluate objectives from other starts of the drives than the study's; impacts depend on where they begin.
 
     All drives are turned by what they turn in the same time, so that the machine passes the same positions.
+
+    Parameters
+    ----------
+    study : Study
+    design : (n,) array
+    threads : int, optional
+        Of the compiled engine.
 
     Returns
     -------
@@ -97,14 +103,12 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
         over the phases where neither failed. None without dry contact, or where no drive has a speed and a start
         angle that the design leaves alone.
     """
-    if not all(
-        _touches(point.experiment) and _turns(point.experiment, point.paths) for point in study.points
-    ):
+    if not all(point.system.touching.any() and _turns(point.system, point.paths) for point in study.points):
         return None
     angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
     runs = []
     for angle in angles:
-        turned = _with(study, partial(_turned, angle=angle))
+        turned = study.replaced(partial(_turned, angle=angle))
         runs.append(Evaluator(turned, threads=threads)(np.vstack([design, study.nominal])).objectives)
     values = np.array(runs)  # (phases, 2, no)
     both = np.isfinite(values).all(axis=(1, 2))
@@ -112,8 +116,8 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     for k, name in enumerate(study.file.objectives):
         best, nominal = values[both, :, k].mean(axis=0) if both.any() else (math.nan, math.nan)
         report["objectives"][name] = {
-            "best": [_number(x) for x in values[:, 0, k]],
-            "nominal": [_number(x) for x in values[:, 1, k]],
+            "best": [finite(x) for x in values[:, 0, k]],
+            "nominal": [finite(x) for x in values[:, 1, k]],
             "change": _relative(best, nominal),
         }
     return report
@@ -138,28 +142,15 @@ def format_verification(report: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _with(study: Study, changes: Callable[[Experiment], dict[str, Any]]) -> Study:
-    """Return the study with values replaced at every operating point."""
-    points = (
-        replace(point, experiment=point.experiment.replaced(changes(point.experiment)))
-        for point in study.points
-    )
-    return replace(study, points=tuple(points))
-
-
-def _touches(experiment: Experiment) -> bool:
-    return any(experiment.joints[name].can_touch for name in experiment.play)
-
-
-def _turns(experiment: Experiment, paths: tuple[str, ...]) -> bool:
+def _turns(system: System, paths: tuple[str, ...]) -> bool:
     """Whether there are drives of constant speed, and no design sets where they start."""
-    speeds = [drive.speed for drive in experiment.drives.values() if drive.prescribed]
+    speeds = [drive.speed for drive in system.experiment.drives.values() if drive.prescribed]
     return bool(speeds) and all(speeds) and not any(path.startswith("drives.") for path in paths)
 
 
-def _turned(experiment: Experiment, angle: float) -> dict[str, Any]:
+def _turned(system: System, angle: float) -> dict[str, Any]:
     """Start angles after the first drive has turned by an angle."""
-    drives = {name: drive for name, drive in experiment.drives.items() if drive.prescribed}
+    drives = {name: drive for name, drive in system.experiment.drives.items() if drive.prescribed}
     first = next(iter(drives.values())).speed or 0.0
     return {
         f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first
@@ -176,8 +167,4 @@ def _compared(before: dict[str, float], drake: Array) -> dict[str, Any]:
 
 def _relative(value: float, reference: float) -> float | None:
     """Return (value - reference)/|reference|, or None where that is no number."""
-    return _number((value - reference) / abs(reference)) if reference else None
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    return finite((value - reference) / abs(reference)) if reference else None

@@ -7,12 +7,10 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
+from linkages import extremes, ideal, load, simulate
 from linkages.cli.main import main
-from linkages.engines.study import ideal, simulate
-from linkages.model.experiment import load
-from linkages.results.extremes import extremes
 from optim.evaluate.evaluator import Evaluator
-from optim.problem.study import load_study
+from optim.problem.load import load_study
 
 STUDY = """
 experiment = "seven_bar.toml"
@@ -79,19 +77,19 @@ def drake_quantities(study, design):
     for point in study.points:
         overrides = dict(zip(study.paths, map(float, design), strict=True))
         overrides |= {"joints.B.viscosity": float(design[2]), "sdf.links.link2.com.x": float(design[1]) / 2.0}
-        overrides |= {"joints.A.clearance": point.experiment.joints["A"].clearance, "duration": 0.2}
+        overrides |= {"joints.A.clearance": point.system.value("joints.A.clearance"), "duration": 0.2}
         overrides["solver.accuracy"] = 1e-9  # the jitter is a thousandth of the acceleration that it is in
-        mechanism, experiment = load(point.experiment.source, overrides)
-        run = simulate(mechanism, experiment, "drake")
+        system = load(point.system.experiment.source, overrides)
+        run = simulate(system, "drake")
         times = np.linspace(0.1, 0.2, 2001)
-        late, exact = run.evaluate(times), ideal(mechanism, experiment).evaluate(times)
+        late, exact = run.evaluate(times), ideal(system).evaluate(times)
         peaks = extremes(run, ["A.force", "A.eccentricity_ratio", "slider7.x"])
         torque = run.columns["O1.torque"]  # at Drake's own steps, more than a thousand
         found.append(
             {
                 "A": peaks["A.force"].peak,
                 "B": np.abs(late["B.force"]).max(),
-                "film": experiment.joints["A"].clearance * (1.0 - peaks["A.eccentricity_ratio"].max),
+                "film": system.value("joints.A.clearance") * (1.0 - peaks["A.eccentricity_ratio"].max),
                 "stroke": peaks["slider7.x"].max - peaks["slider7.x"].min,
                 "jitter": np.abs(late["slider7.ax"] - exact["slider7.ax"]).max(),
                 "torque": np.sqrt(np.trapezoid(torque**2, run.time) / 0.2),

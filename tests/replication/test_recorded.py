@@ -5,14 +5,13 @@ import pytest
 from replication import recorded
 from replication.recorded import load_record, path_of, write_record
 
-from linkages.errors import InputError
-from optim.algorithms.nlp import Problem
-from optim.algorithms.registry import ALGORITHMS, optimise, settings_of
+from linkages import InputError
+from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.limits import equality_names, inequality_names, values_of
+from optim.evaluate.limits import problem_of, values_of
 from optim.evaluate.screen import Screened
+from optim.problem.load import load_study
 from optim.problem.shipped import find_study
-from optim.problem.study import load_study
 
 RECORDS = sorted(path.stem for path in path_of("any").parent.glob("*.toml"))
 
@@ -43,16 +42,21 @@ def test_where_the_design_comes_from_is_said(name):
     settings = dict(record.algorithm)
     algorithm = settings.pop("name")
     assert algorithm in ALGORITHMS
-    settings_of(algorithm, settings)  # complete and right, or an error
+    read_settings(algorithm, settings)  # complete and right, or an error
     script = record.command.removeprefix("python ")
-    assert (path_of(name).parents[2] / script).exists()
+    assert (path_of(name).parents[3] / script).exists()
 
 
 def test_a_record_comes_back_as_it_was_written(tmp_path, monkeypatch):
     study = load_study(find_study("sevenbar_force"))
     monkeypatch.setattr(recorded, "path_of", lambda name: tmp_path / f"{name}.toml")
     x = study.nominal * 1.1
-    write_record(study, x, np.array([0.1 + 0.2]), "python x.py", {"name": "ga", "population": 4}, 7, 12)
+    best = {
+        "variables": dict(zip(study.paths, map(float, x), strict=True)),
+        "objectives": {"force": 0.1 + 0.2},
+    }
+    found = {"best": best, "algorithm": {"name": "ga", "population": 4}, "seed": 7, "evaluations": 12}
+    write_record(study, found, "python x.py")
     record = load_record("sevenbar_force")
     assert record.design(study).tobytes() == x.tobytes()
     assert record.objectives == {"force": 0.1 + 0.2}
@@ -81,11 +85,7 @@ def test_no_record():
 def test_searching_again_reaches_as_much(name, algorithm, settings, reached):
     """A property, no digits: where a search ends depends on the rounding."""
     study, evaluator, nominal = shipped(name)
-    problem = Problem(
-        study.lower, study.upper, lambda designs: values_of(study, evaluator(designs), nominal),
-        tuple(study.file.objectives), inequality_names(study), equality_names(study), study.nominal,
-    )  # fmt: skip
-    found = optimise(algorithm, problem, settings_of(algorithm, settings), seed=1)
+    found = minimise(algorithm, problem_of(study, evaluator, nominal), settings, seed=1)
     before = values_of(study, nominal, nominal).objectives[0, 0]
     assert found.values.feasible(1e-6)[0]
     assert found.values.objectives[0, 0] < (1.0 - reached) * before

@@ -1,4 +1,4 @@
-"""Ctrl-C as a wish: noted at once, granted at the next good moment; pressed again, at once."""
+"""Ctrl-C once stops after the current iteration, twice at once."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from types import FrameType
 
 
 class Interrupt:
-    """While entered, the first Ctrl-C sets `wanted`; the second raises KeyboardInterrupt."""
+    """A context in which the first Ctrl-C sets `wanted` and the second raises KeyboardInterrupt."""
 
     def __init__(self) -> None:
         self.wanted = False

@@ -16,6 +16,8 @@ from replication.claims import (
     verdict_of_gain,
 )
 
+from optim import find_study, load_study
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -58,9 +60,6 @@ def test_differences_of_pages():
 
 
 def test_the_papers_designs_are_within_table_1():
-    from optim.problem.shipped import find_study
-    from optim.problem.study import load_study
-
     study = load_study(find_study("sevenbar_force"))
     for name in ("paper 1", "paper 2"):
         values = [press_paper.DESIGNS[name][path] for path in study.paths]

@@ -1,0 +1,236 @@
+"""Reads a study file: variables, bounds, operating points, objectives and constraints, each checked.
+
+Values keep their units (SI). The comment beside a value of the file is its source, as in experiments.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages import Experiment, InputError, System, load
+from linkages.errors import nearest
+from linkages.files.toml import leaves, read_toml, validate
+from linkages.outputs.registry import check_output
+from optim.problem.formula import Formula, parse
+from optim.problem.schema import Point, StudyFile, Window
+from optim.problem.shipped import find_experiment
+from optim.problem.study import OperatingPoint, Study
+
+Array = NDArray[np.float64]
+
+
+def load_study(path: str | Path) -> Study:
+    """Read a study, its experiment and its mechanism, and check that they fit each other.
+
+    Parameters
+    ----------
+    path : str or Path
+        The TOML file; see `optim.find_study` for the shipped ones.
+
+    Raises
+    ------
+    InputError
+        One line with file, key and reason.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> study.names[0], float(study.lower[0]), float(study.upper[0])
+    ('mass_2', 0.1095, 0.438)
+    """
+    path = Path(path)
+    data, sources = read_toml(path)
+    file = validate(StudyFile, data, path)
+    system = load(find_experiment(file.experiment, path))
+    with _within(path, "set"):
+        system = system.replaced(dict(leaves(file.set)))
+    nominal = np.array([_nominal(path, file, name, system) for name in file.variables])
+    bounds = [_bounds(path, file, name, x) for name, x in zip(file.variables, nominal, strict=True)]
+    points = tuple(
+        _point(path, file, name, point, system, nominal)
+        for name, point in (file.points or {"nominal": Point.model_validate({})}).items()
+    )
+    study = Study(
+        path,
+        file,
+        sources,
+        tuple(file.variables),
+        tuple(variable.path for variable in file.variables.values()),
+        np.array([lower for lower, _ in bounds]),
+        np.array([upper for _, upper in bounds]),
+        nominal,
+        points,
+        {
+            name: _formula(path, f"{kind}.{name}.formula", quantity.formula, file)
+            for kind, table in (("objectives", file.objectives), ("constraints", file.constraints))
+            for name, quantity in table.items()
+            if quantity.formula is not None
+        },
+        {name: _design(path, file, name, nominal) for name in file.designs},
+    )
+    _check_quantities(study)
+    return study
+
+
+@contextmanager
+def _within(path: Path, where: str) -> Iterator[None]:
+    """Name the study, and the place in it, before what is wrong with its experiment."""
+    try:
+        yield
+    except InputError as problem:
+        raise InputError(path, where, str(problem).removeprefix("argument: ")) from None
+
+
+def _nominal(path: Path, file: StudyFile, name: str, system: System) -> float:
+    variable = file.variables[name]
+    if variable.nominal is not None:
+        return variable.nominal
+    with _within(path, f"variables.{name}.path"):
+        return system.value(variable.path)
+
+
+def _bounds(path: Path, file: StudyFile, name: str, nominal: float) -> tuple[float, float]:
+    """Bounds of a variable, in its unit."""
+    variable = file.variables[name]
+    found = []
+    for side in ("lower", "upper"):
+        bound, where = getattr(variable, side), f"variables.{name}.{side}"
+        if isinstance(bound, str):
+            names = dict(file.constants)
+            bound = _formula(path, where, bound, file, names)(names)
+            if math.isnan(bound):
+                raise InputError(path, where, "has no finite value")
+        found.append(bound * nominal if variable.relative else bound)
+    lower, upper = sorted(found) if variable.relative and nominal < 0.0 else found
+    if not lower < upper:
+        raise InputError(path, f"variables.{name}", f"lower, {lower:g}, must be below upper, {upper:g}")
+    if not lower <= nominal <= upper:
+        raise InputError(
+            path, f"variables.{name}", f"its nominal value {nominal:g} is not between {lower:g} and {upper:g}"
+        )
+    return lower, upper
+
+
+def _design(path: Path, file: StudyFile, name: str, nominal: Array) -> Array:
+    """Make a reference design; what its table does not name is nominal."""
+    paths = [variable.path for variable in file.variables.values()]
+    design = nominal.copy()
+    for key, value in leaves(file.designs[name]):
+        where = f"designs.{name}.{key}"
+        if key not in paths:
+            raise InputError(path, where, f"is set by no variable; {nearest(key, paths)}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(path, where, f"is {value!r}; give a number")
+        design[paths.index(key)] = value
+    return design
+
+
+def _formula(
+    path: Path, where: str, text: Any, file: StudyFile, known: Mapping[str, Any] | None = None
+) -> Formula:
+    """Parse a formula and check its names, by default against variables and constants."""
+    if not isinstance(text, str):
+        raise InputError(path, where, f"is {text!r}; write a formula between quotes")
+    try:
+        found = parse(text)
+    except ValueError as problem:
+        raise InputError(path, where, str(problem)) from None
+    known = {**file.variables, **file.constants} if known is None else known
+    for name in sorted(found.names - set(known)):
+        raise InputError(path, where, f'"{name}" is unknown; {nearest(name, known)}')
+    return found
+
+
+def _point(
+    path: Path, file: StudyFile, name: str, point: Point, base: System, nominal: Array
+) -> OperatingPoint:
+    where = f"points.{name}"
+    replaced = dict(leaves(point.set))
+    links = dict(leaves(file.linked)) | dict(leaves(point.linked))
+    formulas = {
+        key: _formula(
+            path,
+            f"{where}.linked.{key}" if key in dict(leaves(point.linked)) else f"linked.{key}",
+            text,
+            file,
+        )
+        for key, text in links.items()
+    }
+    paths = tuple(v.path for v in file.variables.values())
+    owners: dict[str, str] = {}
+    for owner, key in (
+        # here a formula may take a variable's place: the viscosity at this point's temperature
+        *(
+            (f"variables.{n}", v.path)
+            for n, v in file.variables.items()
+            if v.path not in dict(leaves(point.linked))
+        ),
+        *((f"linked.{key}", key) for key in links),
+        *((f"{where}.set.{key}", key) for key in replaced),
+    ):
+        if key in owners:
+            raise InputError(path, owner, f"{key} is set by {owners[key]} already")
+        owners[key] = owner
+    values = dict(file.constants) | dict(zip(file.variables, map(float, nominal), strict=True))
+    design = {v.path: values[n] for n, v in file.variables.items()}
+    for key, found in formulas.items():
+        design[key] = found(values)
+        if math.isnan(design[key]):
+            raise InputError(path, f"linked.{key}", "has no finite value at the nominal design")
+    with _within(path, where if file.points else "nominal design"):
+        system = base.replaced(replaced)
+        system.replaced(design)
+    windows = {
+        key: _times(path, f"windows.{key}", window, system.experiment, design)
+        for key, window in file.windows.items()
+    }
+    windows["run"] = np.array([[0.0, system.experiment.duration]])
+    return OperatingPoint(name, system, (*paths, *formulas), tuple(formulas.values()), windows)
+
+
+def _times(
+    path: Path, where: str, window: Window, experiment: Experiment, design: Mapping[str, float]
+) -> Array:
+    """Make the times of a window, (count, 2) [s]."""
+    unit, count = 1.0, window.count
+    drive = window.revolutions_of
+    if drive is not None:
+        if drive not in experiment.drives:
+            raise InputError(
+                path, f"{where}.revolutions_of", f'no drive "{drive}"; {nearest(drive, experiment.drives)}'
+            )
+        speed = experiment.drives[drive].speed
+        if not speed or f"drives.{drive}.speed" in design:
+            raise InputError(
+                path, f"{where}.revolutions_of", f"{drive} has no constant speed; give times [s]"
+            )
+        unit = 2.0 * math.pi / abs(speed)
+    edges = unit * np.linspace(window.start, window.end, count + 1)
+    if edges[-1] > experiment.duration * (1.0 + 1e-12):
+        raise InputError(
+            path, where, f"ends at {edges[-1]:.6g} s, after the run's {experiment.duration:g} s; set duration"
+        )
+    edges[-1] = min(edges[-1], experiment.duration)
+    return np.column_stack([edges[:-1], edges[1:]])
+
+
+def _check_quantities(study: Study) -> None:
+    """Check that there are the windows and outputs that objectives and constraints name."""
+    windows = study.points[0].windows
+    for kind, name, quantity in study.quantities:
+        for k, term in enumerate(quantity.terms or ()):
+            where = f"{kind}.{name}.terms[{k}]"
+            if term.window not in windows:
+                near = nearest(term.window, windows)
+                raise InputError(study.source, f"{where}.window", f'"{term.window}" is unknown; {near}')
+            for point in study.points:
+                with _within(study.source, where):
+                    check_output(point.system, term.output)
