@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from machines import PLANES, bar, circle_intersection, four_bar, joint, model, slider_crank
+from shipped import NAMES, shipped
 
 from linkages import AssemblyError, InputError, Status, ideal
 from linkages.outputs.columns import columns
@@ -61,6 +62,32 @@ def test_slider_crank_follows_its_closed_form(motion, offset):
     np.testing.assert_allclose(found["slider.x"], x(TIMES), atol=1e-14)
     np.testing.assert_allclose(found["slider.vx"], rate, atol=1e-10)
     np.testing.assert_allclose(found["slider.ax"], acceleration, atol=1e-6)
+
+
+def test_the_linkages_of_the_sources_are_there():
+    names = ("four_bar_dry", "five_bar_dry", "six_bar_dry", "seven_bar", "seven_bar_dry", "slider_crank_dry")
+    assert set(names) <= set(NAMES)
+
+
+def test_drag_link_follows_its_closed_form():
+    """Pins by intersecting circles; the follower's speed from the vector loop; both cranks turn fully."""
+    ground, crank, coupler, follower = 0.1, 0.2, 0.18, 0.22  # m, as in the file
+    system = shipped("four_bar_dry", **{"drives.O.ramp": 0.0})
+    speed = system.value("drives.O.speed")
+    times = np.linspace(0.0, 2.0 * np.pi / speed, 73)
+    found = ideal(system).evaluate(times)
+    theta = 0.5 * np.pi + speed * times
+    a = crank * np.column_stack([np.cos(theta), np.sin(theta)])
+    b = np.array([circle_intersection(pin, coupler, (ground, 0.0), follower) for pin in a])
+    rounding = 1e-9  # m: the file's angles close the loop to its nine digits; the assembly does the rest
+    np.testing.assert_allclose(found["follower_B.x"], b[:, 0], rtol=0, atol=rounding)
+    np.testing.assert_allclose(found["follower_B.y"], b[:, 1], rtol=0, atol=rounding)
+    theta_3 = np.arctan2(*(b - a).T[::-1])
+    theta_4 = np.arctan2(b[:, 1], b[:, 0] - ground)
+    rate = speed * crank / follower * np.sin(theta - theta_3) / np.sin(theta_4 - theta_3)
+    np.testing.assert_allclose(found["follower.omega"], rate, rtol=1e-8)
+    assert rate.min() > 0.0
+    assert np.ptp(found["follower.angle"]) == pytest.approx(2.0 * np.pi, rel=1e-9)
 
 
 def seven_bar_slider(t, w1=2 * np.pi, w4=2 * np.pi):

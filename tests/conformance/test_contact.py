@@ -12,13 +12,8 @@ from slider_crank_impacts import CRANK, ROD, slider_crank_impacts, table
 from linkages import ideal, impacts
 from linkages.results.extremes import integral
 
-#: Accuracies and largest steps at which energy is kept to the digits that are asked below.
-TIGHT = {
-    "compiled": {"solver.accuracy": 1e-10},
-    "drake": {"solver.accuracy": 1e-10, "solver.max_step": 2e-6},
-}
 
-
+@slow_on_drake
 @pytest.mark.parametrize("friction", [None, 0.03])
 def test_first_impacts_agree_with_an_independent_model(engine, friction):
     """Time, speeds, duration, peaks of the first two impacts to 1e-6: another formulation, another integrator."""
@@ -36,7 +31,8 @@ def test_first_impacts_agree_with_an_independent_model(engine, friction):
 @slow_on_drake
 def test_energy_audit_of_a_dry_run(engine):
     """Drive work = change of kinetic energy + what contact and friction take, to 1e-5 of the work through the drive."""
-    run = run_shipped(engine, "slider_crank_dry", duration=6e-3, **TIGHT[engine])
+    tight = {"solver.accuracy": 1e-10, "solver.max_step": 2e-6}
+    run = run_shipped(engine, "slider_crank_dry", duration=6e-3, **tight)
     power = run["O.torque"] * run["O.rate"]
     work, through = integral(run, power), integral(run, np.abs(power))
     loss = -integral(run, run["B.power"])
@@ -111,6 +107,7 @@ def body(name, mass, inertia):
     )
 
 
+@slow_on_drake
 def test_a_journal_that_grazes_its_wall_swings_in_it_like_a_pendulum(run):
     """Released at the height of the centre, at the wall: it touches with no speed at all, and stays in contact.
 
@@ -196,8 +193,8 @@ def test_a_mixed_joint_carries_what_its_film_cannot(run, mixed):
 @slow_on_drake
 def test_a_block_with_play_in_its_slot_follows_the_ideal_slider(engine):
     """It strikes both walls, tilts a little by friction, and loses energy only in its contacts."""
-    changes = {"solver.accuracy": 1e-9} | ({"solver.max_step": 5e-6} if engine == "drake" else {})
-    run = run_shipped(engine, "slider_crank_guide", duration=0.02, **changes)
+    tight = {"solver.accuracy": 1e-9, "solver.max_step": 5e-6}
+    run = run_shipped(engine, "slider_crank_guide", duration=0.02, **tight)
     rows = impacts(run, [f"guide.corner{i}" for i in range(1, 5)])
     assert {row.joint for row in rows} == {f"guide.corner{i}" for i in range(1, 5)}
     exact = ideal(shipped("slider_crank_guide", duration=0.02)).evaluate(run.time)
@@ -225,6 +222,7 @@ def test_the_slider_obeys_newton_and_euler_with_its_guide_forces(engine):
     assert run["guide.force"].max() > 1.0
 
 
+@slow_on_drake
 def test_a_resting_block_carries_its_weight_on_two_corners(run):
     """A slider alone under gravity on a horizontal slot, pushed by nothing: half of m g on each lower corner."""
     slot = "<linkages:slot><linkages:length>0.04</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"

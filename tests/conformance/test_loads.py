@@ -1,13 +1,11 @@
-"""Applied loads on Drake: closed forms, energy balances, equilibrium, and the ideal linkage beside it."""
+"""Applied loads: closed forms, energy balances, equilibrium, and the ideal linkage beside."""
 
 import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model
 from scipy.integrate import simpson
 
-from linkages.engines.study import ideal, simulate, study, summarize
-from linkages.errors import Status
-from linkages.model.experiment import load
+from linkages import ideal, study, summarize
 from linkages.report.terminal import format_summary
 
 #: A block of 2 kg on a slide along x, drawn at the origin.
@@ -20,15 +18,8 @@ BLOCK = model(
 EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-10\n"
 
 
-def run(experiment_file, sdf, toml, **overrides):
-    mechanism, experiment = load(experiment_file(sdf, toml), overrides)
-    result = simulate(mechanism, experiment)
-    assert result.status is Status.OK
-    return mechanism, experiment, result
-
-
 @pytest.mark.parametrize("damping", [0.0, 6.0])
-def test_a_mass_on_a_spring_oscillates_as_its_closed_form(experiment_file, damping):
+def test_a_mass_on_a_spring_oscillates_as_its_closed_form(run, damping):
     """Drawn 0.3 m from its anchor, 0.1 m beyond the free length, released from rest."""
     k, m, stretch = 50.0, 2.0, 0.1
     toml = f"""duration = 3.0
@@ -39,7 +30,7 @@ stiffness = {k}
 free_length = 0.2
 damping = {damping}
 """
-    _, _, found = run(experiment_file, BLOCK, toml + EXACT)
+    found = run(BLOCK, toml + EXACT)
     t = found.time
     decay = damping / (2 * m)
     omega = np.sqrt(k / m - decay**2)
@@ -55,7 +46,7 @@ damping = {damping}
     np.testing.assert_allclose(2.0 * found["block.ax"], -found["S.force"], atol=1e-9)
 
 
-def test_a_force_over_time_moves_a_mass(experiment_file):
+def test_a_force_over_time_moves_a_mass(run):
     """A force that grows with t: the table's cubics are exact there, x = F t^3/(6 m)."""
     toml = """duration = 1.0
 [forces.P]
@@ -63,7 +54,7 @@ point = "block"
 times = [0.0, 0.2, 0.7, 1.5]
 forces = [[0.0, 3.0], [1.2, 3.0], [4.2, 3.0], [9.0, 3.0]]
 """
-    _, _, found = run(experiment_file, BLOCK, toml + EXACT)
+    found = run(BLOCK, toml + EXACT)
     np.testing.assert_allclose(found["block.x"], 6.0 * found.time**3 / 12.0, atol=1e-9)
     np.testing.assert_allclose(found["slide.fy"], -3.0, atol=1e-12)  # the guide carries what acts across
     np.testing.assert_allclose(found["P.power"], 6.0 * found.time * found["block.vx"], atol=1e-9)
@@ -73,12 +64,12 @@ forces = [[0.0, 3.0], [1.2, 3.0], [4.2, 3.0], [9.0, 3.0]]
     "where", ['joint = "O"', 'links = ["world", "arm"]', 'links = ["arm", "world"]\nstiffness = 3.0']
 )
 @pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
-def test_a_torsion_pendulum_oscillates_as_its_closed_form(experiment_file, axis, where):
+def test_a_torsion_pendulum_oscillates_as_its_closed_form(run, axis, where):
     """Released at its drawn pose; in a joint the angle is the joint's, between links the second's from the first."""
     sdf = model("arm", bar("arm", 0.4, "__model__", mass=1.5) + joint("O", "world", "arm", axis=axis))
     spring = f"[torsion_springs.T]\n{where}\nfree_angle = 0.3\ndamping = 0.02\n"
     spring += "" if "stiffness" in where else "stiffness = 3.0\n"
-    _, _, found = run(experiment_file, sdf, "duration = 2.0\n" + spring + EXACT)
+    found = run(sdf, "duration = 2.0\n" + spring + EXACT)
     towards = -1.0 if ("joint" in where and axis == "0 0 -1") or where.startswith('links = ["arm"') else 1.0
     t, inertia = found.time, 1.5 * 0.4**2 / 3
     decay = 0.02 / (2 * inertia)
@@ -121,13 +112,9 @@ PLAY = '[joints.A]\nmodel = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
 @pytest.mark.parametrize(
     ("drive", "play"), [("", ""), ("", PLAY), ("torque = 0.4\n", "")], ids=["ideal", "play", "torque"]
 )
-def test_energy_balance_of_a_driven_linkage_with_springs_and_dampers(experiment_file, drive, play):
+def test_energy_balance_of_a_driven_linkage_with_springs_and_dampers(run, drive, play):
     """Drive, torque, dampers and film account for all energy; springs give back what they store."""
-    _, _, found = run(
-        experiment_file,
-        four_bar(extra=ELBOW),
-        LOADED.replace("speed = 15.0\n", "speed = 15.0\n" + drive) + play,
-    )
+    found = run(four_bar(extra=ELBOW), LOADED.replace("speed = 15.0\n", "speed = 15.0\n" + drive) + play)
     times = np.linspace(0.1, 0.4, 401)  # after the film's start-up, which takes microseconds
     found = found.evaluate(times)
     hinge_loss = -0.01 * found["follower.omega"] ** 2
@@ -151,12 +138,10 @@ def test_energy_balance_of_a_driven_linkage_with_springs_and_dampers(experiment_
     assert simpson(stored, x=times) == pytest.approx(-change, abs=1e-6)
 
 
-def test_drake_and_free_bodies_agree_on_a_loaded_ideal_linkage(experiment_file):
-    """Multipliers and hybrid dynamics under generalised forces of the loads, against Newton-Euler with wrenches."""
-    mechanism, experiment, found = run(
-        experiment_file, four_bar(extra=ELBOW), LOADED, **{"gravity": [0.0, -9.81, 0.0]}
-    )
-    exact = ideal(mechanism, experiment)
+def test_run_and_inverse_dynamics_agree_on_a_loaded_ideal_linkage(run, system_of):
+    """Multipliers of closed loops, integrated, against the forces of the exact motion."""
+    given = four_bar(extra=ELBOW), LOADED, {"gravity": [0.0, -9.81, 0.0]}
+    found, exact = run(*given), ideal(system_of(*given))
     assert exact.provenance["engine"] == "kinematics"
     times = np.linspace(0.01, 0.39, 39)
     a, b = found.evaluate(times), exact.evaluate(times)
@@ -165,7 +150,7 @@ def test_drake_and_free_bodies_agree_on_a_loaded_ideal_linkage(experiment_file):
         np.testing.assert_allclose(a[name], b[name], atol=1e-6 * size, err_msg=name)
 
 
-def test_the_summary_and_the_table_show_the_loads(experiment_file):
+def test_the_summary_and_the_table_show_the_loads(engine, system_of):
     """A force at rest does no work; a spring's peak is where its length is extreme, its work is what it gave back."""
     toml = """duration = 0.9
 [forces.P]
@@ -177,9 +162,7 @@ anchor = [-0.3, 0.0]
 stiffness = 50.0
 free_length = 0.2
 """
-    mechanism, experiment = load(experiment_file(BLOCK, toml))
-    result = study(mechanism, experiment)
-    summary = summarize(result, "drake")
+    summary = summarize(study(system_of(BLOCK, toml), engine))
     assert summary["loads"]["P"] == {"force": {"peak": 3.0}, "work": 0.0}
     spring = summary["loads"]["S"]
     assert spring["force"]["peak"] == pytest.approx(50.0 * 0.1, rel=1e-6)
@@ -187,13 +170,11 @@ free_length = 0.2
     assert spring["work"] == pytest.approx(released, rel=1e-4)  # Simpson's rule on the run's steps
     assert summary["error"]["S.force.peak"] < 1e-4
     assert summary["ideal"]["loads"]["P"]["force"]["peak"] == 3.0
-    row = next(
-        line for line in format_summary(summary, experiment).splitlines() if line.startswith("S force")
-    )
+    row = next(line for line in format_summary(summary).splitlines() if line.startswith("S force"))
     assert [float(x) for x in row.split()[2:5]] == pytest.approx([5.0, 5.0, released], rel=1e-3)  # as printed
 
 
-def test_a_bar_hung_on_a_spring_rests_where_statics_says(experiment_file):
+def test_a_bar_hung_on_a_spring_rests_where_statics_says(run):
     """A bar of 1.5 kg, pinned at one end, level, held at the other by a slanting spring: pin reaction in closed form."""
     weight, length = 1.5 * 9.81, 0.4
     sdf = model("bar", bar("bar", length, "__model__", mass=1.5) + joint("O", "world", "bar"))
@@ -209,7 +190,7 @@ anchor = [0.7, 0.4]
 stiffness = 400.0
 free_length = {np.linalg.norm(line) - tension / 400.0}
 """
-    _, _, found = run(experiment_file, sdf, toml)
+    found = run(sdf, toml)
     np.testing.assert_allclose(found["bar.angle"], 0.0, atol=1e-12)
     np.testing.assert_allclose(found["S.force"], tension, rtol=1e-11)
     np.testing.assert_allclose(found["O.fx"], -tension * direction[0], rtol=1e-11)

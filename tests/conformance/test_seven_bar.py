@@ -1,15 +1,16 @@
-"""The seven-bar on Drake against the paper's own formulation, and against laws of nature."""
+"""The seven-bar against the paper's own formulation, and against laws of nature."""
+
+from functools import cache
 
 import numpy as np
 import paper_formulation
 import pytest
+from engines import slow_on_drake
+from shipped import run as run_shipped
+from shipped import shipped
 
-from linkages.engines.drake import simulate, simulation
-from linkages.engines.study import ideal
-from linkages.model.experiment import load
-from linkages.model.mechanism import load_mechanism
-from linkages.results.extremes import extremes, integral
-from linkages.system.assembly import assemble
+from linkages import System, extremes, ideal, load_mechanism, simulate
+from linkages.results.extremes import integral
 
 ONE_PERCENT_OF_TEN = 1e-3  # 0.1 %: what is promised of forces, accelerations and orbits
 
@@ -40,13 +41,17 @@ def paper_data(experiment):
     )
 
 
+@cache
+def papers(case):
+    """Step times and solution by the paper's formulation."""
+    return paper_formulation.solve(paper_data(shipped("seven_bar", **CASES[case]).experiment), 1.0, rtol=1e-6)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_orbits_forces_and_acceleration_agree_with_the_papers_formulation(seven_bar, case):
-    mechanism, experiment = seven_bar
-    experiment = experiment.replaced({"duration": 1.0, **CASES[case]})
-    run = simulate(mechanism, experiment)
-    steps, at = paper_formulation.solve(paper_data(experiment), 1.0, rtol=1e-6)
+def test_orbits_forces_and_acceleration_agree_with_the_papers_formulation(engine, case):
+    run = run_shipped(engine, "seven_bar", duration=1.0, **CASES[case])
+    steps, at = papers(case)
     e, force, _ = at(run.time)
     for k, name in enumerate("AB"):
         got = np.stack([run[f"{name}.ex"], run[f"{name}.ey"]], axis=1)
@@ -61,10 +66,9 @@ def test_orbits_forces_and_acceleration_agree_with_the_papers_formulation(seven_
     assert found["slider7.ax"].peak == pytest.approx(np.abs(acceleration).max(), rel=ONE_PERCENT_OF_TEN)
 
 
-@pytest.fixture(scope="module")
-def nominal(seven_bar):
-    mechanism, experiment = seven_bar
-    run = simulate(mechanism, experiment.replaced({"duration": 1.0}))
+@pytest.fixture
+def nominal(engine):
+    run = run_shipped(engine, "seven_bar", duration=1.0)
     return {key: value.peak for key, value in extremes(run, ["A.force", "B.force", "slider7.ax"]).items()}
 
 
@@ -73,23 +77,6 @@ def test_reference_peaks(nominal):
     assert nominal["A.force"] == pytest.approx(3.345, rel=ONE_PERCENT_OF_TEN)
     assert nominal["B.force"] == pytest.approx(2.481, rel=ONE_PERCENT_OF_TEN)
     assert nominal["slider7.ax"] == pytest.approx(4.667, rel=ONE_PERCENT_OF_TEN)
-
-
-def test_a_state_between_two_steps_costs_few_steps(seven_bar, monkeypatch):
-    """An implicit scheme that keeps a matrix from before its step shrank would crawl, in tens of thousands of steps."""
-    mechanism, experiment = seven_bar
-    run = simulate(mechanism, experiment.replaced({"duration": 0.6}))
-    taken = []
-    take = simulation._Steps.take
-    monkeypatch.setattr(
-        simulation._Steps, "take", lambda steps, time: (taken.append(time), take(steps, time))
-    )
-    most = 0
-    for middle in 0.5 * (run.time[1:] + run.time[:-1])[run.time[:-1] > 0.5]:
-        taken.clear()
-        run.evaluate(np.array([middle]))
-        most = max(most, len(taken))
-    assert 1 < most < 300
 
 
 #: Table 6: link 2, crank 4, slider 7, oil.
@@ -111,10 +98,9 @@ DESIGNS = {
 
 @pytest.mark.parametrize(("design", "change_a", "change_b"), [(1, 9.1, 3.5), (2, -18.9, -9.4)])
 def test_the_papers_designs_change_the_forces_but_not_the_acceleration(
-    seven_bar, nominal, design, change_a, change_b
+    engine, nominal, design, change_a, change_b
 ):
     """Changes in per cent that a further code gave; the paper prints others, and an acceleration 25 % smaller."""
-    _, experiment = seven_bar
     values = DESIGNS[design]
     overrides = {"duration": 1.0}
     for name in ("link2", "crank4", "slider7"):
@@ -123,22 +109,20 @@ def test_the_papers_designs_change_the_forces_but_not_the_acceleration(
             overrides[f"sdf.links.{name}.inertia"] = values[name][1]
     for joint in "AB":
         overrides[f"joints.{joint}.viscosity"] = values["oil"]
-    run = simulate(*load(experiment.source, overrides))
-    found = extremes(run, list(nominal))
+    found = extremes(run_shipped(engine, "seven_bar", **overrides), list(nominal))
     change = {key: 100 * (found[key].peak / nominal[key] - 1) for key in nominal}
     assert change["A.force"] == pytest.approx(change_a, abs=0.06)
     assert change["B.force"] == pytest.approx(change_b, abs=0.06)
     assert abs(change["slider7.ax"]) < 0.01
 
 
-def test_energy_balance_of_a_full_run(seven_bar):
+def test_energy_balance_of_a_full_run(engine):
     """Net drive work = change of kinetic energy + film dissipation, to 1e-6 of the work that goes through the drives.
 
     The two drives exchange 0.65 J, nearly all of it with each other; what remains for the film is 8e-5 J. What is
     missing is the integrator's error on the exchange: 1.1e-7, 0.7e-7, 0.2e-7 J at accuracies 1e-8, 1e-9, 1e-10.
     """
-    mechanism, experiment = seven_bar
-    run = simulate(mechanism, experiment.replaced({"duration": 1.0, "solver.accuracy": 1e-9}))
+    run = run_shipped(engine, "seven_bar", duration=1.0, **{"solver.accuracy": 1e-9})
     power = {name: run[f"{name}.torque"] * run[f"{name}.rate"] for name in ("O1", "O4")}
     net = sum(integral(run, p) for p in power.values())
     through = sum(integral(run, np.abs(p)) for p in power.values())
@@ -149,18 +133,15 @@ def test_energy_balance_of_a_full_run(seven_bar):
     assert abs(net - kinetic - film) < 2e-3 * film
 
 
-@pytest.mark.slow
-def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(seven_bar):
+@slow_on_drake
+def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(engine, seven_bar):
     """At a given load the film's e is proportional to c^3: so is what the clearance changes in motion and force."""
-    mechanism, experiment = seven_bar
-    exact = ideal(mechanism, experiment)
+    exact = ideal(seven_bar)
     deviation = []
     clearances = (3.0e-4, 2.1e-4, 1.5e-4)
     for c in clearances:
-        changed = experiment.replaced(
-            {"duration": 1.0, "joints.A.clearance": c, "joints.B.clearance": c, "solver.accuracy": 1e-9}
-        )
-        run = simulate(mechanism, changed)
+        changes = {"joints.A.clearance": c, "joints.B.clearance": c, "solver.accuracy": 1e-9}
+        run = simulate(seven_bar.replaced({"duration": 1.0, **changes}), engine)
         settled = run.time > 0.02
         reference = exact.evaluate(run.time[settled])
         deviation.append(
@@ -175,10 +156,10 @@ def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(seven_bar
     np.testing.assert_allclose(rates[1], 3.0, atol=0.1)
 
 
-def test_mirror_image_has_the_mirror_motion(seven_bar, tmp_path):
+def test_mirror_image_has_the_mirror_motion(engine, tmp_path):
     """The linkage mirrored on the x axis, its drives reversed."""
-    mechanism, experiment = seven_bar
-    text = mechanism.source.read_text()
+    system = shipped("seven_bar", duration=0.5)
+    text = system.mechanism.source.read_text()
     for old, new in (
         (" 0.301 ", " -0.301 "),
         ("0 0 0 0 0 310.79", "0 0 0 0 0 -310.79"),
@@ -187,10 +168,10 @@ def test_mirror_image_has_the_mirror_motion(seven_bar, tmp_path):
         assert old in text
         text = text.replace(old, new)
     (tmp_path / "mirror.sdf").write_text(text)
-    experiment = experiment.replaced({"duration": 0.5})
-    speeds = {f"drives.{name}.speed": -experiment.drives[name].speed for name in experiment.drives}
-    run = simulate(mechanism, experiment)
-    mirror = simulate(load_mechanism(tmp_path / "mirror.sdf"), experiment.replaced(speeds))
+    drives = system.experiment.drives
+    reversed_ = system.experiment.replaced({f"drives.{name}.speed": -drives[name].speed for name in drives})
+    run = simulate(system, engine)
+    mirror = simulate(System(load_mechanism(tmp_path / "mirror.sdf"), reversed_), engine)
     times = np.linspace(0.05, 0.45, 9)
     a, b = run.evaluate(times), mirror.evaluate(times)
     for name in "AB":
@@ -204,21 +185,18 @@ def test_mirror_image_has_the_mirror_motion(seven_bar, tmp_path):
     np.testing.assert_allclose(b["O1.torque"], -a["O1.torque"], atol=1e-5)
 
 
-def test_shear_torque_changes_the_forces_by_two_to_three_percent(seven_bar, nominal):
-    mechanism, experiment = seven_bar
+def test_shear_torque_changes_the_forces_by_two_to_three_percent(engine, nominal):
     shear = {f"joints.{name}.shear_torque": True for name in "AB"}
-    run = simulate(mechanism, experiment.replaced({"duration": 1.0, **shear}))
-    found = extremes(run, ["A.force", "B.force"])
+    found = extremes(run_shipped(engine, "seven_bar", duration=1.0, **shear), ["A.force", "B.force"])
     change = [abs(found[f"{name}.force"].peak / nominal[f"{name}.force"] - 1) for name in "AB"]
     assert 0.01 < max(change) < 0.035
 
 
-def test_start_up_spike_comes_from_the_small_eccentricity_patch(seven_bar, nominal):
-    """Seed eqs. (12)-(13) leave the centred journal unsupported: the printed spike, not the mechanism's motion."""
-    mechanism, experiment = seven_bar
+def test_start_up_spike_comes_from_the_small_eccentricity_patch(engine, nominal):
+    """Chen 2025 eqs. (12)-(13) leave the centred journal unsupported: the printed spike, not the mechanism's motion."""
     patch = {f"joints.{name}.small_eccentricity": {"ratio": 0.05, "power": 2.0} for name in "AB"}
-    run = simulate(mechanism, experiment.replaced({"duration": 0.1, **patch}))
-    plain = simulate(mechanism, experiment.replaced({"duration": 0.1}))
+    run = simulate(shipped("seven_bar", duration=0.1, **patch), engine)
+    plain = run_shipped(engine, "seven_bar", duration=0.1)
     spike = extremes(run, ["slider7.ax"])["slider7.ax"]
     assert spike.time < 0.01
     assert spike.peak > 5.0
@@ -226,11 +204,11 @@ def test_start_up_spike_comes_from_the_small_eccentricity_patch(seven_bar, nomin
     assert nominal["slider7.ax"] < 4.7
 
 
-def test_rig_runs_on_the_same_branch(seven_bar):
-    mechanism, experiment = load(seven_bar[1].source.parent / "seven_bar_rig.toml", {"duration": 0.3})
-    assert mechanism.joint["A"].bearing.radius == 6e-3
-    assert assemble(mechanism, experiment).mobility == 2
-    run = simulate(mechanism, experiment)
-    reference = ideal(mechanism, experiment).evaluate(run.time)
+def test_rig_runs_on_the_same_branch(engine):
+    system = shipped("seven_bar_rig", duration=0.3)
+    assert system.mechanism.joint["A"].bearing.radius == 6e-3
+    assert system.assembly.mobility == 2
+    run = simulate(system, engine)
+    reference = ideal(system).evaluate(run.time)
     np.testing.assert_allclose(run["slider7.x"], reference["slider7.x"], atol=2e-4)
     assert run["A.eccentricity_ratio"].max() < 1.0

@@ -1,0 +1,122 @@
+"""How runs end: journals that leave their films, linkages that lock or cannot be closed, interruption; repetition."""
+
+import json
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from engines import slow_on_drake
+from machines import four_bar
+from shipped import run as run_shipped
+from shipped import shipped
+
+from linkages import AssemblyError, Status, extremes, ideal, load, simulate
+from linkages.cli.main import main
+from linkages.engines.compiled import simulation
+
+FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
+
+
+def test_a_journal_that_leaves_its_film_ends_the_run(engine):
+    thin = {f"joints.{name}.viscosity": 1e-7 for name in "AB"}
+    result = simulate(shipped("seven_bar", duration=0.5, **thin), engine)
+    assert result.status is Status.JOURNAL_LEFT_BEARING
+    assert 0.0 < result.time[-1] < 0.1
+    ratio = np.maximum(result["A.eccentricity_ratio"], result["B.eccentricity_ratio"])
+    assert 0.9998 < ratio[-1] < 1.01
+    assert ratio[:-1].max() < ratio[-1]
+    assert all(np.isfinite(values).all() for values in result.columns.values())
+
+
+def test_a_finite_film_ends_where_its_map_does(engine, system_of):
+    """Never extrapolated: the run stops with a status when the journal passes the map's largest eps, 0.999."""
+    film = FILM.format("A").replace("viscosity=0.1", 'viscosity=1e-6\nfilm="finite"')
+    run = simulate(system_of(four_bar(), "duration=0.3\n[drives.O]\nspeed=15.0\n" + film), engine)
+    assert run.status is Status.JOURNAL_LEFT_BEARING
+    assert run["A.eccentricity_ratio"][-1] == pytest.approx(0.999, abs=2e-4)
+    assert run["A.eccentricity_ratio"][:-1].max() < 0.999
+
+
+def test_a_linkage_that_cannot_be_closed_does_not_start(engine):
+    with pytest.raises(AssemblyError) as problem:
+        simulate(shipped("four_bar_dry", **{"sdf.frames.crank_A.pose.x": 0.9}), engine)
+    assert problem.value.status is Status.NO_ASSEMBLY
+
+
+@slow_on_drake
+def test_a_crank_that_locks_ends_the_run_where_geometry_says(engine, experiment_file, tmp_path, capsys):
+    """Coupler and follower are stretched where the crank's tip is 0.3 m from the follower's pivot: cos(phi) = 1/3."""
+    speed = 15.0  # rad/s
+    sdf = four_bar(ground=0.3, crank=0.2, coupler=0.15, follower=0.15)
+    path = experiment_file(sdf, f"duration=0.2\n[drives.O]\nspeed={speed}\n")
+    # the ideal motion's table has 0.02 rad
+    locked = pytest.approx(np.arccos(1.0 / 3.0) / speed, abs=0.02 / speed)
+    motion = ideal(load(path))
+    assert motion.status in (Status.NO_ASSEMBLY, Status.SINGULAR)
+    assert motion.time[-1] == locked
+    out = tmp_path / "out"
+    words = ["simulate", str(path), "--engine", engine, "--set", "solver.accuracy=1e-5", "--out", str(out)]
+    assert main([*words, "--no-plots"]) == 1
+    told = capsys.readouterr().err
+    assert "the run ended" in told
+    assert f"the ideal linkage ended at t = {motion.time[-1]:.6g} s: {motion.status.value}" in told
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["status"] == "step-size-collapse"
+    assert summary["duration"] == locked
+    # though the ideal linkage cannot be drawn where the run still is
+    assert (out / "animation.html").exists()
+
+
+@pytest.fixture
+def often(monkeypatch):
+    """Let the compiled engine look at the keyboard every 20 steps; Drake does at each."""
+    monkeypatch.setattr(simulation, "_CHUNK", 20)
+
+
+@pytest.mark.usefixtures("often")
+def test_an_interrupted_run_keeps_what_it_has(engine):
+    def stop(time):
+        if time > 0.05:
+            raise KeyboardInterrupt
+
+    result = simulate(shipped("seven_bar"), engine, progress=stop)
+    assert result.status is Status.INTERRUPTED
+    assert 0.05 < result.time[-1] < {"compiled": 1.0, "drake": 0.1}[engine]
+    assert len(result["A.force"]) == len(result.time)
+    whole = simulate(shipped("seven_bar", duration=float(result.time[-1])), engine)
+    assert result["slider7.x"][-1] == pytest.approx(whole["slider7.x"][-1], rel=1e-9)
+
+
+@pytest.mark.usefixtures("often")
+def test_progress_goes_forward_to_the_end(engine):
+    seen = []
+    result = simulate(shipped("seven_bar", duration=1.0), engine, progress=seen.append)
+    assert len(seen) > 3
+    assert all(before < after for before, after in pairwise(seen))
+    assert seen[-1] == result.time[-1] == 1.0
+    assert np.all(np.diff(result.time) > 0.0)
+
+
+def test_a_run_can_be_repeated_to_the_last_bit(engine):
+    first = run_shipped(engine, "seven_bar", duration=0.1)
+    second = simulate(shipped("seven_bar", duration=0.1), engine)
+    assert first.columns.keys() == second.columns.keys()
+    for name, column in first.columns.items():
+        np.testing.assert_array_equal(column, second[name])
+
+
+CENTRED = {"small_eccentricity.ratio": 0.2, "small_eccentricity.power": 0.648}
+
+
+@pytest.mark.parametrize(
+    "changes", [{"film": "finite"}, {"film": "short"}, CENTRED], ids=["finite", "short", "paper"]
+)
+def test_states_between_the_first_steps_of_a_centred_journal_are_numbers(engine, changes):
+    """The eccentricity's direction has no meaning at t = 0."""
+    every = {f"joints.{name}.{key}": value for name in "AB" for key, value in changes.items()}
+    result = simulate(shipped("seven_bar", duration=0.1, **every), engine)
+    between = np.concatenate([np.linspace(*result.time[k : k + 2], 9) for k in range(20)])
+    columns = result.evaluate(between)
+    assert all(np.isfinite(values).all() for values in columns.values())
+    found = extremes(result, ["slider7.x", "A.eccentricity_ratio"])
+    assert 0.0 <= found["A.eccentricity_ratio"].min < found["A.eccentricity_ratio"].max < 1.0

@@ -1,0 +1,102 @@
+"""Linkages with films, closed loops and all kinds of drive: kinematics, planes, energy, Newton's law."""
+
+import numpy as np
+import pytest
+from machines import PLANES, four_bar, slider_crank
+from shipped import run as run_shipped
+
+from linkages import ideal, simulate
+from linkages.results.extremes import integral
+
+FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
+DRIVE = "duration=0.3\n[drives.O]\nspeed=15.0\n"
+
+
+@pytest.mark.parametrize("sdf", [four_bar(), slider_crank(), slider_crank(offset=0.02, plane="xz")])
+def test_ideal_loops_follow_the_exact_kinematics(run, system_of, sdf):
+    """Every joint ideal: loops closed by multipliers and integrated, against closed kinematics and inverse dynamics."""
+    text = DRIVE + "[solver]\naccuracy=1e-9\n"
+    found, system = run(sdf, text), system_of(sdf, text)
+    assert system.tree.loops
+    assert found.provenance["loop_error"] < 1e-9  # m
+    exact = ideal(system).evaluate(found.time)
+    link = system.mechanism.links[-1].name
+    np.testing.assert_allclose(found[f"{link}.x"], exact[f"{link}.x"], atol=1e-9)
+    for name in ("O.torque", "A.force"):
+        atol = 1e-6 * np.abs(exact[name]).max()
+        np.testing.assert_allclose(found[name], exact[name], atol=atol)
+
+
+def test_an_ideal_loop_beside_a_joint_with_play(engine, seven_bar):
+    """B ideal by multipliers against B with a film of a tenth of the clearance, which holds it a thousand times closer."""
+    loop = seven_bar.replaced({"duration": 0.4, "joints.B": {"model": "ideal"}})
+    assert loop.tree.loops
+    run = simulate(loop, engine)
+    assert run.provenance["loop_error"] < 1e-8  # m
+    tight = simulate(seven_bar.replaced({"duration": 0.4, "joints.B.clearance": 3e-5}), engine)
+    times = np.linspace(0.02, 0.38, 10)
+    a, b = run.evaluate(times), tight.evaluate(times)
+    size = np.hypot(a["A.ex"], a["A.ey"]).max()
+    np.testing.assert_allclose(a["A.ex"], b["A.ex"], atol=1e-3 * size)
+    np.testing.assert_allclose(a["A.ey"], b["A.ey"], atol=1e-3 * size)
+    np.testing.assert_allclose(a["B.force"], b["B.force"], rtol=2e-3)
+
+
+@pytest.mark.parametrize("plane", [p for p in PLANES if p != "xy"])
+def test_the_motion_does_not_depend_on_the_plane(run, plane):
+    toml = DRIVE + FILM.format("A")
+    times = np.linspace(0.02, 0.28, 8)
+    a, b = (run(four_bar(plane=name), toml).evaluate(times) for name in ("xy", plane))
+    size = np.hypot(a["A.ex"], a["A.ey"]).max()
+    np.testing.assert_allclose(
+        np.hypot(b["A.ex"], b["A.ey"]), np.hypot(a["A.ex"], a["A.ey"]), atol=1e-3 * size
+    )
+    np.testing.assert_allclose(b["A.force"], a["A.force"], rtol=1e-3)
+    np.testing.assert_allclose(b["O.torque"], a["O.torque"], atol=1e-3 * np.abs(a["O.torque"]).max())
+
+
+def test_a_rod_that_floats_on_two_films(run, system_of):
+    toml = DRIVE + FILM.format("A") + FILM.format("B")
+    found = run(slider_crank(), toml)
+    exact = ideal(system_of(slider_crank(), toml)).evaluate(found.time)
+    np.testing.assert_allclose(found["slider.x"], exact["slider.x"], atol=1e-4)
+    settled = found.time > 0.02
+    atol = 0.05 * exact["B.force"].max()
+    np.testing.assert_allclose(found["B.force"][settled], exact["B.force"][settled], atol=atol)
+    assert found["A.eccentricity_ratio"].max() > 0.01
+
+
+def test_a_falling_four_bar_keeps_its_energy(run):
+    """No drive at all: a closed loop under gravity, from rest; ideal joints lose nothing."""
+    found = run(four_bar(), "duration=0.6\ngravity=[0.0, -9.81, 0.0]\n[solver]\naccuracy=1e-9\n")
+    energy = found["kinetic_energy"] + found["potential_energy"]
+    assert found["kinetic_energy"].max() > 0.05
+    np.testing.assert_allclose(energy, energy[0], atol=1e-7)
+    assert found.provenance["loop_error"] < 1e-8
+
+
+def test_torque_drive_does_its_work(run, engine, system_of):
+    """A crank under a tabulated torque: the work is the kinetic energy; its ideal counterpart is a run of its own."""
+    text = "duration=0.4\n[drives.O]\ntimes=[0.0, 0.2, 0.4]\ntorques=[0.02, 0.05, 0.01]\n[solver]\naccuracy=1e-9\n"
+    text += FILM.format("A").replace("lubricated", "ideal")
+    found = run(four_bar(), text)
+    work = integral(found, found["O.torque"] * found["O.rate"])
+    assert work > 1e-3
+    assert found["kinetic_energy"][-1] == pytest.approx(work, rel=1e-5)
+    assert found["O.torque"][found.time >= 0.2][0] == pytest.approx(0.05, abs=2e-3)
+    counterpart = ideal(system_of(four_bar(), text), engine)
+    assert counterpart.provenance["engine"] == engine
+
+
+def test_ramped_drive_starts_at_rest_and_follows(run):
+    found = run(four_bar(), "duration=0.4\n[drives.O]\nspeed=15.0\nramp=0.2\n" + FILM.format("A"))
+    assert found["O.rate"][0] == 0.0
+    assert found["O.rate"][-1] == pytest.approx(15.0, abs=1e-5)
+    assert found["q.O"][-1] == pytest.approx(15.0 * (0.4 - 0.1), abs=1e-6)
+
+
+def test_reactions_satisfy_newtons_law_of_the_slider(engine):
+    """Only D and the guide act on the slider: m a_x = F_D,x whatever path it was computed by."""
+    run = run_shipped(engine, "seven_bar", duration=0.2)
+    np.testing.assert_allclose(run["D.fx"], 0.139 * run["slider7.ax"], atol=1e-9)
+    assert np.abs(run["D.fx"]).max() > 0.1

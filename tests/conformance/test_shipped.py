@@ -1,0 +1,218 @@
+"""Every shipped experiment: from the command line, and both engines side by side with other equations and integrators."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from engines import slow_on_drake
+from shipped import NAMES, run, shipped
+
+from linkages import Status, ideal, impacts, simulate
+from linkages.cli.main import main
+from linkages.files.shipped import data_folder
+from linkages.results.summary import touching
+
+#: Films only: seconds to simulate, two revolutions; Drake's accuracy at which its own error is a few times 1e-7.
+SMOOTH = {"seven_bar": (2.0, 1e-10), "seven_bar_rig": (2.0, 1e-10), "slider_crank_lubricated": (0.024, 1e-8)}
+
+#: Contacts: seconds until two of them have ended.
+DRY = {
+    "four_bar_dry": 0.0055,
+    "five_bar_dry": 0.0016,
+    "six_bar_dry": 0.0065,
+    "seven_bar_dry": 0.016,
+    "slider_crank_dry": 0.0008,
+    "slider_crank_guide": 0.0012,
+}
+
+#: Film and contact, from one to the other and back without end.
+MIXED = {"seven_bar_mixed": 0.08}
+
+TIGHT = 1e-12
+
+
+def test_every_shipped_linkage_is_compared():
+    assert sorted({*SMOOTH, *DRY, *MIXED}) == NAMES
+
+
+# --- command line -----------------------------------------------------------------------------------------------------
+
+#: Seconds to simulate: long enough for each joint that can touch to do so, from its centre.
+TOUCHING = {
+    "slider_crank_dry": 0.0009,
+    "slider_crank_lubricated": 0.002,
+    "four_bar_dry": 0.007,
+    "five_bar_dry": 0.004,
+    "six_bar_dry": 0.008,
+    "seven_bar_dry": 0.03,
+    "seven_bar_mixed": 0.08,
+    "slider_crank_guide": 0.003,
+}
+DEFAULT = 0.05
+
+
+@slow_on_drake
+@pytest.mark.parametrize("name", NAMES)
+def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
+    duration = TOUCHING.get(name, DEFAULT)
+    words = [
+        "simulate",
+        f"{name}.toml",
+        "--engine",
+        engine,
+        "--duration",
+        str(duration),
+        "--out",
+        str(tmp_path),
+    ]
+    assert main([*words, "--no-error-estimate"]) == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["engine"] == summary["provenance"]["run"]["engine"] == engine
+    assert summary["status"] == summary["ideal"]["status"] == "ok"
+    assert summary["duration"] == pytest.approx(duration, rel=1e-12)
+    system = shipped(name)
+    experiment, play = system.experiment, system.tree.play
+    dry = [name for name in play if experiment.joints[name].can_touch]
+    figures = {"joint_forces.png", "drive_torques.png"}
+    figures |= {"orbits.png" for name in play if system.mechanism.joint[name].bearing}
+    figures |= {f"output_{output}.png" for output in experiment.outputs}
+    contacts = {"impacts.csv", "impacts.png"} if dry else set()
+    written = {path.name for path in tmp_path.iterdir()}
+    assert written == {"summary.json", "trajectory.npz", "animation.html"} | figures | contacts
+    rows = list(csv.DictReader((tmp_path / "impacts.csv").open())) if dry else []
+    for joint in play:
+        entry = summary["joints"][joint]
+        own = [row for row in rows if row["joint"].partition(".")[0] == joint]
+        assert entry["model"] == experiment.joints[joint].model
+        assert entry["impacts"] == len(own)
+        if joint in dry:
+            assert entry["impacts"] > 0
+            assert 0.0 < entry["contact_fraction"] < 1.0
+            assert entry["eccentricity_ratio"]["peak"] > 1.0
+            deepest = max(float(row["peak_penetration"]) for row in own)
+            clearance = experiment.joints[joint].clearance
+            assert 1.0 + deepest / clearance == pytest.approx(entry["eccentricity_ratio"]["peak"], rel=1e-6)
+            assert all(0.0 < float(row["start"]) < duration for row in own)
+        else:
+            assert entry["contact_fraction"] == 0.0
+            assert entry["impacts"] == 0
+            assert 0.0 < entry["eccentricity_ratio"]["peak"] < 1.0
+
+
+@slow_on_drake
+def test_command_line_writes_a_summary_with_errors(engine, tmp_path):
+    words = ["simulate", str(data_folder() / "seven_bar.toml"), "--engine", engine, "--duration", "1"]
+    assert main([*words, "--no-plots", "--no-animation", "--out", str(tmp_path)]) == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["engine"] == summary["provenance"]["run"]["engine"] == engine
+    if engine == "compiled":
+        assert summary["provenance"]["run"]["method"] == "radau-iia-5"
+    assert summary["status"] == summary["ideal"]["status"] == "ok"
+    # from two computations that are independent of each other and of the package
+    assert summary["joints"]["A"]["force"]["peak"] == pytest.approx(3.345, abs=1e-3)
+    assert summary["joints"]["B"]["force"]["peak"] == pytest.approx(2.481, abs=1e-3)
+    assert summary["outputs"]["slider7.ax"]["peak"] == pytest.approx(4.667, abs=1e-3)
+    assert summary["ideal"]["outputs"]["slider7.ax"]["max"] == pytest.approx(3.524, abs=1e-3)
+    error = summary["error"]
+    assert 0.0 < error["A.force.peak"] < 1e-3 * 3.345
+    assert 0.0 < error["slider7.ax.peak"] < 1e-3 * 4.667
+
+
+def test_command_line_says_how_a_run_failed(engine, tmp_path, capsys):
+    thin = [part for joint in "AB" for part in ("--set", f"joints.{joint}.viscosity=1e-7")]
+    words = ["simulate", str(data_folder() / "seven_bar.toml"), "--engine", engine, *thin]
+    assert main([*words, "--no-plots", "--no-animation", "--out", str(tmp_path)]) == 1
+    assert "journal-left-bearing" in capsys.readouterr().err
+    assert json.loads((tmp_path / "summary.json").read_text())["status"] == "journal-left-bearing"
+
+
+# --- side by side -----------------------------------------------------------------------------------------------------
+
+#: Columns of one kind are measured by the largest of them in the linkage: a moment that vanishes, or a component, has
+#: the rounding errors of what it is made of.
+KINDS = {"ax": "a", "ay": "a", "vx": "v", "vy": "v", "fx": "force", "fy": "force", "moment": "torque"}
+KINDS |= {"x": "length", "y": "length"} | dict.fromkeys(
+    ("force", "torque", "power", "alpha", "omega", "angle")
+)
+
+
+def worst(one, other):
+    """Name and size of the largest difference of the columns, in parts of the largest value of their kind."""
+
+    def kind(name):
+        suffix = name.rpartition(".")[2]
+        return (KINDS[suffix] or suffix) if suffix in KINDS else name
+
+    largest = {}
+    for name, values in other.items():
+        largest[kind(name)] = max(largest.get(kind(name), 0.0), float(np.abs(values).max()))
+    found = {
+        name: float(np.abs(values - other[name]).max()) / (largest[kind(name)] or 1.0)
+        for name, values in one.items()
+    }
+    return max(found.items(), key=lambda item: item[1])
+
+
+def at(engine, name, duration, accuracy, **changes):
+    """Columns of a run, at 401 times."""
+    result = run(engine, name, duration=duration, **{"solver.accuracy": accuracy}, **changes)
+    assert result.status is Status.OK
+    return result.evaluate(np.linspace(0.0, duration, 401))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SMOOTH)
+def test_lubricated_linkages_move_alike(name):
+    """Every column of the results over two revolutions, to 1e-6: what is promised."""
+    duration, accuracy = SMOOTH[name]
+    ours, theirs = at("compiled", name, duration, TIGHT), at("drake", name, duration, accuracy)
+    assert ours.keys() == theirs.keys()
+    column, difference = worst(ours, theirs)
+    assert difference <= 1e-6, column
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MIXED)
+def test_mixed_linkages_move_alike(name):
+    ours, theirs = at("compiled", name, MIXED[name], TIGHT), at("drake", name, MIXED[name], 1e-10)
+    assert max(ours["A.penetration"].max(), ours["B.penetration"].max()) > 0.0
+    column, difference = worst(ours, theirs)
+    assert difference <= 1e-5, column
+
+
+def first_contacts(engine, name, **changes):
+    """Joints of the first two contacts, and all numbers of both."""
+    result = run(engine, name, duration=DRY[name], **changes)
+    assert result.status is Status.OK
+    rows = impacts(result, touching(shipped(name)))[:2]
+    return [row.joint for row in rows], np.array([list(vars(row).values())[1:] for row in rows])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DRY)
+def test_first_two_impacts_are_alike(name):
+    """Times, speeds, durations and peaks to 1e-5: what is promised."""
+    joints, ours = first_contacts("compiled", name, **{"solver.accuracy": TIGHT})
+    others, theirs = first_contacts("drake", name, **{"solver.accuracy": 1e-10, "solver.max_step": 5e-6})
+    assert joints == others
+    assert len(joints) == 2
+    assert np.all(np.isfinite(ours))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_ideal_linkages_move_by_their_kinematics(name):
+    """Loops integrated and projected, against each instant's closure and inverse dynamics."""
+    system = shipped(name)
+    duration = system.experiment.duration
+    exact = ideal(system)
+    assert exact.provenance["engine"] == "kinematics"
+    assert exact.status is Status.OK
+    assert exact.time[-1] == duration
+    result = simulate(system.ideal().replaced({"solver.accuracy": 1e-10}), "compiled")
+    assert result.status is Status.OK
+    times = np.linspace(0.0, duration, 101)
+    column, difference = worst(result.evaluate(times), exact.evaluate(times))
+    assert difference <= 1e-7, column
+    assert result.provenance["loop_error"] <= 1e-10
