@@ -12,11 +12,13 @@ An engine is a module with ``simulate(system, progress) -> Trajectory``. The eng
 from __future__ import annotations
 
 import importlib
-from typing import Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from linkages.errors import InputError, nearest
-from linkages.results.trajectory import Progress, Trajectory
-from linkages.system import System
+
+if TYPE_CHECKING:  # the command line reads the names of the engines, and must start at once
+    from linkages.results.trajectory import Progress, Trajectory
+    from linkages.system import System
 
 #: Module of each engine.
 ENGINES = {"drake": "linkages.engines.drake.simulation", "compiled": "linkages.engines.compiled.simulation"}

@@ -46,8 +46,8 @@ def simulate(system: System, engine: str = "drake", progress: Progress | None = 
     >>> run = linkages.simulate(system, "compiled")
     >>> run.status.value
     'ok'
-    >>> float(run["A.force"].max().round(2))
-    2.46
+    >>> float(run["A.force"].max().round(2))  # N
+    3.32
     """
     return load_engine(engine).simulate(system, progress)
 

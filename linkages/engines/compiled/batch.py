@@ -100,6 +100,17 @@ def simulate_batch(
     ------
     InputError
         If a path, an output or a window is not valid for the nominal experiment.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    >>> variables, outputs = ["joints.A.clearance", "sdf.links.link2.mass"], ["A.force", "slider7.ax"]
+    >>> batch = linkages.simulate_batch(system, variables, [[2e-4, 0.2], [3e-4, 0.3]], outputs)
+    >>> batch.peak.shape  # runs, windows, outputs
+    (2, 1, 2)
+    >>> batch.peak[:, 0, 0].round(2).tolist()  # N
+    [3.31, 3.79]
     """
     experiment = system.experiment
     table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)

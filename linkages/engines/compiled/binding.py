@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -126,11 +125,6 @@ def evaluate(
 _signatures: dict[str, Any] = {}
 
 
-@cache
-def _address(function: Any, name: str) -> int:
-    return address(getattr(function, "py_func", function), _signatures[name])
-
-
 def bind(model: Model, stepper: Stepper, implicit: bool) -> Calls:
     """Compile the functions of `linkages.engines.compiled.calls`, or load them; all models have the same types."""
     if not _signatures:
@@ -139,10 +133,10 @@ def bind(model: Model, stepper: Stepper, implicit: bool) -> Calls:
         _signatures.update(calls.signatures(Reference(equations), Reference(typeof(stepper))))
     loaded = len(model.loads) > 0
     return Calls(
-        _address(solve_state, "solve"),
-        _address(jacobian, "jacobian") if implicit else 0,
-        _address(project_state, "project"),
-        _address(attempt_radau if implicit else attempt_explicit, "attempt"),
-        _address(add_loads, "loads") if loaded else 0,
-        _address(add_loads_tangent, "loads_tangent") if loaded else 0,
+        address(solve_state, _signatures["solve"]),
+        address(jacobian, _signatures["jacobian"]) if implicit else 0,
+        address(project_state, _signatures["project"]),
+        address(attempt_radau if implicit else attempt_explicit, _signatures["attempt"]),
+        address(add_loads, _signatures["loads"]) if loaded else 0,
+        address(add_loads_tangent, _signatures["loads_tangent"]) if loaded else 0,
     )

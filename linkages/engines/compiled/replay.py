@@ -52,7 +52,7 @@ def remember(equations: Equations, steps: Steps, k: int) -> None:
 
 @kernel
 def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
-    """Fill y with the state at time t of a run, NaN if it cannot be had; leave the work of the equations solved there."""
+    """Fill y with the state at time t of a run, NaN if it cannot be had; leave the equations solved there."""
     k = last_step(steps.times, t)
     start = steps.times[k]
     remember(equations, steps, k)
