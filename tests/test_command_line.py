@@ -16,6 +16,7 @@ from machines import four_bar
 from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
 from linkages.cli.main import main
+from linkages.outputs.registry import names
 from linkages.system import load
 
 TOML = """duration = 0.02
@@ -123,6 +124,20 @@ def test_compilation_is_announced_once(capsys):
     assert capsys.readouterr().err == "compiling, once after an installation: up to a minute ...\n"
 
 
+def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
+    assert main(["keys"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    listed = dict(re.split("  +", line, maxsplit=1) for line in lines if "  " in line)
+    for name, unit in {
+        "joints.NAME.clearance": "m",
+        "DRIVE.rate": "rad/s or m/s",
+        "POINT.ax": "m/s2",
+    }.items():
+        assert listed[name].endswith(f" [{unit}]")
+    quantities = {name.rpartition(".")[2] for name in listed}
+    assert {name.rpartition(".")[2] for name in names(seven_bar) if not name.startswith("q.")} <= quantities
+
+
 def test_a_reader_that_leaves_is_no_error():
     command = [sys.executable, "-m", "linkages.cli.main", "keys"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
@@ -148,9 +163,7 @@ def test_new_files_run_at_once(model, tmp_path, capsys, monkeypatch):
     shown = capsys.readouterr().out
     assert "status ok" in shown
     table = [line for line in shown.split("\n\n", 1)[1].split("\n\nwritten")[0].splitlines() if line]
-    assert (
-        len({len(line) for line in table}) == 1
-    )  # whatever the length of names, columns end where their heads do
+    assert len({len(line) for line in table}) == 1  # columns end where their heads do, however long the names
 
 
 def test_the_drawing_of_the_new_machine_closes_and_its_bars_are_uniform_steel(tmp_path):

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import beta
+from shipped import shipped
 
-from linkages.engines.study import study
-from linkages.errors import Status
-from linkages.files.shipped import find_file
+from linkages import Status, Trajectory, phases, study
 from linkages.plots.journals import orbit
-from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT, phases
-from linkages.results.trajectory import Trajectory
-from linkages.system import load
+from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT
 
 
 def journal(stiffness, load, damping, gap, speed, duration):
@@ -65,7 +62,7 @@ def test_a_journal_that_settles_without_swinging_is_in_sustained_contact():
 
 def test_the_drawn_path_is_fine_where_steps_are_long():
     """A dry run on the compiled engine crosses the clearance in a few steps: they are cut into pieces for the drawing."""
-    system = load(find_file("slider_crank_dry.toml"), {"duration": 1.5e-3})
+    system = shipped("slider_crank_dry", duration=1.5e-3)
     found = study(system, "compiled", error_estimate=False)
     clearance = system.experiment.joints["B"].clearance
     steps = np.column_stack([found.run["B.ex"], found.run["B.ey"]])

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from machines import four_bar
 
+from linkages import InputError, Status, Trajectory, extremes, integral, load_trajectory
 from linkages.cli.main import main
-from linkages.errors import InputError, Status
-from linkages.results.extremes import extremes, integral
-from linkages.results.trajectory import Trajectory, load_trajectory, sample
+from linkages.results.trajectory import sample
 
 
 def wave(times):

@@ -17,11 +17,11 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.experiment import keys
     from linkages.outputs.registry import table
 
+    outputs = [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
+    width = max(len(name) for name, _ in (*keys(), *outputs))
     for name, meaning in keys():
-        print(f"{name:42s} {meaning}")
-    print(
-        "\nOutputs, in trajectories, sweeps and optimisation; `outputs` of an experiment takes those of POINTs:\n"
-    )
-    for name, meaning, unit in table():
-        print(f"{name:42s} {meaning} [{unit}]")
+        print(f"{name:{width}s}  {meaning}")
+    print("\nOutputs of a run; `outputs` of an experiment takes those of POINTs, links and frames:\n")
+    for name, meaning in outputs:
+        print(f"{name:{width}s}  {meaning}")
     return 0

@@ -1,11 +1,12 @@
-"""One HTML page from a folder of results, complete in itself.
+"""Results for readers: one self-contained HTML page, a table for the terminal; reads results, runs and draws nothing.
 
-| module    | responsibility                                                                |
-|-----------|-------------------------------------------------------------------------------|
-| results   | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
-| words     | the question and the answer in sentences, the commands that repeat the run     |
-| tables    | the tables: headings and cells, numbers as text                                |
-| page      | template, style and script -> ``report.html``                                  |
+| module   | responsibility                                                                        |
+|----------|---------------------------------------------------------------------------------------|
+| results  | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
+| words    | the question and the answer in sentences, the commands that repeat the run            |
+| tables   | the tables: headings and cells, numbers as text                                       |
+| page     | template, style and script -> ``report.html``                                         |
+| terminal | a summary -> lines of text                                                            |
 
 The page holds its figures and its animation as data. A content security policy in its head forbids the browser to fetch
 anything else, so that what is read in ten years is what is read today.

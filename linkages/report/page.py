@@ -1,4 +1,4 @@
-"""``report.html``: results, words and tables put into the template."""
+"""Results, words and tables put into the template: ``report.html``."""
 
 from __future__ import annotations
 
@@ -30,7 +30,14 @@ class _Figure:
 
 
 def write_report(results: Results, path: Path) -> None:
-    """Write the page; it is written whole or not at all.
+    """Write the page, whole or not at all.
+
+    Parameters
+    ----------
+    results : Results
+        From `load_results`.
+    path : Path
+        The HTML file.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A folder of results as a report needs it."""
+"""A folder of results, read and checked."""
 
 from __future__ import annotations
 
@@ -80,6 +80,11 @@ class Results:
 
 def load_results(folder: str | Path) -> Results:
     """Read a folder of results.
+
+    Parameters
+    ----------
+    folder : str or Path
+        The ``--out`` folder of ``linkages simulate``.
 
     Raises
     ------

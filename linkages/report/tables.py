@@ -13,7 +13,7 @@ from linkages.report.results import Results
 from linkages.report.words import change, toml_value, unit
 from linkages.results.impacts import Impact
 
-_SHOWN = 40  # contacts in the table; all are in impacts.csv
+_SHOWN = 40  # most contacts in the table
 _NONE = "–"
 
 _FILES = {
@@ -131,7 +131,7 @@ def impacts(results: Results) -> Table | None:
     left = len(results.impacts) - len(hardest)
     caption = f"Contacts, {len(results.impacts)} in all"
     if left:
-        caption += f"; shown are the {_SHOWN} hardest, all are in impacts.csv"
+        caption += f"; the {_SHOWN} hardest are shown, all are in impacts.csv"
     head = (
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
         "peak penetration [µm]", "separation [m/s]",
@@ -140,7 +140,7 @@ def impacts(results: Results) -> Table | None:
 
 
 def provenance(results: Results) -> Table:
-    """Tabulate what made these numbers."""
+    """Tabulate how these numbers were made."""
     summary, made = results.summary, results.summary["provenance"]
     rows = [
         ("experiment", results.source),
@@ -199,7 +199,7 @@ def _plain(value: Any) -> str:
 
 
 def _meaning(path: str, meanings: dict[str, str]) -> str:
-    """Look a key up; the name of a drive or of a joint stands for any."""
+    """Look a key up; ``NAME`` in the list of keys stands for any drive, joint or load."""
     parts = path.split(".")
     for place in range(len(parts)):
         general = ".".join([*parts[:place], "NAME", *parts[place + 1 :]])

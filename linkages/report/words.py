@@ -12,7 +12,7 @@ from linkages.errors import Status
 from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
-_NOTHING = 1e-9  # of a value: what is left of a zero by rounding
+_NOTHING = 1e-9  # of a value: what rounding leaves of a zero
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
 
@@ -35,15 +35,14 @@ def question(results: Results) -> str:
 
 
 def answer(results: Results) -> list[str]:
-    """Answer the question, one sentence for each finding; all numbers are the summary's."""
+    """Answer the question, a sentence for each finding; all numbers come from the summary."""
     summary, ideal = results.summary, results.summary["ideal"]
     status, sentences = Status(summary["status"]), []
     if status is not Status.OK:
         asked = results.experiment["duration"]
         sentences.append(
-            f"The run ended before its time, at {summary['duration']:.4g} s of {asked:g} s, with the status"
-            f" {status.value}: {status.remedy}. The numbers are of the part that was computed, those of ideal joints"
-            " of the whole time."
+            f"The run ended early, at {summary['duration']:.4g} s of {asked:g} s, with the status {status.value}:"
+            f" {status.remedy}. The numbers cover the part that was computed, those of ideal joints the whole time."
         )
     for name, value in summary["outputs"].items():
         beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
@@ -81,7 +80,7 @@ def _used(name: str, value: dict[str, Any]) -> str:
 
 
 def commands(results: Results) -> list[str]:
-    """Commands that repeat the run and this page."""
+    """Write the commands that repeat the run and this page."""
     summary = results.summary
     out = f"results/{results.folder.resolve().name}"
     words = ["linkages", "simulate", results.source, "--engine", summary["engine"]]
@@ -93,7 +92,7 @@ def commands(results: Results) -> list[str]:
 
 
 def overrides(results: Results) -> list[str]:
-    """Dotted paths of the values that were replaced on the command line or in Python."""
+    """List the dotted paths of the values that were replaced on the command line or in Python."""
     return [path for path, source in results.sources.items() if source in (ARGUMENT, COMMAND_LINE)]
 
 

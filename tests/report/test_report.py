@@ -106,7 +106,7 @@ def test_the_hardest_contacts_are_listed_in_the_order_of_time(copy):
     results = load_results(copy)
     assert math.isnan(results.impacts[-1].separation_speed)
     page = render(results)
-    assert "Contacts, 100 in all; shown are the 40 hardest" in page
+    assert "Contacts, 100 in all; the 40 hardest are shown" in page
     shown = [
         (float(start), float(force)) for start, force in re.findall(
             r'text">B</th><td>([\d.e-]+)</td><td>1</td><td>0.1</td><td>0.01</td><td>(\d+)</td>', page
@@ -153,7 +153,7 @@ def test_a_run_that_failed_says_so_and_what_to_try(copy):
     summary |= {"status": "step-size-collapse", "duration": 0.0031, "error": {}}
     (copy / "summary.json").write_text(json.dumps(summary))
     page = render(load_results(copy))
-    assert "ended before its time, at 0.0031 s of 0.006 s" in page
+    assert "ended early, at 0.0031 s of 0.006 s" in page
     assert "loosen the accuracy" in page
     assert "The errors of this run were not estimated" in page
     assert rows(page)["A"][5] == "not estimated"

@@ -1,6 +1,6 @@
-"""Text over a Meshcat recording: Meshcat itself cannot draw any.
+"""Text over a Meshcat recording, which Meshcat itself cannot draw.
 
-A small script is added to the page. It finds where the camera sees the anchors of the labels, and writes there what
+A small script is added to the page. It finds where the camera sees the anchors of the labels and writes there what
 belongs to the frame that is shown.
 """
 
@@ -29,7 +29,27 @@ class Label:
 
 
 def add_captions(page: str, labels: list[Label], clock: list[str], legend: str) -> str:
-    """Return the page of a recording with labels, a clock (one text for each frame) and a legend."""
+    """Add labels, a clock and a legend to the page of a recording.
+
+    Parameters
+    ----------
+    page : str
+        HTML.
+    labels : list of Label
+    clock : list of str
+        One text for each frame.
+    legend : str
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Raises
+    ------
+    ValueError
+        If the page has no body.
+    """
     data = json.dumps(
         {
             "labels": [

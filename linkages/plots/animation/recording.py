@@ -214,7 +214,7 @@ def _captioned(page: str, study: Study, views: list[View], times: Array, slow: f
     clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
-        "Beside the linkage: clearances magnified, with the orbit of the journal's centre, the force on it (arrow;"
-        f" length by its square root, largest within each frame) and where it touches (spot). {scales}"
+        "Beside the linkage: clearances magnified; the orbit of the journal's centre (line), the largest force on it"
+        f" within each frame (arrow, its length by the square root) and where it touches (spot). {scales}"
     )
     return add_captions(page, labels, clock, legend if views else "")
