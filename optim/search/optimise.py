@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ def optimise(
     study: Study,
     store: Path | None = None,
     *,
+    algorithm: Mapping[str, Any] | None = None,
     seed: int | None = None,
     start: Array | None = None,
     evaluator: Evaluator | None = None,
@@ -33,13 +35,15 @@ def optimise(
     observe: Observer | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> dict[str, Any]:
-    """Solve a study by its own algorithm.
+    """Solve a study.
 
     Parameters
     ----------
     study : Study
     store : Path, optional
         File that keeps every evaluation, ``study.sqlite``; default a temporary one.
+    algorithm : mapping, optional
+        Name and settings; default the study's.
     seed : int, optional
         Default the study's.
     start : (n,) array, optional
@@ -71,11 +75,14 @@ def optimise(
     Examples
     --------
     >>> import optim
-    >>> study = optim.load_study(optim.find_study("fourbar_surrogate"))
-    >>> result = optim.optimise(study, seed=1)
-    >>> result["best"]["feasible"]
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> result = optim.optimise(study, algorithm={"name": "ga", "population": 6, "generations": 3})
+    >>> result["best"]["objectives"]["force"] < result["nominal"]["objectives"]["force"]
     True
     """
+    if algorithm is not None:
+        file = study.file.model_copy(update={"algorithm": dict(algorithm)})
+        study = dataclasses.replace(study, file=file)
     seed = study.file.seed if seed is None else seed
     evaluate = Evaluator(study) if evaluator is None else evaluator
     task = task_of(study, seed, evaluate, start)

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import InputError
+from linkages.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
 from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded
 
@@ -219,20 +220,20 @@ def create(path: Path, meta: dict[str, Any]) -> Store:
     Raises
     ------
     InputError
-        If the file exists already, or cannot be written.
+        If the file exists already.
+    RunError
+        If it cannot be written.
     """
     if path.exists():
         raise InputError(path, "", "exists already")
-    partial = path.with_name(f".{path.name}.partial")  # a file under the final name is complete
-    for leftover in (partial, partial.with_name(partial.name + "-journal")):
-        leftover.unlink(missing_ok=True)
-    with guarded(path):
+    with whole(path) as partial, guarded(path):
+        for leftover in (partial, partial.with_name(partial.name + "-journal")):  # of a killed process
+            leftover.unlink(missing_ok=True)
         db = _connect(partial)
         db.executescript(f"PRAGMA application_id = {APPLICATION}; PRAGMA user_version = {SCHEMA}; {_TABLES}")
         with db:
             db.executemany("INSERT INTO meta VALUES (?, ?)", [(k, json.dumps(v)) for k, v in meta.items()])
         db.close()
-        partial.rename(path)
     return open_store(path)
 
 
