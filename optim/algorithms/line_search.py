@@ -56,10 +56,10 @@ def search(
     direction : (n + m,) array
         Step, tangential to the equations.
     slope : float
-        Of the merit along it, negative.
+        Slope of the merit along it, negative.
     phase : Phase
     tolerance : float
-        Of the equations.
+        Tolerance of the equations.
     """
     # remaining residuals of the equations spoil small differences of the objective: to first order by the
     # multipliers times the residual

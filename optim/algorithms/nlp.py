@@ -145,7 +145,7 @@ class Progress:
     best : (k, n) array
         The best design so far; of several objectives, the front.
     values : Values
-        Of these designs.
+        Values of these designs.
     state : dict
         Population and states of the random generators, as JSON types. For the record: a run is resumed by running the
         algorithm again on stored values.
@@ -167,7 +167,7 @@ class Result:
     x : (k, n) array
         The best design; of several objectives, the front.
     values : Values
-        Of these designs.
+        Values of these designs.
     status : Ending
         Why it stopped.
     iterations, evaluations : int

@@ -21,7 +21,7 @@ def dominates(values: Values, tolerance: float = 0.0) -> NDArray[np.bool_]:
     Parameters
     ----------
     values : Values
-        Of m designs.
+        Objectives of m designs.
     tolerance : float
         Violation up to which a constraint counts as satisfied.
     """
@@ -85,7 +85,7 @@ def by_domination(values: Values, tolerance: float = 0.0) -> Indices:
 def front(values: Values, tolerance: float = 0.0) -> Indices:
     """Rows of the designs that nothing dominates, feasible ones if there are any, by the first objective.
 
-    Of designs with equal objectives the first one stands for all.
+    The first of several designs with equal objectives stands for all.
     """
     if len(values) == 0:
         return np.empty(0, dtype=np.intp)
@@ -139,7 +139,7 @@ def knee(objectives: Array) -> int | None:
     Parameters
     ----------
     objectives : (m, no) array
-        Of a front.
+        Objectives of a front.
 
     Returns
     -------

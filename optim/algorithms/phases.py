@@ -18,7 +18,7 @@ class Phase(NamedTuple):
     first : bool
         Phase I: some slack violates its bounds by more than the tolerance.
     gradient : (n + m,) array
-        Of the merit: in phase I of the sum of the violations, then of the objective.
+        Gradient of the merit: in phase I of the sum of the violations, then of the objective.
     low, high : (n + m,) arrays
         Bounds of the step's model: a slack that violates a bound goes as far as that bound.
     keep_low, keep_high : (n + m,) arrays

@@ -18,7 +18,7 @@ class Step(NamedTuple):
     ----------
     v : (k,) array
     multipliers : (rows,) array
-        Of ``low <= Z v <= high``: positive where `low` holds the step back, negative where `high` does.
+        Multipliers of ``low <= Z v <= high``: positive where `low` holds the step back, negative where `high` does.
     """
 
     v: Array

@@ -125,7 +125,7 @@ def minimise(
         Key of `ALGORITHMS`.
     problem : Problem
     settings : Table or mapping, optional
-        Of this algorithm; what is left out has its default.
+        Settings of this algorithm; what is left out has its default.
     seed : int
         Not negative.
     progress : callable, optional

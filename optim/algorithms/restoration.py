@@ -83,7 +83,7 @@ def restore(
     low, high : (n + m,) arrays
         Bounds that the point must keep.
     tolerance : float
-        Of the scaled equations.
+        Tolerance of the scaled equations.
 
     Returns
     -------

@@ -42,7 +42,7 @@ class StandardForm:
     start : (n,) array
         Where the scales are measured.
     step : float
-        Of the differences, relative to the scales of the variables.
+        Step of the differences, relative to the scales of the variables.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     Parameters
     ----------
     address : str
-        Of the scheduler: ``tcp://host:8786``.
+        Address of the scheduler: ``tcp://host:8786``.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class Evaluator:
     parts : int
         Requests that a population is divided into at each operating point; the values do not depend on it.
     threads : int, optional
-        Of the compiled engine; default all there are.
+        Threads of the compiled engine; default all there are.
     engine : callable, optional
         Answers a request; default the compiled engine's batch.
 

@@ -31,7 +31,7 @@ def problem_of(
     evaluate : callable
         From designs (m, n) to their evaluations: an `Evaluator`.
     nominal : Evaluations, optional
-        Of the nominal design alone; default evaluated here.
+        Evaluation of the nominal design alone; default evaluated here.
     start : (n,) array, optional
         Default the nominal design.
     """
@@ -57,9 +57,9 @@ def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
     Parameters
     ----------
     found : Evaluations
-        Of m designs.
+        Evaluations of m designs.
     nominal : Evaluations
-        Of the nominal design alone.
+        Evaluation of the nominal design alone.
     """
     objectives, constraints = in_units(study, found, nominal)
     signs = [-1.0 if objective.maximise else 1.0 for objective in study.file.objectives.values()]

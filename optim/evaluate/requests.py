@@ -27,13 +27,13 @@ class Request:
     ----------
     point : OperatingPoint
     values : (m, np) array
-        Of the point's paths.
+        Values of the point's paths.
     outputs : tuple of str
         Names of `linkages.outputs.registry`.
     windows : (nw, 2) array
         Times [s].
     threads : int or None
-        Of the compiled engine.
+        Threads of the compiled engine.
     """
 
     point: OperatingPoint

@@ -26,7 +26,7 @@ class Screened:
     evaluate : callable
         Evaluations of designs (m, n), by runs.
     step : float
-        Of an algorithm's differences, relative to the bounds. They reach beyond the constraints, so designs one or
+        Step of an algorithm's differences, relative to the bounds. They reach beyond the constraints, so designs one or
         two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
     """
 

@@ -30,7 +30,7 @@ class OperatingPoint:
     paths : tuple of str
         What a design sets: the variables, then what is linked to them; of equal ones the last counts.
     links : tuple of Formula
-        Of the linked paths.
+        Formulas of the linked paths.
     windows : dict of (nw, 2) arrays
         Times by name [s]; "run" is all of it.
     """
@@ -55,7 +55,7 @@ class Study:
     sources : dict
         The comment beside each value, by dotted path.
     names, paths : tuples of str
-        Of the n design variables.
+        Names and paths of the n design variables.
     lower, upper, nominal : (n,) arrays
         Bounds and start.
     points : tuple of OperatingPoint

@@ -39,7 +39,7 @@ class Task:
     description : dict
         JSON types: everything that determines the numbers, algorithm and seed among them.
     versions : dict
-        Of the packages that determine the numbers.
+        Versions of the packages that determine the numbers.
     variables, objectives, constraints : tuples of str
         Names of the store's columns.
     nominal : (n,) array
@@ -73,7 +73,7 @@ class Outcome:
     result : Result
         What the algorithm found.
     found, nominal : Evaluations
-        Of the designs that it found, and of the nominal design.
+        Evaluations of the designs that it found, and of the nominal design.
     evaluations : int
         Designs in the store.
     failures : dict

@@ -37,7 +37,7 @@ class Indices:
     total, total_confidence : (nq, n) arrays
         Share of the variance that vanishes if all other variables are known: with interactions.
     mean, deviation : (nq,) arrays
-        Of the quantity over the bounds.
+        Mean and standard deviation of the quantity over the bounds.
     evaluations, failed : int
         Designs, and those without values: each takes its sample, n + 2 designs, out of the estimate.
     """

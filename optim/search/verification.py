@@ -39,7 +39,7 @@ def verify(
     best : dict
         The optimum as in ``result.json``.
     threads : int, optional
-        Of the compiled engine.
+        Threads of the compiled engine.
     progress : callable, optional
         Called with the part of Drake's simulated time that is done.
 
@@ -93,7 +93,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     study : Study
     design : (n,) array
     threads : int, optional
-        Of the compiled engine.
+        Threads of the compiled engine.
 
     Returns
     -------
