@@ -25,7 +25,7 @@ from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.simulation import simulate
 from linkages.files.shipped import data_folder
 from linkages.kernel import kernel
-from linkages.kernel.reference import reference
+from linkages.kernel.by_reference import reference
 
 LINKS = (10, 20, 50, 100)
 TIME = 0.01  # s

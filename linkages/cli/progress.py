@@ -21,7 +21,7 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
     total : float
         What there is to do.
     unit : str
-        Of `total`; without one the bar shows no numbers.
+        Unit of `total`; without one the bar shows no numbers.
 
     Returns
     -------

@@ -32,7 +32,7 @@ _IMPACTS = 2  # contacts of each joint that are compared one by one
 
 @dataclass(frozen=True)
 class Difference:
-    """Of one quantity: largest difference over time, when [s], and the quantity's largest magnitude in either run."""
+    """Difference in one quantity: the largest over time, when [s], and the quantity's peak in either run."""
 
     max_difference: float
     time: float

@@ -52,7 +52,7 @@ class Flow:
     @property
     def scale(self) -> Array:
         """What an error of each entry of the state is measured by."""
-        return self._runner.model.scale
+        return self._runner.scale
 
     def advance(self, until: float) -> Steps:
         """Go on up to a time, or to where the run fails; returns the steps taken."""

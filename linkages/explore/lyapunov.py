@@ -71,8 +71,8 @@ def largest_exponent(
 
     The distance of two states is the root mean square of their entries' differences, each in parts of what the engine
     measures its errors by (`linkages.engines.compiled.model.error_scale`). The trajectories run at an accuracy of 1e-4
-    times that distance, or the experiment's if that is smaller. A drive's phase is no part of the state: the exponent of zero
-    that every flow has along itself is not there.
+    times that distance, or the experiment's if that is smaller. A drive's phase is not part of the state: the exponent
+    of zero that every flow has along itself is not there.
 
     Parameters
     ----------

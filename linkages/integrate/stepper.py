@@ -28,7 +28,7 @@ class Stepper(NamedTuple):
     z, last : (3, n) arrays
         Stages less the state at the step's start, of this step and of the last one; or what `hint` gave.
     w1, w2, jacobian, real, complex, pivots, pivots2, r1, r2
-        Of an implicit method's Newton iteration.
+        Arrays for an implicit method's Newton iteration.
     memory : (6,) array
         `LAST`, `FACTORED`: sizes of the last accepted step, and of the step of the factors, 0 if there are none;
         `ERROR` of the last accepted step; `CURRENT`: whether the Jacobian is of the present state; `PREDICTS`: what

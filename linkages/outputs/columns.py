@@ -54,25 +54,20 @@ def columns(
     AssemblyError
         If jitter is asked for where the ideal linkage does not close.
     """
-    tree, ideal = system.tree, contacts is None
+    ideal = contacts is None
     wanted = all_names(system, ideal) if names is None else list(names)
     outputs = pack(system, wanted, ideal)
     nt = len(times)
-    if ideal:
-        rows, ends, joints, contacts = (
-            tree.closure_rows,
-            tree.ends[:0],
-            tree.ideal_joints,
-            np.zeros((nt, 0, WIDTH)),
-        )
-    else:
-        rows, ends, joints = tree.loop_rows, tree.ends, tree.joints
+    if contacts is None:
+        contacts = np.zeros((nt, 0, WIDTH))
     out = np.empty((len(wanted), nt))
     tabulate(
-        outputs, bool(np.isin(outputs["kind"], (JOINT, DRIVE)).any()), tree.bodies, rows, ends, joints, tree.free_dofs,
-        tree.driven_bodies, tree.powered_bodies, system.torques.arrays, system.loads, system.gravity,
-        *map(np.ascontiguousarray, (np.asarray(times, dtype=np.float64), q, v, a, contacts)), out.T,
-    )  # fmt: skip
+        outputs,
+        bool(np.isin(outputs["kind"], (JOINT, DRIVE)).any()),
+        system.ideal_arrays if ideal else system.arrays,
+        *(np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts)),  # type: ignore[call-arg]
+        out.T,
+    )
     jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
     if jitter:
         states = _ideal_motion(system).states(np.asarray(times, dtype=np.float64))

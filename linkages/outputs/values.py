@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
-from linkages.kernel.reference import reference
+from linkages.kernel.by_reference import reference
+from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import contact_motion
 from linkages.planar.dynamics import inertial_load
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
-from linkages.planar.loads import Loads, load_outputs, load_wrenches
+from linkages.planar.loads import load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
-from linkages.planar.records import MARKER
+from linkages.planar.record_types import MARKER
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -50,7 +51,7 @@ class View(NamedTuple):
     Attributes
     ----------
     bodies, ends, gravity
-        Of the system.
+        Those of the system.
     q, v : (n,) arrays
     pose, vel, acc : (nb, 5), (nb, 3), (nb, 3) arrays
     contacts : (nc, WIDTH) array
@@ -58,7 +59,7 @@ class View(NamedTuple):
     forces : (nj, 3) array
         Force and moment on each joint's child; see `linkages.planar.reactions.joint_forces`.
     efforts : (nd,) array
-        Of the drives.
+        Torque or force of each drive.
     loads : (nl, 4) array
         `linkages.planar.loads.LOAD_OUTPUTS`.
     """
@@ -177,16 +178,7 @@ def _energy(what: int, view: View) -> float:
 def tabulate(
     outputs: NDArray[np.record],
     with_forces: bool,
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    ends: NDArray[np.record],
-    joints: NDArray[np.record],
-    free: Indices,
-    driven: Indices,
-    powered: Indices,
-    torque: tuple[Array, Array, Indices],
-    loads: Loads,
-    gravity: Array,
+    model: Arrays,
     times: Array,
     q: Array,
     v: Array,
@@ -196,11 +188,16 @@ def tabulate(
 ) -> None:
     """Fill ``out`` (nt, no) with outputs over time, from coordinates, rates, accelerations (nt, n) and contacts.
 
-    `driven` and `powered` are the bodies that driven joints carry; `torque` holds the powered ones' histories.
+    Parameters
+    ----------
+    with_forces : bool
+        Whether any output needs the forces in joints or the efforts of drives.
     """
+    bodies, rows, powered = model.bodies, model.rows, model.powered_bodies
+    loads = (model.loads, model.load_t, model.load_c, model.load_n)
     nb, n, np_ = len(bodies), q.shape[1], len(powered)
     pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
-    forces, efforts = np.zeros((len(joints), 3)), np.zeros(len(driven) + np_)
+    forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + np_)
     applied, reaction = np.zeros((len(loads[0]), 4)), np.zeros(len(rows))
     wrench, load, tau = np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
     value, rate, second = np.zeros(np_), np.zeros(np_), np.zeros(np_)
@@ -211,18 +208,29 @@ def tabulate(
         load_outputs(loads, times[i], pose, vel, applied)
         if with_forces:
             wrench[:] = 0.0
-            add_known_contacts(ends, contacts[i], pose, wrench)
+            add_known_contacts(model.ends, contacts[i], pose, wrench)
             load_wrenches(loads, times[i], pose, vel, wrench)
-            evaluate_motions(torque[0], torque[1], torque[2], times[i], value, rate, second)
+            evaluate_motions(model.torque, model.torque_c, model.torque_n, times[i], value, rate, second)
             for k in range(np_):
                 tau[bodies[powered[k]].dof] = value[k]
-            inertial_load(bodies, pose, vel, acc, gravity, wrench, load)
+            inertial_load(bodies, pose, vel, acc, model.gravity, wrench, load)
             if len(rows):
-                row_reactions(bodies, rows, free, pose, load, tau, reaction)
-            joint_forces(
-                bodies, rows, ends, joints, driven, powered, pose, contacts[i], tau, reaction, load, forces, efforts
-            )  # fmt: skip
-        view = View(bodies, ends, gravity, q[i], v[i], pose, vel, acc, contacts[i], forces, efforts, applied)
+                row_reactions(bodies, rows, model.free, pose, load, tau, reaction)
+            joint_forces(model, pose, contacts[i], tau, reaction, load, forces, efforts)
+        view = View(
+            bodies,
+            model.ends,
+            model.gravity,
+            q[i],
+            v[i],
+            pose,
+            vel,
+            acc,
+            contacts[i],
+            forces,
+            efforts,
+            applied,
+        )
         seen = reference(view)
         for k in range(len(outputs)):
             out[i, k] = output_value(outputs[k], seen)

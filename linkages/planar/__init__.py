@@ -2,7 +2,8 @@
 
 | module           | responsibility                                                                    |
 |------------------|-----------------------------------------------------------------------------------|
-| records          | the plain arrays that describe bodies, markers, closure rows, contacts, loads     |
+| record_types     | records of bodies, markers, closure rows, contacts, loads, joints                 |
+| arrays           | `Arrays`: what kernels read of a system                                           |
 | markers          | points fixed to bodies: where they are, how they move, what a force at them does  |
 | motion           | prescribed motions and torques over time                                          |
 | kinematics       | positions, velocities and accelerations of all bodies, and of the closure rows    |
@@ -15,6 +16,19 @@
 | closure          | Newton's method on the closure rows; consistent rates and accelerations           |
 | ideal            | the ideal linkage at the time and near the state of a run                         |
 | reactions        | forces in all joints, efforts of all drives                                       |
+
+Arguments have the same names everywhere:
+
+| name                               | shape   | what it is                                                        |
+|------------------------------------|---------|-------------------------------------------------------------------|
+| ``bodies, rows, ends, joints``     |         | arrays of records                                                 |
+| ``q, v, a, tau``                   | (n,)    | coordinates, rates, accelerations, generalised forces             |
+| ``pose``                           | (nb, 5) | x, y [m] and angle [rad] of body frames, its cosine and sine      |
+| ``vel, acc``                       | (nb, 3) | angular velocity and velocity of the frame's origin; their rates  |
+| ``wrench, load``                   | (nb, 3) | moment about the frame's origin [N m] and force [N]               |
+| ``dpose, dvel, ...``               |         | the change of what follows the d, see `tangent`                   |
+
+Arrays that a function fills are its last arguments.
 
 Body frames are at the joint that carries the body and parallel to the plane axes in the drawn
 configuration. Body 0 is the world. Wrenches on a body are (moment about its frame's origin, fx, fy).

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from linkages.kernel import kernel
 from linkages.planar.contacts import contact_action
-from linkages.planar.records import CORNER
+from linkages.planar.record_types import CORNER
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.markers import Arms, add_force, gap, gap_rate, turned
-from linkages.planar.records import CORNER
+from linkages.planar.record_types import CORNER
 
 Array = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from linkages.planar.kinematics import (
     row_value,
 )
 from linkages.planar.markers import turned
-from linkages.planar.records import PRISMATIC, REVOLUTE
+from linkages.planar.record_types import PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, ta
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
-        p = body.base.body
+        p = body.mount.body
         if body.type == REVOLUTE:
             tau[body.dof] += body.sign * wrench[i, 0]
         elif body.type == PRISMATIC:
@@ -134,7 +134,7 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
         body = bodies[i]
         if not body.moving:
             continue
-        p = body.base.body
+        p = body.mount.body
         i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
         i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
         if body.dof >= 0 and body.driven < 0:
@@ -228,7 +228,7 @@ def respond(
             f0 += axis[i, 3] * push
             f1 += axis[i, 4] * push
             f2 += axis[i, 5] * push
-        p = body.base.body
+        p = body.mount.body
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         load[p, 0] += f0 + rx * f2 - ry * f1
         load[p, 1] += f1
@@ -237,7 +237,7 @@ def respond(
         body = bodies[i]
         if not body.moving:
             continue
-        p = body.base.body
+        p = body.mount.body
         a0, a1, a2 = 0.0, 0.0, 0.0
         if bodies[p].moving:
             rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from linkages.kernel import kernel
 from linkages.planar.markers import add_force, arm, gap, gap_acceleration, gap_rate, turned
-from linkages.planar.records import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
+from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
 
@@ -24,8 +24,8 @@ def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
     pose[0, 4] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.base.body
-        rx, ry = arm(pose, body.base)
+        p = body.mount.body
+        rx, ry = arm(pose, body.mount)
         pose[i, 0] = pose[p, 0] + rx
         pose[i, 1] = pose[p, 1] + ry
         if body.type == PRISMATIC:
@@ -49,7 +49,7 @@ def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Arra
     vel[0, :] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.base.body
+        p = body.mount.body
         w = vel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         vx, vy = vel[p, 1] - w * ry, vel[p, 2] + w * rx
@@ -72,7 +72,7 @@ def body_accelerations(
     acc[0, :] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.base.body
+        p = body.mount.body
         w, al = vel[p, 0], acc[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         ax = acc[p, 1] - al * ry - w * w * rx

@@ -35,7 +35,7 @@ from linkages.planar.markers import (
     turned,
 )
 from linkages.planar.motion import motion_value
-from linkages.planar.records import FORCE, SPRING, TORQUE
+from linkages.planar.record_types import FORCE, SPRING, TORQUE
 
 Array = NDArray[np.float64]
 Loads = tuple[NDArray[np.record], Array, Array, NDArray[np.int64]]
@@ -107,14 +107,6 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
         outputs[k, 1] = second
         outputs[k, 2] = power
         outputs[k, 3] = energy
-
-
-@kernel
-def load_history(loads: Loads, times: Array, pose: Array, vel: Array, wrench: Array, outputs: Array) -> None:
-    """Wrenches (nt, nb, 3), added to, and `LOAD_OUTPUTS` (nt, nl, 4), filled, over time."""
-    for i in range(len(times)):
-        load_wrenches(loads, times[i], pose[i], vel[i], wrench[i])
-        load_outputs(loads, times[i], pose[i], vel[i], outputs[i])
 
 
 @kernel

@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel import kernel
+from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, free_columns, solve_columns
 from linkages.planar.contacts import add_contact
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import add_row_wrench
 from linkages.planar.markers import arm, gap, turned
-from linkages.planar.records import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
+from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
 from linkages.planar.tangent import transmitted
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ def row_reactions(
 ) -> None:
     """Fill the size of each row's reaction, (nr,), so that nothing is left for the free coordinates to carry.
 
-    Of statically indeterminate reactions those with the smallest sum of squares are taken.
+    Statically indeterminate reactions are those with the smallest sum of squares.
 
     Parameters
     ----------
@@ -63,12 +64,7 @@ def row_reactions(
 
 @kernel
 def joint_forces(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    ends: NDArray[np.record],
-    joints: NDArray[np.record],
-    driven: Indices,
-    powered: Indices,
+    model: Arrays,
     pose: Array,
     contacts: Array,
     tau: Array,
@@ -81,9 +77,6 @@ def joint_forces(
 
     Parameters
     ----------
-    joints : array of `linkages.planar.records.JOINT`
-    driven, powered : arrays of int
-        Bodies that the prescribed and the powered joints carry.
     contacts : (nc, WIDTH) array
     tau : (n,) array
         Applied generalised forces.
@@ -96,6 +89,8 @@ def joint_forces(
     efforts : (nd,) array
         Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
     """
+    bodies, rows, ends, joints = model.bodies, model.rows, model.ends, model.joints
+    driven, powered = model.driven_bodies, model.powered_bodies
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, -reaction[k], load)
     transmitted(bodies, pose, load)
@@ -150,5 +145,5 @@ def _along(body: np.record, pose: Array, load: Array) -> float:
     """Part of a wrench along a joint's coordinate."""
     if body.type == REVOLUTE:
         return body.sign * load[0]
-    ux, uy = turned(pose, body.base.body, body.ux, body.uy)
+    ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
     return ux * load[1] + uy * load[2]

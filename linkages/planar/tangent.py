@@ -22,7 +22,7 @@ from linkages.planar.markers import (
     gap_tangent,
     turned,
 )
-from linkages.planar.records import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
+from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ def body_tangents(
     """Fill the changes of poses, velocities and accelerations, (nb, 3) each."""
     for i in range(1, len(bodies)):
         body = bodies[i]
-        p = body.base.body
+        p = body.mount.body
         if not body.moving:
             continue
         w, al, turn, dw, dal = vel[p, 0], acc[p, 0], dpose[p, 0], dvel[p, 0], dacc[p, 0]
@@ -118,7 +118,7 @@ def residual_tangents(
         body = bodies[i]
         if not body.moving:
             continue
-        p = body.base.body
+        p = body.mount.body
         if body.dof >= 0 and body.driven < 0:
             if body.type == REVOLUTE:
                 out[body.dof] = body.sign * dload[i, 0]
@@ -139,7 +139,7 @@ def residual_tangents(
 def transmitted(bodies: NDArray[np.record], pose: Array, load: Array) -> None:
     """Turn the bodies' own loads (nb, 3), in place, into the wrenches that they get through their joints."""
     for i in range(len(bodies) - 1, 0, -1):
-        p = bodies[i].base.body
+        p = bodies[i].mount.body
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         load[p, 0] += load[i, 0] + rx * load[i, 2] - ry * load[i, 1]
         load[p, 1] += load[i, 1]

@@ -33,7 +33,7 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
     x, y : str
         Columns.
     units : (str, str)
-        Of x and y, SI.
+        SI units of x and y.
 
     Returns
     -------
@@ -65,9 +65,9 @@ def bifurcation_figure(
     sweep : Sweep
         From `linkages.sweep`.
     units : mapping of str to str
-        Of the columns, SI.
+        SI units of the outputs.
     label : str
-        Of the variable; default: its path.
+        Name of the variable; default: its path.
     panels : sequence of (str, str)
         Column, and "strobe" or "peaks"; default: both of every column.
     scale : float
@@ -141,7 +141,7 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
     spectra : mapping of str to Spectrum
         From `linkages.spectrum`, by label.
     unit : str
-        Of the column, SI.
+        SI unit of the output.
     drive : float, optional
         Frequency of the drive, marked with a line [Hz].
 

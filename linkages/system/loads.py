@@ -11,7 +11,7 @@ from linkages.model.load_tables import Force
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
 from linkages.planar.motion import Motions, Pieces
-from linkages.planar.records import FORCE, LOAD, SPRING, TORQUE, TORSION
+from linkages.planar.record_types import FORCE, LOAD, SPRING, TORQUE, TORSION
 from linkages.system.tree import Tree
 
 _COINCIDENT = 1e-9  # of the linkage's size: points closer than this have no direction between them

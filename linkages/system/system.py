@@ -16,6 +16,7 @@ from linkages.model.check import check
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.model.mechanism import Mechanism, load_mechanism
 from linkages.model.tables import JointModel
+from linkages.planar.arrays import Arrays
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.system.assembly import Assembly, assemble
@@ -195,6 +196,45 @@ class System:
     def bristles(self) -> Indices:
         """Contacts whose friction has a state of its own, LuGre's."""
         return np.flatnonzero(self.laws["bristles"])
+
+    # -- all of it ---------------------------------------------------------------------------------
+
+    @cached_property
+    def arrays(self) -> Arrays:
+        """All that kernels read of the system."""
+        tree = self.tree
+        limits = self.laws["clearance"] * self.film_limits
+        limits[self.touching] = np.inf
+        found = Arrays(
+            tree.bodies,
+            tree.loop_rows,
+            tree.ends,
+            tree.joints,
+            self.laws,
+            self.film_tables,
+            limits,
+            self.touching.astype(np.int64),
+            self.bristles,
+            tree.free_dofs,
+            tree.driven_dofs,
+            tree.powered_dofs,
+            tree.driven_bodies,
+            tree.powered_bodies,
+            *self.motions.arrays,
+            *self.torques.arrays,
+            *self.loads,  # type: ignore[arg-type]  # a tuple of four kinds of arrays
+            self.gravity,
+            tree.extent,
+        )
+        # what is called by address is compiled for contiguous arrays, and nothing checks them there
+        parts = (np.ascontiguousarray(x) if isinstance(x, np.ndarray) else x for x in found)
+        return Arrays._make(parts)
+
+    @cached_property
+    def ideal_arrays(self) -> Arrays:
+        """The same with every joint ideal, closed by `Tree.closure_rows`."""
+        tree = self.tree
+        return self.arrays._replace(rows=tree.closure_rows, ends=tree.ends[:0], joints=tree.ideal_joints)
 
     @property
     def stiff(self) -> bool:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from linkages.errors import InputError
 from linkages.model.mechanism import Joint, Mechanism
-from linkages.planar.records import (
+from linkages.planar.record_types import (
     ALONG_BODY,
     ALONG_WORLD,
     ANGLE,
@@ -209,7 +209,7 @@ class Tree:
         return size or 1.0
 
     def marker(self, link: str, point: Array) -> tuple[int, float, float]:
-        """Marker (a record of `linkages.planar.records.MARKER`) of a point drawn on `link` [m]."""
+        """Marker (a record of `linkages.planar.record_types.MARKER`) of a point drawn on `link` [m]."""
         body = self.index[link]
         x, y = point - self.drawn[body]
         return body, float(x), float(y)

@@ -10,7 +10,7 @@ from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.model import _FILM, _TOUCH
 from linkages.kernel import kernel
-from linkages.kernel.reference import reference
+from linkages.kernel.by_reference import reference
 
 
 @kernel

@@ -22,7 +22,7 @@ from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options, driver
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import accept, make_stepper
-from linkages.kernel.reference import reference
+from linkages.kernel.by_reference import reference
 
 # One right-hand side for all problems, so that each method is compiled once. A problem is (parameters, kind, event):
 # `event` (2,) holds the event function and its rate as of the last evaluation.

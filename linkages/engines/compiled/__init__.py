@@ -5,7 +5,7 @@ It may import whatever lies below the engines, and not the Drake engine.
 | module     | responsibility                                                                         |
 |------------|----------------------------------------------------------------------------------------|
 | model      | a system as named tuples of plain arrays                                               |
-| calls      | the engine's own functions by address                                                  |
+| entry_points | the engine's own functions, called by address                                        |
 | equations  | equations of motion, driven coordinates eliminated                                     |
 | jacobian   | their Jacobian: exact mechanics, partial derivatives of the contacts' laws             |
 | projection | back onto the closure of ideal loops after each step                                   |

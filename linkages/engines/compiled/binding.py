@@ -8,10 +8,10 @@ import numpy as np
 from numba import typeof
 from numpy.typing import NDArray
 
-from linkages.engines.compiled import calls
+from linkages.engines.compiled import entry_points
 from linkages.engines.compiled.equations import add_loads, derivatives, outside, solve_state
 from linkages.engines.compiled.jacobian import add_loads_tangent, jacobian
-from linkages.engines.compiled.model import Calls, Equations, Model, make_work
+from linkages.engines.compiled.model import Calls, Equations, make_work
 from linkages.engines.compiled.projection import project_state
 from linkages.engines.compiled.replay import Steps, replay
 from linkages.integrate.dormand_prince import dormand_prince
@@ -19,7 +19,8 @@ from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import address, kernel
-from linkages.kernel.reference import Reference, reference
+from linkages.kernel.by_reference import Reference, reference
+from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 
 Array = NDArray[np.float64]
@@ -51,7 +52,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
         work.memory[event, 0] = work.contacts[event, _CLOSING]
     changed = False
     if len(model.rows):
-        changed = calls.project(equations, y)
+        changed = entry_points.project(equations, y)
     return (LEFT if outside(model, work) >= 0 else DONE), changed
 
 
@@ -63,9 +64,9 @@ def observe(equations: Equations, t: float, y: Array, row: Array) -> None:
         row[k] = work.memory[k, 0]
 
 
-_attempt_radau = radau(derivatives, calls.jacobian)
+_attempt_radau = radau(derivatives, entry_points.jacobian)
 _attempt_explicit = dormand_prince(derivatives)
-_drive = driver(derivatives, calls.attempt, signs, settle, observe)
+_drive = driver(derivatives, entry_points.attempt, signs, settle, observe)
 
 
 def attempt_radau(
@@ -92,7 +93,7 @@ def run(
     p, s = reference(equations), reference(stepper)
     model, work = p.model, p.work
     if t == 0.0:
-        calls.solve(p, t, y)
+        entry_points.solve(p, t, y)
         for k in range(len(model.ends)):
             work.modes[k] = 1 if model.touching[k] and work.contacts[k, _PENETRATION] > 0.0 else -1
     return _drive(p, s, tolerance, t, y, work.modes, len(model.ends), options)
@@ -125,12 +126,12 @@ def evaluate(
 _signatures: dict[str, Any] = {}
 
 
-def bind(model: Model, stepper: Stepper, implicit: bool) -> Calls:
-    """Compile the functions of `linkages.engines.compiled.calls`, or load them; all models have the same types."""
+def bind(model: Arrays, stepper: Stepper, implicit: bool) -> Calls:
+    """Compile or load the functions behind `linkages.engines.compiled.entry_points`; their types never change."""
     if not _signatures:
         work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
         equations = typeof(Equations(model, work, Calls()))
-        _signatures.update(calls.signatures(Reference(equations), Reference(typeof(stepper))))
+        _signatures.update(entry_points.signatures(Reference(equations), Reference(typeof(stepper))))
     loaded = len(model.loads) > 0
     return Calls(
         address(solve_state, _signatures["solve"]),

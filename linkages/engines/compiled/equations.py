@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.calls import loads, solve
-from linkages.engines.compiled.model import Equations, Model, Work
+from linkages.engines.compiled.entry_points import loads, solve
+from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import inlined_kernel, kernel
+from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_positions, body_velocities
@@ -22,7 +23,7 @@ BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
 
 @inlined_kernel
-def set_state(model: Model, work: Work, t: float, y: Array) -> None:
+def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
     """Fill the work's coordinates, rates, prescribed accelerations, torques, poses and velocities."""
     w, n = work.dynamics, len(model.free)
     for i in range(len(w.a)):
@@ -89,7 +90,7 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 
 
 @kernel
-def outside(model: Model, work: Work) -> int:
+def outside(model: Arrays, work: Work) -> int:
     """Contact whose journal has left its film, or -1."""
     for k in range(len(model.ends)):
         if math.hypot(work.contacts[k, 0], work.contacts[k, 1]) >= model.limits[k]:

@@ -12,17 +12,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.calls import loads_tangent, solve
-from linkages.engines.compiled.model import Equations, Model, Work
+from linkages.engines.compiled.entry_points import loads_tangent, solve
+from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import kernel
-from linkages.kernel.reference import reference
+from linkages.kernel.by_reference import reference
+from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import INPUTS, OUTPUTS, clear, contact_partials
 from linkages.planar.contacts import contact_motion
 from linkages.planar.dynamics import inertial_load, loop_responses, respond, solve_semidefinite
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_force_tangent, gap, gap_rate_tangent, gap_tangent, turned
-from linkages.planar.records import CORNER
+from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
     add_row_tangent,
     body_tangents,
@@ -160,7 +161,7 @@ def add_loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array,
 
 
 @kernel
-def _contact_tangent(model: Model, work: Work, s: Scratch, k: int, dz: float) -> float:
+def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int, dz: float) -> float:
     """Add the change of a contact's wrenches; returns that of its bristles' rate."""
     w, end = work.dynamics, model.ends[k]
     b, j = end.bearing.body, end.journal.body

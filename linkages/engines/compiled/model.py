@@ -1,16 +1,20 @@
-"""A system as the named tuples of plain arrays that compiled code runs on."""
+"""What compiled code runs on: a system's arrays, arrays to work on, functions; the state and the scale of its errors.
+
+The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction].
+"""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
-from linkages.planar.records import REVOLUTE
+from linkages.planar.record_types import REVOLUTE
 from linkages.system import System
 
 Array = NDArray[np.float64]
@@ -20,67 +24,6 @@ _FILM, _TOUCH = (
     1e4,
     20.0,
 )  # clearances that count as the length of a linkage, at most: with oil, in dry contact
-
-
-class Model(NamedTuple):
-    """Everything that does not change during a run.
-
-    The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction].
-
-    Attributes
-    ----------
-    bodies, rows, ends, joints : arrays of BODY, ROW, ENDS, JOINT
-        The tree, its cut ideal joints, its contacts, where the force in each joint comes from.
-    laws, tables
-        As for `linkages.planar.contacts.clearance_wrenches`.
-    limits : (nc,) array
-        Largest |e| of contacts that have only a film; infinite for others [m].
-    touching : (nc,) array of int
-        1 where the contact can touch.
-    bristles : (nb,) array of int
-        Contacts with LuGre friction.
-    free, driven, powered : arrays of int
-        Coordinates: free (powered ones too), prescribed, with an applied torque.
-    driven_bodies, powered_bodies : arrays of int
-        Bodies that the prescribed and the powered joints carry.
-    motion, motion_c, motion_n, torque, torque_c, torque_n
-        `Motions.arrays` of prescribed motions and of torques.
-    loads, load_t, load_c, load_n
-        As `linkages.system.loads.pack_loads` gives them.
-    gravity : (2,) array
-    scale : (ny,) array
-        What an error of each entry of y is measured by, see `error_scale`.
-    size : float
-        Length of the linkage [m].
-    """
-
-    bodies: NDArray[np.record]
-    rows: NDArray[np.record]
-    ends: NDArray[np.record]
-    joints: NDArray[np.record]
-    laws: NDArray[np.record]
-    tables: Array
-    limits: Array
-    touching: Indices
-    bristles: Indices
-    free: Indices
-    driven: Indices
-    powered: Indices
-    driven_bodies: Indices
-    powered_bodies: Indices
-    motion: Array
-    motion_c: Array
-    motion_n: Indices
-    torque: Array
-    torque_c: Array
-    torque_n: Indices
-    loads: NDArray[np.record]
-    load_t: Array
-    load_c: Array
-    load_n: Indices
-    gravity: Array
-    scale: Array
-    size: float
 
 
 class Work(NamedTuple):
@@ -98,7 +41,7 @@ class Work(NamedTuple):
     value, rate, second : arrays
         For prescribed motions and torques.
     forces, efforts, applied : (nj, 3), (nd,), (nl, 4) arrays
-        Of joints, drives and loads; see `linkages.outputs.values.View`.
+        Results for joints, drives and loads; see `linkages.outputs.values.View`.
     """
 
     dynamics: Workspace
@@ -114,7 +57,7 @@ class Work(NamedTuple):
 
 
 class Calls(NamedTuple):
-    """Addresses of the functions of `linkages.engines.compiled.calls`; 0 where nothing is called."""
+    """Addresses of the functions of `linkages.engines.compiled.entry_points`; 0 where nothing is called."""
 
     solve: int = 0
     jacobian: int = 0
@@ -127,12 +70,12 @@ class Calls(NamedTuple):
 class Equations(NamedTuple):
     """What the integrators hand on: the model, arrays to work on, functions."""
 
-    model: Model
+    model: Arrays
     work: Work
     calls: Calls
 
 
-def make_work(model: Model, memory: Array, modes: Indices) -> Work:
+def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     n, nm = len(model.free) + len(model.driven), max(len(model.driven), len(model.powered))
     return Work(
@@ -149,40 +92,10 @@ def make_work(model: Model, memory: Array, modes: Indices) -> Work:
     )
 
 
-def pack(system: System) -> tuple[Model, Array]:
-    """Make the arrays of a system, and the state at t = 0."""
-    tree, assembly = system.tree, system.assembly
-    limits = system.laws["clearance"] * system.film_limits
-    limits[system.touching] = np.inf
-    free = tree.free_dofs
-    y = np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles))])
-    model = Model(
-        tree.bodies,
-        tree.loop_rows,
-        tree.ends,
-        tree.joints,
-        system.laws,
-        system.film_tables,
-        limits,
-        system.touching.astype(np.int64),
-        system.bristles,
-        free,
-        tree.driven_dofs,
-        tree.powered_dofs,
-        tree.driven_bodies,
-        tree.powered_bodies,
-        *system.motions.arrays,
-        *system.torques.arrays,
-        *system.loads,
-        system.gravity,
-        error_scale(system),
-        tree.extent,
-    )
-    # what is called by address is compiled for contiguous arrays, and nothing checks them there
-    arrays: dict[str, Any] = {
-        name: np.ascontiguousarray(x) for name, x in model._asdict().items() if isinstance(x, np.ndarray)
-    }
-    return model._replace(**arrays), y
+def start_state(system: System) -> Array:
+    """State at t = 0, (ny,): positions and rates of the free coordinates, then bristles."""
+    free, assembly = system.tree.free_dofs, system.assembly
+    return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles))])
 
 
 def error_scale(system: System) -> Array:

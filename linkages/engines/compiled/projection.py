@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.model import Equations, Model, Work
+from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import kernel
+from linkages.planar.arrays import Arrays
 from linkages.planar.dynamics import articulate, loop_responses, solve_semidefinite
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
 
@@ -17,7 +18,7 @@ _ROUNDS = 4
 
 
 @kernel
-def loop_error(model: Model, work: Work) -> float:
+def loop_error(model: Arrays, work: Work) -> float:
     """Largest closure error of the cut ideal joints at the work's poses [m, rad]."""
     worst = 0.0
     for k in range(len(model.rows)):
@@ -66,7 +67,7 @@ def project_state(equations: Equations, y: Array) -> bool:
 
 
 @kernel
-def _move(model: Model, work: Work, x: Array) -> None:
+def _move(model: Arrays, work: Work, x: Array) -> None:
     """Add to x what takes the rows by the work's errors."""
     w = work.dynamics
     articulate(model.bodies, w.pose, w.inertia, w.axis)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.calls import attempt, project, solve
+from linkages.engines.compiled.entry_points import attempt, project, solve
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper, copy, hint, restart
@@ -45,7 +45,7 @@ def last_step(grid: Array, t: float) -> int:
 
 @kernel
 def remember(equations: Equations, steps: Steps, k: int) -> None:
-    """Let the contacts remember what they did after a step."""
+    """Restore what the contacts remember after step k."""
     for c in range(steps.memory.shape[1]):
         equations.work.memory[c, 0] = steps.memory[k, c]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
-from linkages.engines.compiled.model import Equations, make_work, pack
+from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.statistics import summarise
 from linkages.errors import Status
@@ -49,23 +49,26 @@ class Runner:
     Attributes
     ----------
     system : System
-    model : Model
+    model : Arrays
+    scale : (ny,) array
+        What an error of each entry of the state is measured by.
     start : (ny,) array
         State at t = 0.
     implicit : bool
         Whether the equations are stiff and Radau IIA is used; else Dormand and Prince's pair.
     tolerance : (ny,) array
-        Of each entry of the state, per step.
+        Tolerance of each entry of the state, per step.
     memory, modes : (nc, 2) and (nc,) arrays
-        Of the contacts, see `linkages.engines.compiled.model.Work`; `run` keeps them up to date.
+        What the contacts remember and whether they touch, see `linkages.engines.compiled.model.Work`; `run` keeps both
+        up to date.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self.model, self.start = pack(system)
+        self.model, self.start, self.scale = system.arrays, start_state(system), error_scale(system)
         solver = system.experiment.solver
         self.implicit = system.stiff if solver.integrator is None else solver.integrator in IMPLICIT
-        self.tolerance = solver.accuracy * self.model.scale
+        self.tolerance = solver.accuracy * self.scale
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)

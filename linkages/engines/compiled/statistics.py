@@ -7,12 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.calls import solve
+from linkages.engines.compiled.entry_points import solve
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import kernel
-from linkages.kernel.reference import reference
+from linkages.kernel.by_reference import reference
 from linkages.outputs.values import DRIVE, JOINT, LINKAGE, LOAD, View, output_value, point_value
 from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import Ideal, ideal_state
@@ -63,8 +63,7 @@ def _look(
     if needs[1]:
         inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
         joint_forces(
-            model.bodies, model.rows, model.ends, model.joints, model.driven_bodies, model.powered_bodies,
-            w.pose, work.contacts, w.tau, w.reaction, w.load, work.forces, work.efforts,
+            model, w.pose, work.contacts, w.tau, w.reaction, w.load, work.forces, work.efforts,
         )  # fmt: skip
     view = View(
         model.bodies, model.ends, model.gravity, w.q, w.v, w.pose, w.vel, w.acc,
@@ -137,7 +136,7 @@ def summarise(
     Parameters
     ----------
     tolerance : (ny,) array
-        Of each entry of the state, for the steps between the run's own.
+        Tolerance of each entry of the state, for the steps between the run's own.
     windows : (nw, 2) array
         Times [s].
     """

@@ -95,7 +95,7 @@ class StatePlace:
     positions, velocities : (n,) arrays of int
         In the plant's positions, and in its velocities and generalised forces.
     num_positions, num_velocities : int
-        Of the whole plant.
+        Counts for the whole plant.
     """
 
     positions: Indices

@@ -86,7 +86,7 @@ class JournalView(View):
     name : str
         A revolute joint with clearance.
     times : (n,) array
-        Of the frames [s].
+        Times of the frames [s].
     """
 
     def __init__(

@@ -23,7 +23,7 @@ BODY = np.dtype(
     (
         np.record,
         [
-            ("base", MARKER),  # joint on the parent
+            ("mount", MARKER),  # joint on the parent
             ("type", "i8"),  # FIXED, REVOLUTE or PRISMATIC
             ("dof", "i8"),  # index of its coordinate in q and v; -1 if fixed
             ("driven", "i8"),  # index of the motion that prescribes it; -1 if free
