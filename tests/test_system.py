@@ -112,7 +112,9 @@ def test_a_system_can_be_pickled(name):
     assert_same(pickle.loads(pickle.dumps(system)), system)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", ["slider_crank_guide", "four_bar_dry", "five_bar_dry", "six_bar_dry", "seven_bar_rig"]
+)
 def test_every_number_of_a_machine_is_found_and_replaced_by_its_path(name):
     """Put in place of itself, a number changes nothing; put in place of another, it is found there."""
     system = shipped(name)
