@@ -69,10 +69,10 @@ def largest_exponent(
 ) -> Exponent:
     """Largest Lyapunov exponent of a driven linkage.
 
-    The distance of two states is the root mean square of their entries' differences, each relative to the scale of the
-    engine's error control (`Flow.scale`). The trajectories run at an accuracy of 1e-4 times that distance, or the
-    experiment's if that is smaller. A drive's phase is not part of the state, so the exponent of zero that every flow has
-    along itself does not appear.
+    The distance of two states is the root mean square of their entries' differences, each relative to the scale of
+    the engine's error control (`Flow.scale`). The trajectories run at an accuracy of 1e-4 times that distance, or the
+    experiment's if that is smaller. A drive's phase is not part of the state, so the exponent of zero that every flow
+    has along itself does not appear.
 
     Parameters
     ----------
