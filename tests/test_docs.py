@@ -120,10 +120,12 @@ def test_code_of_pages_uses_public_names_that_exist(page):
             assert node.attr in pkgutil.resolve_name(package.id).__all__, node.attr
 
 
-@pytest.mark.parametrize("name", ["drake.md", "compiled.md", "index.md", "nonlinear.md"])
+@pytest.mark.parametrize(
+    "name", ["README.md", "docs/drake.md", "docs/compiled.md", "docs/index.md", "docs/nonlinear.md"]
+)
 def test_code_of_pages_runs(name):
     """With short runs."""
-    text = (DOCS / name).read_text(encoding="utf-8")
+    text = (ROOT / name).read_text(encoding="utf-8")
     for long, short in {
         "revolutions=3000, transient=50": "revolutions=2",
         "revolutions=150, transient=30, renormalisations=40": "revolutions=2",
@@ -137,9 +139,9 @@ def test_code_of_pages_runs(name):
     names = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, name, "exec"), names)
-    if name == "compiled.md":
+    if name == "docs/compiled.md":
         assert names["batch"].peak.shape == (2, 1, 2)
-    elif name == "nonlinear.md":
+    elif name == "docs/nonlinear.md":
         np.testing.assert_allclose(names["touching"]["B.penetration"], 0.0, atol=1e-9)
 
 
