@@ -142,9 +142,7 @@ _ADD = r"""
    from scipy.stats import qmc
    import numpy as np
 
-   from linkages.files.toml import Table
-   from optim import Ending, Progress, Result
-   from optim.algorithms.archive import Archive
+   from optim import Archive, Ending, Progress, Result, Table
 
 
    class RandomSearch(Table):

@@ -21,6 +21,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from optim.algorithms.archive import Archive as Archive
     from optim.algorithms.nlp import Ending as Ending
     from optim.algorithms.nlp import Problem as Problem
     from optim.algorithms.nlp import Progress as Progress
@@ -29,10 +30,10 @@ if TYPE_CHECKING:
     from optim.algorithms.pareto import hypervolume as hypervolume
     from optim.algorithms.pareto import knee as knee
     from optim.algorithms.registry import ALGORITHMS as ALGORITHMS
+    from optim.algorithms.registry import Table as Table
     from optim.algorithms.registry import minimise as minimise
     from optim.evaluate.evaluations import Evaluations as Evaluations
     from optim.evaluate.evaluator import Evaluator as Evaluator
-    from optim.evaluate.limits import in_units as in_units
     from optim.evaluate.limits import problem_of as problem_of
     from optim.evaluate.screen import Screened as Screened
     from optim.problem.load import load_study as load_study
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     from optim.search.sensitivity import format_sensitivity as format_sensitivity
     from optim.search.sensitivity import sensitivity as sensitivity
     from optim.search.start import start_of as start_of
-    from optim.search.task import settings_of as settings_of
     from optim.search.verification import format_verification as format_verification
     from optim.search.verification import verify as verify
     from optim.store.store import Store as Store
@@ -57,12 +57,13 @@ if TYPE_CHECKING:
 
 #: Modules and their public names, which are loaded on first use, so that ``import optim`` is fast.
 _NAMES = {
+    "algorithms.archive": ("Archive",),
     "algorithms.nlp": ("Ending", "Problem", "Progress", "Result", "Values"),
     "algorithms.pareto": ("hypervolume", "knee"),
-    "algorithms.registry": ("ALGORITHMS", "minimise"),
+    "algorithms.registry": ("ALGORITHMS", "Table", "minimise"),
     "evaluate.evaluations": ("Evaluations",),
     "evaluate.evaluator": ("Evaluator",),
-    "evaluate.limits": ("in_units", "problem_of"),
+    "evaluate.limits": ("problem_of",),
     "evaluate.screen": ("Screened",),
     "problem.load": ("load_study",),
     "problem.shipped": ("find_study",),
@@ -75,7 +76,6 @@ _NAMES = {
     "search.run": ("Stopped",),
     "search.sensitivity": ("format_sensitivity", "sensitivity"),
     "search.start": ("start_of",),
-    "search.task": ("settings_of",),
     "search.verification": ("format_verification", "verify"),
     "store.store": ("Store", "read_store"),
 }

@@ -5,6 +5,9 @@ University of Bari and INdAM, 2008: problems ROBER, VDPOL, HIRES, OREGO; equatio
 (there computed with RADAU in extended precision, tolerance 1.1e-18). Its van der Pol oscillator is the unscaled one,
 mu = 1e3; with t/mu as time and mu y2 as speed it is the one with eps = 1e-6.
 
+And small problems of closed form, and the integrators bound to all of them: one right-hand side, so that each method is
+compiled once. All that is compiled stands in this file, so that the compiler's cache notices its edits.
+
 The functions are compiled and share the signature ``rhs(problem, t, y, out)``, ``jacobian(problem, t, y, out)``, where
 `problem` is a tuple of arrays, `y` (n,) the state, and `out` (n,) or (n, n) is filled.
 """
@@ -15,7 +18,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from linkages.integrate.dormand_prince import dormand_prince
+from linkages.integrate.driver import DONE, driver
+from linkages.integrate.radau import radau
+from linkages.integrate.stepper import accept
+from linkages.kernel import kernel, template
+from linkages.kernel.by_reference import reference
 
 EMPTY = (np.zeros(0),)
 
@@ -46,7 +55,7 @@ class Problem:
     scale: np.ndarray
 
 
-@njit
+@kernel
 def robertson(problem, t, y, out):
     """Autocatalytic reaction of Robertson (1966)."""
     slow, fast, faster = 0.04 * y[0], 1e4 * y[1] * y[2], 3e7 * y[1] ** 2
@@ -55,28 +64,28 @@ def robertson(problem, t, y, out):
     out[2] = faster
 
 
-@njit
+@kernel
 def robertson_jacobian(problem, t, y, out):
     out[0, 0], out[0, 1], out[0, 2] = -0.04, 1e4 * y[2], 1e4 * y[1]
     out[1, 0], out[1, 1], out[1, 2] = 0.04, -1e4 * y[2] - 6e7 * y[1], -1e4 * y[1]
     out[2, 0], out[2, 1], out[2, 2] = 0.0, 6e7 * y[1], 0.0
 
 
-@njit
+@kernel
 def van_der_pol(problem, t, y, out):
     """Van der Pol's oscillator; ``problem[0][0]`` is mu."""
     out[0] = y[1]
     out[1] = problem[0][0] * (1.0 - y[0] ** 2) * y[1] - y[0]
 
 
-@njit
+@kernel
 def van_der_pol_jacobian(problem, t, y, out):
     mu = problem[0][0]
     out[0, 0], out[0, 1] = 0.0, 1.0
     out[1, 0], out[1, 1] = -2.0 * mu * y[0] * y[1] - 1.0, mu * (1.0 - y[0] ** 2)
 
 
-@njit
+@kernel
 def hires(problem, t, y, out):
     """High irradiance responses of photomorphogenesis, Schaefer (1975)."""
     bound = 280.0 * y[5] * y[7]
@@ -90,7 +99,7 @@ def hires(problem, t, y, out):
     out[7] = -bound + 1.81 * y[6]
 
 
-@njit
+@kernel
 def hires_jacobian(problem, t, y, out):
     out[:] = 0.0
     out[0, 0], out[0, 1], out[0, 2] = -1.71, 0.43, 8.32
@@ -104,7 +113,7 @@ def hires_jacobian(problem, t, y, out):
     out[7, 5], out[7, 6], out[7, 7] = -280.0 * y[7], 1.81, -280.0 * y[5]
 
 
-@njit
+@kernel
 def oregonator(problem, t, y, out):
     """Belousov-Zhabotinsky reaction, Field and Noyes (1974)."""
     out[0] = 77.27 * (y[1] + y[0] * (1.0 - 8.375e-6 * y[0] - y[1]))
@@ -112,7 +121,7 @@ def oregonator(problem, t, y, out):
     out[2] = 0.161 * (y[0] - y[2])
 
 
-@njit
+@kernel
 def oregonator_jacobian(problem, t, y, out):
     out[0, 0], out[0, 1], out[0, 2] = 77.27 * (1.0 - 1.675e-5 * y[0] - y[1]), 77.27 * (1.0 - y[0]), 0.0
     out[1, 0], out[1, 1], out[1, 2] = -y[1] / 77.27, -(1.0 + y[0]) / 77.27, 1.0 / 77.27
@@ -162,3 +171,121 @@ PROBLEMS = {
         np.ones(3),
     ),
 }  # fmt: skip
+
+
+# One right-hand side for all problems, so that each method is compiled once. A problem is (parameters, kind, event):
+# `event` (2,) holds the event function and its rate as of the last evaluation.
+ROBERTSON, VAN_DER_POL, HIRES, OREGONATOR, SMOOTH, BALL, COSINE, HOLE, POLE = range(9)
+KINDS = {"robertson": ROBERTSON, "van der pol": VAN_DER_POL, "hires": HIRES, "oregonator": OREGONATOR}
+
+
+@kernel
+def rhs(problem, t, y, dy):
+    parameters, kind, event = problem
+    if kind == ROBERTSON:
+        robertson(problem, t, y, dy)
+    elif kind == VAN_DER_POL:
+        van_der_pol(problem, t, y, dy)
+    elif kind == HIRES:
+        hires(problem, t, y, dy)
+    elif kind == OREGONATOR:
+        oregonator(problem, t, y, dy)
+    elif kind == SMOOTH:  # a pendulum whose clock runs ahead: at t it shows t + t^2/2
+        dy[0] = (1.0 + t) * y[1]
+        dy[1] = -(1.0 + t) * np.sin(y[0])
+    elif kind == BALL:  # gravity, and a spring for y < 0
+        dy[0] = y[1]
+        dy[1] = -parameters[0] - parameters[1] ** 2 * min(y[0], 0.0)
+        event[0], event[1] = y[0], y[1]
+    elif kind == COSINE:  # y = cos t
+        dy[0] = y[1]
+        dy[1] = -y[0]
+        event[0], event[1] = y[0] + parameters[0], y[1]
+    elif kind == HOLE:  # no value beyond a time
+        dy[0] = -y[0] if t < parameters[0] else np.nan
+    elif kind == POLE:  # y = 1/(1 - t)
+        dy[0] = y[0] ** 2
+
+
+@kernel
+def jacobian(problem, t, y, out):
+    parameters, kind, _ = problem
+    out[:] = 0.0
+    if kind == ROBERTSON:
+        robertson_jacobian(problem, t, y, out)
+    elif kind == VAN_DER_POL:
+        van_der_pol_jacobian(problem, t, y, out)
+    elif kind == HIRES:
+        hires_jacobian(problem, t, y, out)
+    elif kind == OREGONATOR:
+        oregonator_jacobian(problem, t, y, out)
+    elif kind == SMOOTH:
+        out[0, 1], out[1, 0] = 1.0 + t, -(1.0 + t) * np.cos(y[0])
+    elif kind == BALL:
+        out[0, 1], out[1, 0] = 1.0, -(parameters[1] ** 2) if y[0] < 0.0 else 0.0
+    elif kind == COSINE:
+        out[0, 1], out[1, 0] = 1.0, -1.0
+    elif kind == HOLE:
+        out[0, 0] = -1.0 if t < parameters[0] else np.nan
+    elif kind == POLE:
+        out[0, 0] = 2.0 * y[0]
+
+
+@kernel
+def signs(problem, g, dg):
+    g[0], dg[0] = problem[2][0], problem[2][1]
+
+
+@kernel
+def settle(problem, t, y, event):
+    return DONE, False
+
+
+@kernel
+def observe(problem, t, y, row):
+    pass
+
+
+IMPLICIT, EXPLICIT = radau(rhs, jacobian), dormand_prince(rhs)
+_drive_implicit, _drive_explicit = (
+    driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT)
+)
+
+
+@kernel
+def drive(implicit, problem, stepper, tolerance, t, y, modes, options):
+    s = reference(stepper)
+    if implicit:
+        return _drive_implicit(problem, s, tolerance, t, y, modes, 0, options)
+    return _drive_explicit(problem, s, tolerance, t, y, modes, 0, options)
+
+
+def steps_of(attempt):
+    """Steps of given sizes, without error control; returns the end, and the estimate of the last step's error."""
+
+    @template
+    def steps(problem, s, t, y, sizes, scale, exact):
+        state, error = y.copy(), 0.0
+        s.scale[:] = scale
+        rhs(problem, t, state, s.f0)
+        for h in sizes:
+            error, _ = attempt(problem, s, t, h, state, exact)
+            if not error < np.inf:
+                raise RuntimeError("step failed")
+            accept(s, h, error)
+            state[:] = s.new
+            t += h
+        return state, error
+
+    return steps
+
+
+_steps_implicit, _steps_explicit = steps_of(IMPLICIT), steps_of(EXPLICIT)
+
+
+@kernel
+def take_steps(implicit, problem, stepper, t, y, sizes, scale, exact):
+    s = reference(stepper)
+    if implicit:
+        return _steps_implicit(problem, s, t, y, sizes, scale, exact)
+    return _steps_explicit(problem, s, t, y, sizes, scale, exact)

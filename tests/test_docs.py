@@ -1,13 +1,32 @@
-"""Generated pages are fresh, references complete, links alive."""
+"""Generated pages are fresh, references complete, links alive; code of pages and docstrings runs."""
 
+import ast
+import doctest
 import importlib.util
+import inspect
+import pkgutil
 import re
 from pathlib import Path
+from unittest.mock import patch
 
+import numpy as np
 import pytest
+
+from linkages import laws
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "sdf" / "README.md", *sorted(DOCS.glob("*.md"))]
+#: What scripts, notebooks and pages import from.
+PUBLIC = (
+    "linkages",
+    "linkages.engines.drake",
+    "linkages.laws",
+    "linkages.plots",
+    "linkages.plots.three_rrr",
+    "linkages.three_rrr",
+    "optim",
+)
 
 
 def generator(name):
@@ -43,11 +62,115 @@ def test_what_the_laws_cite_is_among_the_references():
     assert cited <= entries
 
 
-@pytest.mark.parametrize(
-    "page", [ROOT / "README.md", ROOT / "sdf" / "README.md", *DOCS.glob("*.md")], ids=lambda path: path.name
-)
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_links_between_pages_lead_somewhere(page):
     """As they stand in the repository, without the site."""
     text = page.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#\s]+)", text):
         assert target.startswith("https://") or (page.parent / target).exists(), target
+
+
+def test_the_table_of_outputs_is_fresh():
+    text = (DOCS / "outputs.md").read_text(encoding="utf-8")
+    assert generator("make_outputs").page(text) == text
+    assert "| `DRIVE.power` | power that the drive delivers | W |" in text
+
+
+def test_the_house_is_drawn_as_the_contracts_have_it():
+    text = (DOCS / "architecture.md").read_text(encoding="utf-8")
+    assert generator("make_architecture").page(text) == text
+    assert (
+        text.index("| `optim/cli` |")
+        < text.index("| `linkages/system` |")
+        < text.index("| `linkages/laws` |")
+    )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
+def test_what_pages_name_is_there(page):
+    """Modules and public names in code font, files of the repository, tests that prove a statement."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    tests = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
+    names = re.findall(r"`((?:linkages|optim)(?:\.\w+)+)[`(]", text)
+    for name in set(names) - {"linkages.commands"}:  # a group of entry points
+        pkgutil.resolve_name(name)
+    for name in re.findall(r"`((?:tests|docs|linkages|optim|benchmarks|sdf)/[\w/]+\.\w+)`", text):
+        assert (ROOT / name).exists(), name
+    for name in re.findall(r"`(test_\w+)`", text):
+        assert f"def {name}(" in tests, name
+
+
+@pytest.mark.parametrize(
+    "page", [path for path in PAGES if path.name != "extend.md"], ids=lambda path: path.name
+)
+def test_code_of_pages_uses_public_names_that_exist(page):
+    """The page of laws has a test of its own: half of its blocks are parts of modules."""
+    blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    tree = ast.parse("\n".join(blocks))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in (
+            "linkages",
+            "optim",
+        ):
+            assert node.module in PUBLIC, node.module
+            for alias in node.names:
+                pkgutil.resolve_name(f"{node.module}:{alias.name}")
+        package = node.value if isinstance(node, ast.Attribute) else None
+        if isinstance(package, ast.Name) and package.id in ("linkages", "optim"):
+            assert node.attr in pkgutil.resolve_name(package.id).__all__, node.attr
+
+
+@pytest.mark.parametrize(
+    "name", ["README.md", "docs/drake.md", "docs/compiled.md", "docs/index.md", "docs/nonlinear.md"]
+)
+def test_code_of_pages_runs(name):
+    """With short runs."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for long, short in {
+        "revolutions=3000, transient=50": "revolutions=2",
+        "revolutions=150, transient=30, renormalisations=40": "revolutions=2",
+        "AdvanceTo(1.0)": "AdvanceTo(0.002)",
+        "windows=[[1.0, 2.0]]": "windows=[[0.0, 0.1]]",
+        '{"joints.A.clearance": 2e-4}': '{"joints.A.clearance": 2e-4, "duration": 0.1}',
+        '"seven_bar.toml"))': '"seven_bar.toml"), {"duration": 0.1})',
+    }.items():
+        text = text.replace(long, short)
+    blocks = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    names = {"__name__": "__main__"}
+    for block in blocks:
+        exec(compile(block, name, "exec"), names)
+    if name == "docs/compiled.md":
+        assert names["batch"].peak.shape == (2, 1, 2)
+    elif name == "docs/nonlinear.md":
+        np.testing.assert_allclose(names["touching"]["B.penetration"], 0.0, atol=1e-9)
+
+
+def public_functions():
+    """What users call, and where it is: functions of the packages, methods of a system."""
+    found = {"linkages.system.system:System.replaced", "linkages.system.system:System.value"}
+    for package in ("linkages", "linkages.laws", "optim"):
+        for name in pkgutil.resolve_name(package).__all__:
+            thing = getattr(pkgutil.resolve_name(package), name)
+            if inspect.isfunction(thing):
+                found.add(f"{thing.__module__}:{name}")
+    return sorted(found)
+
+
+@pytest.fixture
+def no_laws_stay(monkeypatch):
+    """What an example registers is forgotten after it."""
+    monkeypatch.setattr("linkages.laws.registry._registered", {})
+    with patch.dict(laws.CONTACTS), patch.dict(laws.FILMS), patch.dict(laws.FRICTIONS):
+        yield
+
+
+@pytest.mark.parametrize("name", public_functions())
+def test_example_of_a_public_function_is_right(name, no_laws_stay):
+    """As a user's script runs it."""
+    function = pkgutil.resolve_name(name)
+    examples = doctest.DocTestFinder().find(function, name, globs={"__name__": "__main__"})
+    runner = doctest.DocTestRunner()
+    assert sum(len(example.examples) for example in examples) > 0, "no example"
+    for example in examples:
+        runner.run(example)
+    assert runner.summarize(verbose=False).failed == 0

@@ -115,6 +115,7 @@ def test_exponent_does_not_depend_on_how_it_is_computed(pendulum):
     assert first.value == pytest.approx(other.value, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_dry_joints_are_chaotic_without_friction_and_not_with_much():
     little, much = (
         largest_exponent(

@@ -8,6 +8,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from linkages import load_mechanism
 from linkages.engines.drake.plant import add_tree, state_place
+from linkages.outputs.columns import columns
 from linkages.planar.closure import closure_error, closure_jacobian
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
@@ -180,14 +181,21 @@ def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
     )
     heavy = system.replaced({"gravity": [0.3, -2.0, 0.0]})
     np.testing.assert_array_equal(heavy.gravity, gravity)
-    force, moment, drive = free_bodies(heavy, np.zeros(1), q[None], v[None], a[None])
+    given = heavy, np.zeros(1), q[None], v[None], a[None]
+    force, moment, drive = free_bodies(*given)
+    found = columns(*given)
     assert "guide" in tree.loops  # a prismatic joint is among them: its rows are normal force and moment
     for k, name in enumerate(tree.loops):
-        found = (force[name][0, 1], moment[name][0]) if name == "guide" else force[name][0]
-        np.testing.assert_allclose(found, reaction[2 * k : 2 * k + 2], rtol=1e-9, atol=1e-11)
+        multipliers = reaction[2 * k : 2 * k + 2]
+        slides = name == "guide"
+        expected = (force[name][0, 1], moment[name][0]) if slides else force[name][0]
+        np.testing.assert_allclose(expected, multipliers, rtol=1e-9, atol=1e-11)
+        parts = [found[f"{name}.{part}"][0] for part in (("fy", "moment") if slides else ("fx", "fy"))]
+        np.testing.assert_allclose(parts, multipliers, rtol=1e-9, atol=1e-11)
     for name in tree.driven:
         torque = needed[tree.coordinates.index(name)]
         assert drive[name][0] == pytest.approx(torque, rel=1e-9)
+        assert found[f"{name}.torque"][0] == pytest.approx(torque, rel=1e-9)
 
 
 def test_redundant_rows_are_dropped():

@@ -1,41 +1,18 @@
-"""The reference machines: their independent solutions by a second way each, and against the Drake engine."""
+"""The reference machines: their independent solutions by a second way each, without the package."""
 
 import andrews
 import numpy as np
 import pytest
-from machines import slider_crank
 from reference_machines import (
     chain_model,
-    chain_sdf,
     double_pendulum,
     equal_slider_crank_angle,
     equal_slider_crank_inertia,
     equal_slider_crank_model,
-    equal_slider_crank_sdf,
     parallelogram_angle,
     parallelogram_model,
-    parallelogram_sdf,
     slider_crank_motion,
 )
-
-from linkages.engines.drake.simulation import simulate
-from linkages.errors import Status
-from linkages.model.experiment import load
-from linkages.system.assembly import assemble
-
-
-@pytest.fixture
-def run(experiment_file):
-    """Simulate a machine of the plane x-y with Drake."""
-
-    def simulated(sdf, toml, accuracy=1e-10):
-        solver = f'[solver]\nintegrator = "runge_kutta5"\naccuracy = {accuracy}\n'
-        trajectory = simulate(*load(experiment_file(sdf, toml + solver)))
-        assert trajectory.status is Status.OK
-        return trajectory
-
-    return simulated
-
 
 # --- squeezing mechanism ----------------------------------------------------------------------------------------------
 
@@ -76,21 +53,9 @@ def test_squeezing_mechanism_keeps_its_energy():
     np.testing.assert_allclose(kinetic + spring - spring[0], work, rtol=0, atol=1e-12 * work[-1])
 
 
-def test_squeezing_mechanism_without_its_spring_moves_as_in_drake(run):
-    text = (
-        f"duration = {andrews.END_TIME}\ngravity = [0.0, 0.0, 0.0]\n[drives.O]\ntorque = {andrews.TORQUE}\n"
-    )
-    trajectory = run(andrews.andrews_sdf(), text)
-    times = trajectory.time
-    q, v = andrews.andrews_model(spring=False).solve(andrews.START, np.zeros(7), times)
-    for name, values in andrews.columns(q, v).items():
-        atol = 1e-7 * np.abs(values).max()
-        np.testing.assert_allclose(trajectory[name], values, rtol=0, atol=atol, err_msg=name)
-
-
-def test_squeezing_mechanism_is_drawn_closed(experiment_file):
+def test_squeezing_mechanism_is_drawn_closed(system_of):
     text = f"duration = 0.03\ngravity = [0.0, 0.0, 0.0]\n[drives.O]\ntorque = {andrews.TORQUE}\n"
-    assembly = assemble(*load(experiment_file(andrews.andrews_sdf("oblique"), text)))
+    assembly = system_of(andrews.andrews_sdf("oblique"), text).assembly
     assert assembly.mobility == 1
     np.testing.assert_allclose(assembly.q, 0.0, atol=1e-13)
 
@@ -110,19 +75,6 @@ def test_double_pendulum_by_two_derivations_and_its_energy():
     energy = np.array([sum(model.energy(a, b)) for a, b in zip(q, v, strict=True)])
     kinetic = model.energy(q[-1], v[-1])[0]
     np.testing.assert_allclose(energy, energy[0], rtol=0, atol=1e-10 * kinetic)
-
-
-@pytest.mark.parametrize("n", [2, 4])
-def test_chain_swings_as_in_drake_and_keeps_its_energy(run, n):
-    lengths, angles = np.linspace(0.3, 0.1, n), np.linspace(0.4, -0.9, n)
-    trajectory = run(chain_sdf(lengths, angles), f"duration = 1.0\ngravity = [0.0, {-9.81}, 0.0]\n")
-    model = chain_model(lengths)
-    q, v = model.solve(angles, np.zeros(n), trajectory.time)
-    for i in range(n):
-        np.testing.assert_allclose(trajectory[f"bar{i + 1}.angle"], q[:, i], rtol=0, atol=1e-6)
-        np.testing.assert_allclose(trajectory[f"bar{i + 1}.omega"], v[:, i], rtol=0, atol=1e-5)
-    energy = trajectory["kinetic_energy"] + trajectory["potential_energy"]
-    np.testing.assert_allclose(energy, energy[0], rtol=0, atol=1e-8 * trajectory["kinetic_energy"].max())
 
 
 # --- slider-crank -----------------------------------------------------------------------------------------------------
@@ -154,17 +106,6 @@ def test_slider_cranks_closed_form_is_consistent():
     np.testing.assert_allclose(here["O.torque"] * omega, power, atol=1e-7 * np.abs(power).max())
 
 
-def test_ideal_slider_crank_moves_as_its_closed_form_in_drake(run):
-    text = "duration = 0.25\ngravity = [0.0, -9.81, 0.0]\n[drives.O]\nspeed = 30.0\n"
-    text += "".join(f'[joints.{name}]\nmodel = "ideal"\n' for name in "AB")
-    trajectory = run(slider_crank(), text)
-    expected = slider_crank_motion(30.0 * trajectory.time, 30.0, gravity=9.81)
-    for name, values in expected.items():
-        np.testing.assert_allclose(
-            trajectory[name], values, rtol=0, atol=1e-7 * np.abs(values).max(), err_msg=name
-        )
-
-
 # --- through singular positions ---------------------------------------------------------------------------------------
 
 
@@ -187,29 +128,3 @@ def test_one_coordinate_models_are_those_of_the_bodies():
     assert model.energy(q, v)[0] == pytest.approx(0.5 * inertia * v[0] ** 2, rel=1e-13)
     acceleration = model.accelerations(q, v)[0]
     assert acceleration[0] == pytest.approx((0.02 - 0.5 * slope * v[0] ** 2) / inertia, rel=1e-13)
-
-
-#: Coarse enough that no step ends so close to a singular position that its closure rows are dependent to round-off:
-#: there the multipliers, and with them the accelerations, have no digits left.
-STEPS_OVER = 1e-6
-
-
-def test_parallelogram_passes_its_flat_positions_in_drake(run):
-    text = "duration = 0.9\ngravity = [0.0, 0.0, 0.0]\n[drives.O]\ntorque = 0.01\nspeed = 6.0\n"
-    trajectory = run(parallelogram_sdf(), text, STEPS_OVER)
-    theta, rate = parallelogram_angle(trajectory.time, 0.01, 6.0)
-    assert theta[-1] > 2.0 * np.pi
-    for link in ("crank", "follower"):
-        np.testing.assert_allclose(trajectory[f"{link}.angle"], theta, rtol=0, atol=1e-6)
-        np.testing.assert_allclose(trajectory[f"{link}.omega"], rate, rtol=0, atol=1e-5)
-    np.testing.assert_allclose(trajectory["coupler.angle"], 0.0, atol=1e-6)
-
-
-def test_equal_slider_crank_passes_its_singular_positions_in_drake(run):
-    text = "duration = 1.2\ngravity = [0.0, 0.0, 0.0]\n[drives.O]\ntorque = 0.02\nspeed = 6.0\n"
-    trajectory = run(equal_slider_crank_sdf(), text, STEPS_OVER)
-    theta, rate = equal_slider_crank_angle(trajectory.time, 0.02, 6.0)
-    assert theta[-1] > 2.0 * np.pi
-    np.testing.assert_allclose(trajectory["crank.angle"], theta, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(trajectory["crank.omega"], rate, rtol=0, atol=1e-5)
-    np.testing.assert_allclose(trajectory["rod.angle"], -theta, rtol=0, atol=1e-6)

@@ -30,7 +30,7 @@ class Flow:
     t : float
         Time reached [s].
     y : (ny,) array
-        State: positions and rates of the free coordinates, then bristles; see `linkages.engines.compiled.model.Model`.
+        State: positions and rates of the free coordinates, then bristles; see `linkages.engines.compiled.model`.
     scale : (ny,) array
         What an error of each entry is measured by.
     status : Status

@@ -69,10 +69,10 @@ def largest_exponent(
 ) -> Exponent:
     """Largest Lyapunov exponent of a driven linkage.
 
-    The distance of two states is the root mean square of their entries' differences, each in parts of what the engine
-    measures its errors by (`linkages.engines.compiled.model.error_scale`). The trajectories run at an accuracy of 1e-4
-    times that distance, or the experiment's if that is smaller. A drive's phase is not part of the state: the exponent
-    of zero that every flow has along itself is not there.
+    The distance of two states is the root mean square of their entries' differences, each relative to the scale of
+    the engine's error control (`Flow.scale`). The trajectories run at an accuracy of 1e-4 times that distance, or the
+    experiment's if that is smaller. A drive's phase is not part of the state, so the exponent of zero that every flow
+    has along itself does not appear.
 
     Parameters
     ----------
@@ -86,12 +86,26 @@ def largest_exponent(
     renormalisations : int
         Per revolution; more where trajectories part fast.
 
+    Returns
+    -------
+    Exponent
+        Rate of growth in each revolution [1/s], its mean and the standard error of that.
+
     Raises
     ------
     InputError, AssemblyError
         As `linkages.engines.study.simulate`; and if nothing is free to move.
     RunError
         If a trajectory fails.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> sticky = system.replaced({"joints.B.friction.coefficient": 0.1})
+    >>> exponent = linkages.largest_exponent(sticky, revolutions=4, transient=4)
+    >>> exponent.per_revolution < 0.0  # with so much friction the machine forgets its start
+    True
     """
     experiment = system.experiment
     period = period_of(experiment, drive)

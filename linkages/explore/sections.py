@@ -71,10 +71,26 @@ def stroboscopic(
     drive : str, optional
         Whose revolutions; default: the first of constant speed.
 
+    Returns
+    -------
+    Section
+        Of each revolution its end [s], and by name, in the unit of the output, the value there and the extremes within,
+        (nr,) arrays.
+
     Raises
     ------
     InputError, AssemblyError
         As `linkages.engines.study.simulate`, and if a column or drive does not exist.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> section = linkages.stroboscopic(system, ["B.ey", "B.force"], revolutions=3, transient=1)
+    >>> (section.times / section.period).round(6).tolist()
+    [2.0, 3.0, 4.0]
+    >>> section.strobe["B.ey"].shape, section.peaks("B.force").shape
+    ((3,), (3,))
     """
     period = period_of(system.experiment, drive)
     flow = Flow(lasting(system, transient + revolutions, drive))
@@ -118,6 +134,25 @@ def crossings(
         Whether crossings upwards are taken, or those downwards.
     start : float
         Time before which nothing counts [s].
+
+    Returns
+    -------
+    dict of (n,) arrays
+        Every output at the n crossings, and the times of these as "time" [s].
+
+    Raises
+    ------
+    InputError
+        If the run was loaded from a file.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> run = linkages.simulate(system, "compiled")
+    >>> touching = linkages.crossings(run, "B.penetration")
+    >>> touching["time"][:2].round(6).tolist()  # s: the first two contacts
+    [0.000227, 0.000677]
     """
     evaluate = dense(run)
     sign = 1.0 if rising else -1.0
@@ -145,10 +180,22 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     most : float
         Revolutions after which to stop looking, and to return.
 
+    Returns
+    -------
+    float
+        [revolutions], a multiple of 1/50.
+
     Raises
     ------
     InputError, AssemblyError
         As `stroboscopic`.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> linkages.horizon(system, most=1)
+    0.3
     """
     period = period_of(system.experiment, drive)
     fine = lasting(system, most, drive)

@@ -62,10 +62,23 @@ def spectrum(
     window : str
         As of `scipy.signal.get_window`.
 
+    Returns
+    -------
+    Spectrum
+        Frequencies [Hz] and the density at them [unit of the column squared, per Hz], (nf,) arrays.
+
     Raises
     ------
     InputError
         If there is no such time span, column or number of samples.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> motion = linkages.ideal(linkages.load(linkages.find_file("seven_bar.toml")))
+    >>> density = linkages.spectrum(motion, "slider7.x", samples=1024)
+    >>> float(density.frequency[density.density.argmax()])  # Hz: the cranks'
+    1.0
     """
     end = float(run.time[-1])
     if not 0.0 <= start < end:

@@ -19,10 +19,24 @@ def data_folder() -> Path:
 def find_file(name: str | Path) -> Path:
     """Return the file as given if it exists, else a shipped file of that name.
 
+    Parameters
+    ----------
+    name : str or Path
+
+    Returns
+    -------
+    Path
+
     Raises
     ------
     InputError
         If there is neither; it names the nearest of the files that are there.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> linkages.find_file("seven_bar.toml").name
+    'seven_bar.toml'
     """
     path = Path(name)
     if path.exists():

@@ -68,6 +68,13 @@ def register_contact(
     ------
     ValueError
         If the name is that of a built-in law, or a function does not fit or does not compile.
+
+    Examples
+    --------
+    >>> from linkages import laws
+    >>> laws.register_contact("small-loss", factor=lambda e: 1.5 * (1.0 - e * e) / (1.0 + e**3))
+    >>> "small-loss" in laws.CONTACTS
+    True
     """
     arguments = {"force": force, "factor": factor, "conformal": conformal}
     _register("contact", name, arguments, formula, valid, source)
@@ -96,6 +103,13 @@ def register_film(
     ------
     ValueError
         If the name is that of a built-in film, or the function does not fit or does not compile.
+
+    Examples
+    --------
+    >>> from linkages import laws
+    >>> laws.register_film("squeeze", lambda eps, deps, ew, slenderness: (-12.0 * deps, 0.0, 0.0))
+    >>> "squeeze" in laws.FILMS
+    True
     """
     _register("film", name, {"force": force}, formula, valid, source)
 
@@ -126,18 +140,55 @@ def register_friction(
     ------
     ValueError
         If the name is that of a built-in law, or the function does not fit or does not compile.
+
+    Examples
+    --------
+    >>> from linkages import laws
+    >>> import math
+    >>> def smooth(v, bristle, joint):
+    ...     return joint.mu_d * math.tanh(v / joint.v_0)
+    >>> laws.register_friction("smooth", smooth)
+    >>> "smooth" in laws.FRICTIONS
+    True
     """
     _register("friction", name, {"coefficient": coefficient, "bristles": bristles}, formula, valid, source)
 
 
 def registered(names: Iterable[str] | None = None) -> tuple[Registered, ...]:
-    """Give the records of the registered laws of these names, or of all; they pickle where their functions do."""
+    """Give the records of the registered laws of these names, or of all; they pickle where their functions do.
+
+    Parameters
+    ----------
+    names : iterable of str, optional
+
+    Returns
+    -------
+    tuple of Registered
+
+    Examples
+    --------
+    >>> from linkages import laws
+    >>> laws.register_contact("undamped", factor=lambda e: 0.0)
+    >>> [law.kind for law in laws.registered(["undamped"])]
+    ['contact']
+    """
     wanted = None if names is None else set(names)
     return tuple(law for law in _registered.values() if wanted is None or law.name in wanted)
 
 
 def restore(records: Iterable[Registered]) -> None:
-    """Register the laws of `registered`, of another process, that are missing in this one or older here."""
+    """Register the laws of `registered`, of another process, that are missing in this one or older here.
+
+    Parameters
+    ----------
+    records : iterable of Registered
+
+    Examples
+    --------
+    >>> from linkages import laws
+    >>> laws.register_contact("undamped", factor=lambda e: 0.0)
+    >>> laws.restore(laws.registered())  # in a process that has them all: nothing to do
+    """
     for record in records:
         here = _registered.get((record.kind, record.name))
         if here is None or here.time < record.time:

@@ -153,10 +153,21 @@ def load_experiment(
     origin : str
         Where the overrides come from, for errors and as the source of their values.
 
+    Returns
+    -------
+    Experiment
+
     Raises
     ------
     InputError
         One line with file, key and reason.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> experiment = linkages.load_experiment(linkages.find_file("seven_bar.toml"), {"duration": 0.5})
+    >>> experiment.duration, experiment.sources["joints.A.clearance"]
+    (0.5, 'm, radial, section 3.3')
     """
     path = Path(path)
     data, sources = read_toml(path)

@@ -230,10 +230,21 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
         ``links.NAME.inertia`` sets the moment of inertia about the plane's normal [kg m2] (the tensor
         is scaled).
 
+    Returns
+    -------
+    Mechanism
+
     Raises
     ------
     InputError
         One line with file, element and reason.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> mechanism = linkages.load_mechanism(linkages.find_file("seven_bar.sdf"), {"links.link2.mass": 0.3})
+    >>> len(mechanism.links), len(mechanism.joints), mechanism.link["link2"].mass
+    (6, 8, 0.3)
     """
     path = Path(path)
     overrides = dict(overrides or {})

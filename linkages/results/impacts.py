@@ -63,6 +63,26 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
 
     The run's steps end at the start and at the end of each contact; a step is in contact if the penetration in
     its middle, by the cubic through its ends, is positive.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    joints : sequence of str
+        Joints that can touch; of a guide with play its corners, ``GUIDE.corner1``.
+
+    Returns
+    -------
+    list of Impact
+        SI units.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> contacts = linkages.impacts(linkages.simulate(system, "compiled"), ["B"])
+    >>> first = contacts[0]
+    >>> round(first.start, 6), round(first.approach_speed, 3), round(first.peak_force, -2)  # s, m/s, N
+    (0.000227, 4.386, 45900.0)
     """
     found = []
     brackets: list[Bracket] = []
@@ -104,9 +124,24 @@ def write_impacts(rows: Sequence[Impact], path: Path) -> None:
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
     """Tell `FREE` flight, `IMPACT` and `SUSTAINED_CONTACT` of a joint apart, for each step of the run.
 
+    Parameters
+    ----------
+    trajectory : Trajectory
+    name : str
+        A joint that can touch.
+
     Returns
     -------
     (nt - 1,) array
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    >>> run = linkages.simulate(system, "compiled")
+    >>> phases = linkages.phases(run, "B")
+    >>> phases.shape == (len(run.time) - 1,), sorted(set(phases.tolist()))
+    (True, [0, 1, 2])
     """
     time, speed, depth = trajectory.time, trajectory[f"{name}.closing"], trajectory[f"{name}.penetration"]
     closing = speed > 0.0

@@ -65,10 +65,30 @@ class Trajectory:
 def load_trajectory(path: str | Path) -> Trajectory:
     """Read what `Trajectory.save` wrote.
 
+    Parameters
+    ----------
+    path : str or Path
+        An ``.npz`` file.
+
+    Returns
+    -------
+    Trajectory
+        Without dense output (`Trajectory.evaluate`).
+
     Raises
     ------
     InputError
         If the file cannot be read or is not a trajectory.
+
+    Examples
+    --------
+    >>> import linkages, tempfile
+    >>> run = linkages.ideal(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1}))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     run.save(f"{folder}/trajectory.npz")
+    ...     loaded = linkages.load_trajectory(f"{folder}/trajectory.npz")
+    >>> loaded.status.value, bool((loaded["slider7.ax"] == run["slider7.ax"]).all())
+    ('ok', True)
     """
     path = Path(path)
     try:

@@ -27,6 +27,15 @@ class IdealMotion:
         Times of the stored table, dense enough to follow the branch [s].
     status : Status
         OK, or why the table ends early.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> motion = linkages.IdealMotion(system)
+    >>> q, v, a = motion.states(motion.times[:3])
+    >>> q.shape == (3, len(system.tree.coordinates))
+    True
     """
 
     def __init__(self, system: System) -> None:

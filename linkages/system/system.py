@@ -81,10 +81,23 @@ class System:
         origin : str
             Where the values come from, for errors and as their source.
 
+        Returns
+        -------
+        System
+            A new one; this one stays as it is.
+
         Raises
         ------
         InputError
             If a path or a value is not valid.
+
+        Examples
+        --------
+        >>> import linkages
+        >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+        >>> other = system.replaced({"joints.A.clearance": 1e-4, "sdf.links.link2.mass": 0.3})
+        >>> other.value("joints.A.clearance"), other.value("sdf.links.link2.mass")
+        (0.0001, 0.3)
         """
         if not values:
             return self
@@ -98,16 +111,38 @@ class System:
         return System(mechanism, experiment, (self._twin or self) if same_start else None)
 
     def ideal(self) -> System:
-        """Return the system with every joint ideal."""
+        """Return the system with every joint ideal.
+
+        Examples
+        --------
+        >>> import linkages
+        >>> linkages.load(linkages.find_file("seven_bar.toml")).ideal().tree.play
+        ()
+        """
         return System(self.mechanism, self.experiment.ideal())
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path, see `replaced`.
 
+        Parameters
+        ----------
+        path : str
+
+        Returns
+        -------
+        float
+            In SI units.
+
         Raises
         ------
         InputError
             If there is none.
+
+        Examples
+        --------
+        >>> import linkages
+        >>> linkages.load(linkages.find_file("seven_bar.toml")).value("drives.O1.speed")  # rad/s
+        6.283185307179586
         """
         if path.startswith("sdf."):
             return self.mechanism.value(path.removeprefix("sdf."))
@@ -253,6 +288,10 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
         Values by dotted path that replace those of the files; see `System.replaced`.
     origin : str
         Where the overrides come from, for errors and as the source of their values.
+
+    Returns
+    -------
+    System
 
     Raises
     ------

@@ -112,6 +112,13 @@ def hypervolume(objectives: Array, reference: Array) -> float:
     ----------
     objectives : (m, no) array
     reference : (no,) array
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import optim
+    >>> optim.hypervolume(np.array([[0.0, 0.5], [0.5, 0.0]]), np.ones(2))
+    0.75
     """
     inside = objectives[np.all(objectives < reference, axis=1)]
     if len(inside) == 0:
@@ -146,6 +153,13 @@ def knee(objectives: Array) -> int | None:
     int or None
         None where there is no knee: fewer designs than objectives plus one, an objective that does not vary,
         extremes that do not span a plane, or a front that lies nowhere on the better side.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import optim
+    >>> optim.knee(np.array([[0.0, 1.0], [0.1, 0.2], [1.0, 0.0]]))
+    1
     """
     m, no = objectives.shape
     span = np.ptp(objectives, axis=0)

@@ -34,6 +34,14 @@ def problem_of(
         Evaluation of the nominal design alone; default evaluated here.
     start : (n,) array, optional
         Default the nominal design.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("fourbar_jitter"))
+    >>> problem = optim.problem_of(study, optim.Evaluator(study))
+    >>> problem.objectives, problem.size
+    (('jitter',), 4)
     """
     reference = evaluate(study.nominal[None]) if nominal is None else nominal
     names = [name for name, _, _, _ in limits(study)]

@@ -13,7 +13,14 @@ def studies_folder() -> Path:
 
 
 def find_study(name: str | Path) -> Path:
-    """Return the file as given if it exists, else a shipped study of that name, else the path as given."""
+    """Return the file as given if it exists, else a shipped study of that name, else the path as given.
+
+    Examples
+    --------
+    >>> import optim
+    >>> optim.find_study("sevenbar_force").name
+    'sevenbar_force.toml'
+    """
     path = Path(name)
     shipped = studies_folder() / path.with_suffix(".toml").name
     bare = path.parent in (Path(), Path("optim/studies"))

@@ -32,6 +32,18 @@ def export(store: Store, path: Path) -> int:
         If the file's kind is unknown, or Parquet needs a package that is not there.
     RunError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> few = {"name": "ga", "population": 4, "generations": 1}
+    >>> result = optim.optimise(study, folder / "study.sqlite", algorithm=few)
+    >>> with optim.read_store(folder / "study.sqlite") as store:
+    ...     optim.export(store, folder / "designs.csv") == result["evaluations"]
+    True
     """
     if path.suffix not in (".csv", ".parquet"):
         raise InputError("--out", str(path), "write a name that ends with .csv or .parquet")

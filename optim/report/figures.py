@@ -69,6 +69,17 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     result : mapping
         Content of ``result.json``.
     path : Path
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_pareto"))
+    >>> result = optim.optimise(study, algorithm={"name": "nsga2", "population": 6, "generations": 2})
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "front.png"
+    >>> optim.write_front(study, result, file)
+    >>> file.exists()
+    True
     """
     names = list(study.file.objectives)
     labels = [study.label(name) for name in names]

@@ -24,6 +24,14 @@ def format_result(study: Study, result: dict[str, Any]) -> str:
     study : Study
     result : dict
         Content of ``result.json``, from `optim.optimise`.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> result = optim.optimise(study, algorithm={"name": "ga", "population": 4, "generations": 1})
+    >>> optim.format_result(study, result).splitlines()[0]
+    'Seven-bar press: least joint forces'
     """
     best, nominal = result["best"], result["nominal"]
     which = "compromise" if result["front"] else "best"

@@ -24,6 +24,17 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
     report : mapping
         Content of ``sensitivity.json``.
     path : Path
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.sensitivity(study, samples=2)
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "figure.png"
+    >>> optim.write_indices(study, report, file)
+    >>> file.exists()
+    True
     """
     quantities = report["quantities"]
     places = np.arange(len(study.names))
@@ -59,6 +70,17 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
     """Draw every quantity over each variable between its bounds, the others nominal, as a PNG file.
 
     Parameters are those of `write_indices`.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.sensitivity(study, samples=2)
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "figure.png"
+    >>> optim.write_one_at_a_time(study, report, file)
+    >>> file.exists()
+    True
     """
     quantities = report["quantities"]
     shape = len(quantities), len(study.names)

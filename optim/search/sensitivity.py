@@ -162,6 +162,15 @@ def sensitivity(
     ------
     RunError
         As `sobol`; or if quantities are relative to a nominal design that failed.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.sensitivity(study, samples=2)
+    >>> variables = report["quantities"]["force"]["variables"]
+    >>> [path for path, entry in variables.items() if entry["inert"]]
+    ['sdf.links.crank4.mass', 'sdf.links.crank4.inertia']
     """
     evaluate = Evaluator(study) if evaluator is None else evaluator
     seed = study.file.seed if seed is None else seed
@@ -205,7 +214,22 @@ def sensitivity(
 
 
 def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
-    """Format indices as lines of text."""
+    """Format indices as lines of text.
+
+    Parameters
+    ----------
+    study : Study
+    report : dict
+        From `optim.sensitivity`.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.sensitivity(study, samples=2)
+    >>> optim.format_sensitivity(study, report).splitlines()[0]
+    'Seven-bar press: least joint forces'
+    """
     lines = [
         report["title"],
         f"Sobol's indices over the bounds: {report['evaluations']} designs ({report['failed']} failed),"

@@ -38,6 +38,16 @@ def start_of(study: Study, path: Path, source: str = "--start") -> Array:
     ------
     InputError
         If there is no such result, it varies what this study does not, or its design is outside the bounds here.
+
+    Examples
+    --------
+    >>> import json, pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "result.json"
+    >>> _ = file.write_text(json.dumps({"best": {"variables": {"joints.A.viscosity": 0.3}}}))
+    >>> float(optim.start_of(study, file)[-1])
+    0.3
     """
     file = path / "result.json" if path.is_dir() else path
     found = _variables(file, source)

@@ -49,6 +49,14 @@ def verify(
         ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
         values of the ``study`` and of ``drake``, and ``difference``, that of the study from Drake's relative to
         Drake's (None if that is zero). ``phases``: see `unseen_phases`, None if it does not apply.
+
+    Examples
+    --------
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.verify(study, {"status": "no-assembly"})
+    >>> report["status"]
+    'the optimum failed: no-assembly'
     """
     report: dict[str, Any] = {"engine": "drake", "tolerance": f"{_TIGHTER:g} of the study's"}
     if best["status"] != OK:
@@ -124,7 +132,19 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
 
 
 def format_verification(report: dict[str, Any]) -> str:
-    """Format a verification as lines of text."""
+    """Format a verification as lines of text.
+
+    Parameters
+    ----------
+    report : dict
+        From `optim.verify`.
+
+    Examples
+    --------
+    >>> import optim
+    >>> optim.format_verification({"status": "the optimum violates constraints"})
+    'not verified on Drake: the optimum violates constraints'
+    """
     if report["status"] != OK:
         return f"not verified on Drake: {report['status']}"
     lines = [f"{'verified on Drake':34s}{'study':>13s}{'Drake':>18s}{'difference':>13s}"]

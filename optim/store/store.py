@@ -261,6 +261,18 @@ def read_store(path: Path) -> Store:
     ------
     InputError
         As `open_store`.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "study.sqlite"
+    >>> result = optim.optimise(study, file, algorithm={"name": "ga", "population": 4, "generations": 1})
+    >>> with optim.read_store(file) as store:
+    ...     designs, found = store.evaluations()
+    >>> len(designs) == result["evaluations"]
+    True
     """
     check_header(path)
     with guarded(path):

@@ -77,7 +77,7 @@ def check(result, step, reach=0.02, accuracy=LAWS):
     models = runner.system.models
     lengths = [(_TOUCH if model.can_touch else _FILM) * model.clearance for model in models]
     length = min(m.size, *lengths) if lengths else m.size  # see error_scale
-    steps = reach * min(play, m.size) / length * m.scale
+    steps = reach * min(play, m.size) / length * runner.scale
     steps[2 * n :] = 1e-3 * np.abs(y[2 * n :])
     worst = 0.0
     for k in range(ny):

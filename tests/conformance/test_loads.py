@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from engines import slow_on_drake
 from machines import bar, four_bar, joint, model
 from scipy.integrate import simpson
 
@@ -109,6 +110,7 @@ ELBOW = '<frame name="elbow" attached_to="coupler"><pose>0.1 0.08 0 0 0 0</pose>
 PLAY = '[joints.A]\nmodel = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
 
 
+@slow_on_drake
 @pytest.mark.parametrize(
     ("drive", "play"), [("", ""), ("", PLAY), ("torque = 0.4\n", "")], ids=["ideal", "play", "torque"]
 )

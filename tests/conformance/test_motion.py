@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from engines import slow_on_drake
 from machines import PLANES, four_bar, slider_crank
 from shipped import run as run_shipped
 
@@ -27,6 +28,7 @@ def test_ideal_loops_follow_the_exact_kinematics(run, system_of, sdf):
         np.testing.assert_allclose(found[name], exact[name], atol=atol)
 
 
+@slow_on_drake
 def test_an_ideal_loop_beside_a_joint_with_play(engine, seven_bar):
     """B ideal by multipliers against B with a film of a tenth of the clearance, which holds it a thousand times closer."""
     loop = seven_bar.replaced({"duration": 0.4, "joints.B": {"model": "ideal"}})

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 from engines import slow_on_drake
+from measures import worst
 from shipped import NAMES, run, shipped
 
 from linkages import Status, ideal, impacts, simulate
@@ -128,30 +129,6 @@ def test_command_line_says_how_a_run_failed(engine, tmp_path, capsys):
 
 
 # --- side by side -----------------------------------------------------------------------------------------------------
-
-#: Columns of one kind are measured by the largest of them in the linkage: a moment that vanishes, or a component, has
-#: the rounding errors of what it is made of.
-KINDS = {"ax": "a", "ay": "a", "vx": "v", "vy": "v", "fx": "force", "fy": "force", "moment": "torque"}
-KINDS |= {"x": "length", "y": "length"} | dict.fromkeys(
-    ("force", "torque", "power", "alpha", "omega", "angle")
-)
-
-
-def worst(one, other):
-    """Name and size of the largest difference of the columns, in parts of the largest value of their kind."""
-
-    def kind(name):
-        suffix = name.rpartition(".")[2]
-        return (KINDS[suffix] or suffix) if suffix in KINDS else name
-
-    largest = {}
-    for name, values in other.items():
-        largest[kind(name)] = max(largest.get(kind(name), 0.0), float(np.abs(values).max()))
-    found = {
-        name: float(np.abs(values - other[name]).max()) / (largest[kind(name)] or 1.0)
-        for name, values in one.items()
-    }
-    return max(found.items(), key=lambda item: item[1])
 
 
 def at(engine, name, duration, accuracy, **changes):

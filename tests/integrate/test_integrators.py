@@ -3,137 +3,27 @@
 import numpy as np
 import pytest
 from ivp_problems import (
+    BALL,
+    COSINE,
+    HOLE,
+    KINDS,
+    POLE,
     PROBLEMS,
-    hires,
-    hires_jacobian,
-    oregonator,
-    oregonator_jacobian,
-    robertson,
-    robertson_jacobian,
-    van_der_pol,
-    van_der_pol_jacobian,
+    SMOOTH,
+    drive,
+    jacobian,
+    rhs,
+    take_steps,
 )
-from numba import njit
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
-from linkages.integrate.dormand_prince import dormand_prince
-from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options, driver
+from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options
 from linkages.integrate.factor import back_substitute, factorise
-from linkages.integrate.radau import radau
-from linkages.integrate.stepper import accept, make_stepper
-from linkages.kernel.by_reference import reference
+from linkages.integrate.stepper import make_stepper
 
-# One right-hand side for all problems, so that each method is compiled once. A problem is (parameters, kind, event):
-# `event` (2,) holds the event function and its rate as of the last evaluation.
-ROBERTSON, VAN_DER_POL, HIRES, OREGONATOR, SMOOTH, BALL, COSINE, HOLE, POLE = range(9)
-KINDS = {"robertson": ROBERTSON, "van der pol": VAN_DER_POL, "hires": HIRES, "oregonator": OREGONATOR}
-
-
-@njit
-def rhs(problem, t, y, dy):
-    parameters, kind, event = problem
-    if kind == ROBERTSON:
-        robertson(problem, t, y, dy)
-    elif kind == VAN_DER_POL:
-        van_der_pol(problem, t, y, dy)
-    elif kind == HIRES:
-        hires(problem, t, y, dy)
-    elif kind == OREGONATOR:
-        oregonator(problem, t, y, dy)
-    elif kind == SMOOTH:  # a pendulum whose clock runs ahead: at t it shows t + t^2/2
-        dy[0] = (1.0 + t) * y[1]
-        dy[1] = -(1.0 + t) * np.sin(y[0])
-    elif kind == BALL:  # gravity, and a spring for y < 0
-        dy[0] = y[1]
-        dy[1] = -parameters[0] - parameters[1] ** 2 * min(y[0], 0.0)
-        event[0], event[1] = y[0], y[1]
-    elif kind == COSINE:  # y = cos t
-        dy[0] = y[1]
-        dy[1] = -y[0]
-        event[0], event[1] = y[0] + parameters[0], y[1]
-    elif kind == HOLE:  # no value beyond a time
-        dy[0] = -y[0] if t < parameters[0] else np.nan
-    elif kind == POLE:  # y = 1/(1 - t)
-        dy[0] = y[0] ** 2
-
-
-@njit
-def jacobian(problem, t, y, out):
-    parameters, kind, _ = problem
-    out[:] = 0.0
-    if kind == ROBERTSON:
-        robertson_jacobian(problem, t, y, out)
-    elif kind == VAN_DER_POL:
-        van_der_pol_jacobian(problem, t, y, out)
-    elif kind == HIRES:
-        hires_jacobian(problem, t, y, out)
-    elif kind == OREGONATOR:
-        oregonator_jacobian(problem, t, y, out)
-    elif kind == SMOOTH:
-        out[0, 1], out[1, 0] = 1.0 + t, -(1.0 + t) * np.cos(y[0])
-    elif kind == BALL:
-        out[0, 1], out[1, 0] = 1.0, -(parameters[1] ** 2) if y[0] < 0.0 else 0.0
-    elif kind == COSINE:
-        out[0, 1], out[1, 0] = 1.0, -1.0
-    elif kind == HOLE:
-        out[0, 0] = -1.0 if t < parameters[0] else np.nan
-    elif kind == POLE:
-        out[0, 0] = 2.0 * y[0]
-
-
-@njit
-def signs(problem, g, dg):
-    g[0], dg[0] = problem[2][0], problem[2][1]
-
-
-@njit
-def settle(problem, t, y, event):
-    return DONE, False
-
-
-@njit
-def observe(problem, t, y, row):
-    pass
-
-
-IMPLICIT, EXPLICIT = radau(rhs, jacobian), dormand_prince(rhs)
-_drive_implicit, _drive_explicit = (
-    driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT)
-)
-
-
-@njit
-def drive(implicit, problem, stepper, tolerance, t, y, modes, options):
-    s = reference(stepper)
-    if implicit:
-        return _drive_implicit(problem, s, tolerance, t, y, modes, 0, options)
-    return _drive_explicit(problem, s, tolerance, t, y, modes, 0, options)
-
-
-def steps_of(attempt):
-    """Steps of given sizes, without error control; and the estimate of the last step's error."""
-
-    @njit
-    def steps(problem, stepper, t, y, sizes, scale, exact):
-        s = reference(stepper)
-        state, error = y.copy(), 0.0
-        s.scale[:] = scale
-        rhs(problem, t, state, s.f0)
-        for h in sizes:
-            error, _ = attempt(problem, s, t, h, state, exact)
-            if not error < np.inf:
-                raise RuntimeError("step failed")
-            accept(s, h, error)
-            state[:] = s.new
-            t += h
-        return state, error
-
-    return lambda problem, t, y, *rest: steps(problem, make_stepper(len(y)), t, y, *rest)
-
-
-STEPS = {"radau": steps_of(IMPLICIT), "dormand-prince": steps_of(EXPLICIT)}
 METHODS = [pytest.param(True, id="radau"), pytest.param(False, id="dormand-prince")]
+IMPLICIT = {"radau": True, "dormand-prince": False}
 NO_EVENTS = np.zeros(0, np.int64)
 
 
@@ -224,7 +114,12 @@ def smooth(t, amplitude=2.0):
     return np.array([y, -2.0 * k * (1.0 - k**2) * sn / dn**2 / np.cos(0.5 * y)])
 
 
-SMOOTH_PROBLEM = (np.zeros(1), SMOOTH, np.zeros(2))
+def steps(name, t, sizes, scale, exact):
+    """End of steps of given sizes from the pendulum's state at t, and the estimate of the last one's error."""
+    problem, y = (np.zeros(1), SMOOTH, np.zeros(2)), smooth(t)
+    return take_steps(IMPLICIT[name], problem, make_stepper(len(y)), t, y, np.array(sizes), scale, exact)
+
+
 NEWTON = 1e-12  # scale of errors that takes Newton's method to round-off
 
 
@@ -239,7 +134,7 @@ def slope(sizes, errors):
 def test_solutions_converge_with_order_five(name, counts):
     sizes, errors = 4.0 / np.array(counts), []
     for n in counts:
-        end, _ = STEPS[name](SMOOTH_PROBLEM, 0.0, smooth(0.0), np.full(n, 4.0 / n), NEWTON, True)
+        end, _ = steps(name, 0.0, np.full(n, 4.0 / n), NEWTON, True)
         errors.append(np.linalg.norm(end - smooth(4.0)))
     assert slope(sizes, errors) == pytest.approx(5.0, abs=0.1)
 
@@ -248,7 +143,7 @@ def test_solutions_converge_with_order_five(name, counts):
 def test_single_steps_err_with_order_six(name, t):
     sizes, errors = 0.04 * 0.85 ** np.arange(6), []
     for h in sizes:
-        end, _ = STEPS[name](SMOOTH_PROBLEM, t, smooth(t), np.array([h]), NEWTON, True)
+        end, _ = steps(name, t, [h], NEWTON, True)
         errors.append(np.linalg.norm(end - smooth(t + h)))
     assert slope(sizes, errors) == pytest.approx(6.0, abs=0.1)
 
@@ -259,7 +154,7 @@ def test_error_estimate_is_of_its_order_and_in_parts_of_the_tolerance(name, orde
     sizes = 0.03 * 0.8 ** np.arange(6)
 
     def estimate(h, scale):
-        end, error = STEPS[name](SMOOTH_PROBLEM, 1.3, smooth(1.3), np.array([h]), scale, False)
+        end, error = steps(name, 1.3, [h], scale, False)
         return error, np.linalg.norm((end - smooth(1.3 + h)) / scale) / np.sqrt(2.0)
 
     errors = np.array([estimate(h, 1e-4) for h in sizes])

@@ -14,6 +14,7 @@ def filled(function, case, t, y, *shape):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_radau_reaches_the_published_end_values(name):
     case = PROBLEMS[name]

@@ -110,7 +110,7 @@ def simulate_batch(
     >>> batch.peak.shape  # runs, windows, outputs
     (2, 1, 2)
     >>> batch.peak[:, 0, 0].round(2).tolist()  # N
-    [3.31, 3.79]
+    [3.34, 3.61]
     """
     experiment = system.experiment
     table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)

@@ -7,3 +7,7 @@
 | drawing    | the robot as lines, at rest and deformed                                                |
 | animation  | a mode over the moving pose, as one HTML file                                           |
 """
+
+from linkages.plots.three_rrr.drawing import draw_pose, shape_lines
+
+__all__ = ["draw_pose", "shape_lines"]

@@ -1,0 +1,138 @@
+"""`System`: replaced values against loading anew, pickles, numbers by their paths."""
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from shipped import NAMES, shipped
+
+from linkages import InputError, find_file, load
+from linkages.system.system import System
+
+ARRAYS = ("laws", "film_tables", "film_limits", "touching", "bristles", "gravity")
+OF_TREE = (
+    "bodies", "drawn", "play_rows", "loop_rows", "ends", "joints", "ideal_joints",
+    "driven_bodies", "powered_bodies", "free_dofs", "driven_dofs", "powered_dofs",
+)  # fmt: skip
+
+
+def arrays(system: System) -> dict:
+    """Every array that an engine reads."""
+    tree, assembly = system.tree, system.assembly
+    found = {name: getattr(system, name) for name in ARRAYS}
+    found |= {f"tree.{name}": getattr(tree, name) for name in OF_TREE}
+    found |= {"q": assembly.q, "v": assembly.v, "quality": assembly.quality, "mobility": assembly.mobility}
+    for name in ("motions", "torques"):
+        found |= {f"{name}{k}": x for k, x in enumerate(getattr(system, name).arrays)}
+    return found | {f"loads{k}": x for k, x in enumerate(system.loads)}
+
+
+def assert_same(one: System, other: System) -> None:
+    assert one.experiment == other.experiment
+    assert one.mechanism.values == other.mechanism.values
+    expected = arrays(other)
+    for name, found in arrays(one).items():
+        np.testing.assert_array_equal(found, expected[name], err_msg=name)
+
+
+#: What is replaced, on the seven-bar.
+CHANGES = {
+    "mass": {"sdf.links.link2.mass": 0.4},
+    "inertia": {"sdf.links.crank4.inertia": 2e-4, "sdf.links.slider7.mass": 0.2},
+    "length": {"sdf.frames.crank1_A.pose.x": 0.085},
+    "length and mass": {"sdf.frames.crank1_A.pose.x": 0.085, "sdf.links.link2.mass": 0.4},
+    "bearing": {"sdf.joints.A.bearing.radius": 0.016},
+    "clearance": {"joints.A.clearance": 2e-4, "joints.B.viscosity": 0.3},
+    "offset": {"joints.A.offset": [1e-4, -5e-5]},
+    "model": {"joints.B": {"model": "ideal"}},
+    "film": {"joints.A.film": "finite"},
+    "drive": {"drives.O1.speed": 7.0, "drives.O4.angle": 0.3},
+    "gravity": {"gravity": [0.0, -9.81, 0.0]},
+    "accuracy": {"solver.accuracy": 1e-5, "duration": 0.5},
+    "machine": {"mechanism": "slider_crank.sdf", "drives": {}, "joints": {}, "outputs": []},
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_replacing_is_loading_anew(change):
+    values = CHANGES[change]
+    anew = load(find_file("seven_bar.toml"), values)
+    nominal = shipped("seven_bar")
+    nominal.assembly  # noqa: B018 (what is computed already may be kept, or not)
+    assert_same(nominal.replaced(values), anew)
+    assert_same(shipped("seven_bar").replaced(values), anew)
+
+
+def test_replacing_twice_is_replacing_once(seven_bar):
+    first, second = CHANGES["length and mass"], CHANGES["clearance"] | {"sdf.links.link2.mass": 0.5}
+    assert_same(seven_bar.replaced(first).replaced(second), seven_bar.replaced(first | second))
+
+
+@given(
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "sdf.links.link2.mass": st.floats(0.01, 1.0),
+            "sdf.frames.crank1_A.pose.x": st.floats(0.075, 0.085),
+            "joints.A.clearance": st.floats(1e-5, 5e-4),
+            "drives.O1.speed": st.floats(-20.0, 20.0),
+            "joints.B.offset": st.tuples(*[st.floats(-1e-4, 1e-4)] * 2).map(list),
+        },
+    )
+)
+def test_any_replacement_is_loading_anew(values):
+    if values:
+        assert_same(shipped("seven_bar").replaced(values), load(find_file("seven_bar.toml"), values))
+
+
+def test_replacing_nothing_is_the_same_system(seven_bar):
+    assert seven_bar.replaced({}) is seven_bar
+
+
+@pytest.mark.parametrize(
+    "path", ["sdf.links.link22.mass", "joints.A.clearence", "sdf.links.link2.mas", "nothing"]
+)
+def test_replacing_refuses_what_loading_refuses(seven_bar, path):
+    said = []
+    for ask in (
+        lambda: seven_bar.replaced({path: 1.0}),
+        lambda: load(find_file("seven_bar.toml"), {path: 1.0}),
+    ):
+        with pytest.raises(InputError) as caught:
+            ask()
+        said.append(str(caught.value))
+    assert said[0] == said[1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_system_can_be_pickled(name):
+    system = shipped(name, **{"solver.accuracy": 1e-5})
+    assert_same(pickle.loads(pickle.dumps(system)), system)
+
+
+@pytest.mark.parametrize(
+    "name", ["slider_crank_guide", "four_bar_dry", "five_bar_dry", "six_bar_dry", "seven_bar_rig"]
+)
+def test_every_number_of_a_machine_is_found_and_replaced_by_its_path(name):
+    """Put in place of itself, a number changes nothing; put in place of another, it is found there."""
+    system = shipped(name)
+    assert system.mechanism.values
+    for path, value in system.mechanism.values.items():
+        assert system.value(f"sdf.{path}") == value
+        more = value * 1.001 + (1e-9 if value == 0.0 else 0.0)
+        assert system.replaced({f"sdf.{path}": more}).value(f"sdf.{path}") == pytest.approx(more, rel=1e-12)
+
+
+def test_numbers_of_the_experiment_are_found_by_their_paths(seven_bar):
+    assert seven_bar.value("joints.A.clearance") == 3e-4
+    assert seven_bar.value("drives.O1.speed") == pytest.approx(2.0 * np.pi)
+    for path in ("joints.A.clearence", "joints.A.film", "sdf.links.link2.mas", "sdf", ""):
+        with pytest.raises(InputError):
+            seven_bar.value(path)
+
+
+def test_the_ideal_system_has_no_contacts(seven_bar):
+    assert seven_bar.ideal().tree.contacts == ()
+    assert seven_bar.ideal().determinate
