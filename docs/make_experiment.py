@@ -10,7 +10,8 @@ An experiment is a TOML file that names a mechanism and says what is done with i
 
 - The comment behind a value is kept as its **source** and goes into `summary.json`: `clearance = 3e-4  # m, section 3.3`.
 - **Any value can be replaced by its dotted path**: `--set joints.A.clearance=2e-4` on the command line,
-  `load("seven_bar.toml", {"joints.A.clearance": 2e-4})` or `experiment.replaced({...})` in Python.
+  `linkages.load("seven_bar.toml", {"joints.A.clearance": 2e-4})` or `system.replaced({...})` in Python;
+  `system.value("joints.A.clearance")` reads it.
 - Values of the SDF file are reached with `sdf.`: `sdf.links.link2.mass` [kg], `sdf.links.link2.inertia` (about the plane's
   normal) [kg m2], `sdf.links.link2.com.x` [m], `sdf.frames.crank1_A.pose.x` [m] (a link's length),
   `sdf.joints.A.bearing.radius` [m].
@@ -19,8 +20,9 @@ An experiment is a TOML file that names a mechanism and says what is done with i
 A drive has one of `speed` (with `ramp` for a smooth start), `times` with `angles`, `torque`, or `times` with `torques`.
 For prismatic joints read m for rad and N for N m.
 
-**Applied loads** have names of their own, which no link, frame or joint has; their columns are in [outputs.md](outputs.md),
-their signs in [theory.md](theory.md). They act in every run of the experiment, the ideal linkage's too.
+**Applied loads** have names of their own, which no link, frame or joint has; what they give is listed among the
+[outputs](outputs.md#outputs), their signs are in [theory.md](theory.md). They act in every run of the experiment, the ideal
+linkage's too.
 
 ```toml
 # a force at the origin of a link or frame
@@ -54,7 +56,7 @@ stiffness  = 1.5               # N m/rad
 free_angle = 0.2               # rad, the joint's angle, zero in the drawn pose
 ```
 
-A force that changes within less than `solver.max_step` may be stepped over: lower it for such a table.
+A step may miss a force that changes within less than `solver.max_step`: lower that for such a table.
 
 This list is written by `python docs/make_experiment.py`; `linkages keys` prints it too.
 
