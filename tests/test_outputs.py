@@ -139,7 +139,6 @@ def test_a_batch_gives_the_extremes_of_every_name(system):
         assert high >= values.max() - beyond, name
 
 
-@pytest.mark.xfail(strict=True, reason="a batch looks for extremes about inner samples alone")
 def test_a_batch_finds_an_extreme_within_the_last_step():
     """As `linkages.extremes` does: a long step of free flight, in which a journal's place turns."""
     system = shipped("seven_bar_dry", duration=0.01, **{"solver.accuracy": 1e-10})

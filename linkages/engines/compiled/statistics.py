@@ -154,7 +154,8 @@ def summarise(
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
         first, last = np.searchsorted(grid, t0), np.searchsorted(grid, t1, side="right")
-        times, values = np.empty(last - first + 2), np.empty((last - first + 2, no))
+        size = last - first + 4
+        times, values = np.empty(size), np.empty((size, no))
         count = 0
         if first == last or grid[first] > t0:
             replay(p, s, tolerance, past, t0, y)
@@ -176,6 +177,18 @@ def summarise(
             count += 1
         for k in range(no):
             _averages(times[:count], values[:count, k], out[m, k, _EXTREMES:])
+        # an extreme within the first or the last step has samples on both sides then
+        for place in (count - 1, 1):
+            if 0 < place < count:
+                for i in range(count, place, -1):
+                    times[i] = times[i - 1]
+                    copy(values[i - 1], values[i])
+                times[place] = 0.5 * (times[place - 1] + times[place + 1])
+                count += 1
+                replay(p, s, tolerance, past, times[place], y)
+                if not _look(p, beside, needs, outputs, times[place], values[place]):
+                    return False
+        for k in range(no):
             for side in range(2):
                 sign = -1.0 if side == 0 else 1.0
                 best, when = -np.inf, t0
@@ -188,9 +201,16 @@ def summarise(
                     i = _candidate(times[:count], values[:count, k], tried, sign, floor)
                     if i < 0:
                         break
+                    left = min(max(i - 1, 0), count - 3)
                     for j in range(3):
-                        bracket[j] = times[i - 1 + j]
-                        bracket[3 + j] = sign * values[i - 1 + j, k]
+                        bracket[j] = times[left + j]
+                        bracket[3 + j] = sign * values[left + j, k]
+                    if i in (0, count - 1):
+                        tried[i] = True
+                        if not _turn(
+                            p, beside, needs, outputs, k, sign, s, tolerance, past, bracket, y, row
+                        ):  # fmt: skip
+                            continue
                     t, f = _refine(
                         p, beside, needs, outputs, k, sign, s, tolerance, past, bracket, y,
                         row,
@@ -207,16 +227,49 @@ def summarise(
 
 
 @kernel
+def _turn(
+    equations: Equations,
+    ideal: Ideal,
+    needs: tuple[bool, bool, bool],
+    outputs: NDArray[np.record],
+    k: int,
+    sign: float,
+    s: Stepper,
+    tolerance: Array,
+    steps: Steps,
+    bracket: Array,
+    y: Array,
+    row: Array,
+) -> bool:
+    """Narrow a bracket whose highest point is at an end to one whose middle is highest; False if there is none."""
+    t, _ = parabola_top(bracket[0], bracket[1], bracket[2], bracket[3], bracket[4], bracket[5])
+    replay(equations, s, tolerance, steps, t, y)
+    if not _look(equations, ideal, needs, outputs, t, row):
+        return False
+    f = sign * row[k]
+    if f <= max(bracket[3], bracket[5]):
+        return False
+    if t < bracket[1]:
+        bracket[2], bracket[5] = bracket[1], bracket[4]
+    else:
+        bracket[0], bracket[3] = bracket[1], bracket[4]
+    bracket[1], bracket[4] = t, f
+    return True
+
+
+@kernel
 def _candidate(times: Array, values: Array, tried: NDArray[np.bool_], sign: float, floor: float) -> int:
-    """Inner sample at a local maximum whose parabola rises highest, and above the floor; -1 if there is none."""
-    which, highest = -1, floor
-    for i in range(1, len(times) - 1):
-        fa, fb, fc = sign * values[i - 1], sign * values[i], sign * values[i + 1]
-        if tried[i] or fb < fa or fb < fc:
+    """Sample at a local maximum whose parabola rises highest within it, and above the floor; -1 if there is none."""
+    which, highest, n = -1, floor, len(times)
+    for i in range(n):
+        left = min(max(i - 1, 0), n - 3)
+        if tried[i] or left < 0:
             continue
-        a, b, c = times[i - 1], times[i], times[i + 1]
-        _, top = parabola_top(a, b, c, fa, fb, fc)
-        if top > highest:
+        fa, fb, fc = sign * values[left], sign * values[left + 1], sign * values[left + 2]
+        if sign * values[i] < max(fa, fb, fc):
+            continue
+        t, top = parabola_top(times[left], times[left + 1], times[left + 2], fa, fb, fc)
+        if top > highest and times[left] < t < times[left + 2]:
             which, highest = i, top
     return which
 
