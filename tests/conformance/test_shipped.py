@@ -53,8 +53,14 @@ TOUCHING = {
 DEFAULT = 0.05
 
 
+#: One of each kind; the others are slow tests.
+QUICK = ("seven_bar", "seven_bar_mixed", "slider_crank_dry", "slider_crank_guide")
+
+
 @slow_on_drake
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in NAMES if name not in QUICK)]
+)
 def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
     duration = TOUCHING.get(name, DEFAULT)
     words = [
