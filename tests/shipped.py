@@ -1,4 +1,4 @@
-"""The experiments that come with the package, and runs of them that several tests look at."""
+"""The experiments that come with the package, and runs that several tests look at."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from functools import cache
 
 import linkages
 from linkages.files.shipped import data_folder
+from linkages.outputs import registry
 
 #: Experiments with a linkage; the flexible robot has a command of its own.
 NAMES = sorted(path.stem for path in data_folder().glob("*.toml") if not path.name.startswith("three_rrr"))
@@ -20,3 +21,16 @@ def shipped(name: str, **overrides) -> linkages.System:
 def run(engine: str, name: str, **overrides) -> linkages.Trajectory:
     """Run a shipped experiment; whoever asks for the same run gets the same trajectory."""
     return linkages.simulate(shipped(name, **overrides), engine)
+
+
+@cache
+def run_compiled(system: linkages.System) -> linkages.Trajectory:
+    """Run a system with the compiled engine to its end, once."""
+    result = linkages.simulate(system, "compiled")
+    assert result.status is linkages.Status.OK
+    return result
+
+
+def points(system: linkages.System) -> list[str]:
+    """Outputs of the system's links and frames: those whose jitter there is."""
+    return [name for name in registry.names(system) if name.rpartition(".")[0] in system.mechanism.point]
