@@ -16,24 +16,3 @@ It may import whatever lies below the engines, and not the Drake engine.
 | simulation | `simulate`: a run as a `linkages.Trajectory`                                           |
 | batch      | `simulate_batch`: many runs in parallel threads                                        |
 """
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from linkages.engines.compiled.batch import Batch as Batch
-    from linkages.engines.compiled.batch import simulate_batch as simulate_batch
-    from linkages.engines.compiled.simulation import simulate as simulate
-
-_HOME = {"Batch": "batch", "simulate_batch": "batch", "simulate": "simulation"}
-
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'linkages.engines.compiled' has no attribute '{name}'")
-    import importlib
-
-    return getattr(importlib.import_module(f"linkages.engines.compiled.{_HOME[name]}"), name)

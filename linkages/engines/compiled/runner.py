@@ -118,7 +118,7 @@ class Runner:
     def summarise(
         self, ideal: Ideal, outputs: NDArray[np.record], steps: Steps, windows: Array, out: Array
     ) -> bool:
-        """Fill ``out`` (nw, no, 6) with the outputs' `STATISTICS` over windows of a run.
+        """Fill ``out`` (nw, no, ns) with the outputs' `STATISTICS` over windows of a run.
 
         Returns False if the ideal linkage does not close where it is asked for.
         """
