@@ -26,7 +26,11 @@ from linkages.laws.film.map_cache import cache_directory, load_map, map_path
 SLENDERNESS = 0.04 / 0.03  # Chen 2025 Table 5
 
 
-@pytest.fixture(scope="module", params=list(CAVITATIONS))
+# the map by Reynolds' rule takes ten seconds and more to build
+_RULES = [pytest.param(rule, marks=pytest.mark.slow if rule == "reynolds" else ()) for rule in CAVITATIONS]
+
+
+@pytest.fixture(scope="module", params=_RULES)
 def rule_and_table(request):
     return request.param, build_map(SLENDERNESS, request.param)
 

@@ -8,9 +8,10 @@ from linkages.plots.animation.magnified import GAP, REACH
 from linkages.report import load_results, write_report
 from linkages.results.trajectory import load_trajectory
 
-pytestmark = pytest.mark.skipif(
-    find_browser() is None, reason="no Chromium with its chromedriver on the PATH"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_browser() is None, reason="no Chromium with its chromedriver on the PATH"),
+]
 
 LOOK = """
 const viewer = document.querySelector("iframe").contentWindow.viewer;
