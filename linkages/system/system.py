@@ -107,7 +107,8 @@ class System:
             mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
         else:
             mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
-        same_start = all(map(_keeps_start, values)) and experiment.play == self.experiment.play
+        offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
+        same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1]
         return System(mechanism, experiment, (self._twin or self) if same_start else None)
 
     def ideal(self) -> System:
