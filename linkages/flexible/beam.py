@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError
+from linkages.flexible import Array
 from linkages.flexible.rotation import BEAM, rotation_parts
 
-Array = NDArray[np.floating]
-
 _GAUSS = np.polynomial.legendre.leggauss(5)
-_AXIAL = [0, 3]
 
 
 @dataclass(frozen=True)
@@ -91,14 +89,9 @@ class Beam:
         return displacement, rotation, curvature
 
     def slope(self, s: Array) -> Array:
-        """Slope dv/dx (n, 6) of the transverse shape functions at s (n,) in [0, 1]."""
-        p, length = self.shear_ratio, self.length
-        slope = np.zeros((len(s), 6))
-        slope[:, 1] = (6.0 * s**2 - 6.0 * s - p) / ((1.0 + p) * length)
-        slope[:, 2] = (3.0 * s**2 - (4.0 + p) * s + 1.0 + p / 2.0) / (1.0 + p)
-        slope[:, 4] = -slope[:, 1]
-        slope[:, 5] = (3.0 * s**2 - (2.0 - p) * s - p / 2.0) / (1.0 + p)
-        return slope
+        """Slope dv/dx (n, 6) of the shape functions at s (n,) in [0, 1]: rotation and uniform shear."""
+        shear = np.array([0.0, 1.0 / self.length, 0.5, 0.0, -1.0 / self.length, 0.5])
+        return self.shapes(s)[1] - self.shear_ratio / (1.0 + self.shear_ratio) * shear
 
     def quadrature(self) -> tuple[Array, Array]:
         """Gauss points in [0, 1] and weights [m], exact for products of the shape functions."""
@@ -112,7 +105,7 @@ class Beam:
         if np.isfinite(self.shear):
             strain = self.slope(s) - rotation
             k += self.shear * np.einsum("n,ni,nj->ij", weight, strain, strain)
-        k[np.ix_(_AXIAL, _AXIAL)] = self.axial / self.length * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        k[::3, ::3] = self.axial / self.length * np.array([[1.0, -1.0], [-1.0, 1.0]])
         return k
 
     def mass(self) -> Array:
@@ -152,10 +145,8 @@ class Beam:
         _, _, d = rotation_parts(BEAM)
         first = quarter @ n + n @ d
         second = -n + 2.0 * quarter @ n @ d + n @ d @ d
-        return (
-            self.line_density * np.einsum("q,qci,qcj->ij", weight, n, first),
-            self.line_density * np.einsum("q,qci,qcj->ij", weight, n, second),
-        )
+        p, q = (self.line_density * np.einsum("q,qci,qcj->ij", weight, n, part) for part in (first, second))
+        return p, q
 
     def internal_forces(self, u: Array, a: Array, x: Array) -> tuple[Array, Array]:
         """Axial force (..., P) [N], positive in tension, and bending moment E I v'' (..., P) [N m] within the element.

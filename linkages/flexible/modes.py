@@ -12,7 +12,7 @@ from scipy.linalg import eigvals
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.linalg import eigsh
 
-Array = NDArray[np.floating]
+from linkages.flexible import Array
 
 _LEAST_MAC, _HALVINGS = 0.9, 10  # when and how often the step between two points is halved
 _SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechanism's zero modes do not disturb
@@ -52,8 +52,7 @@ def sparse_modes(k: sparse.csc_matrix, m: sparse.csc_matrix, count: int) -> tupl
     (count,), (size, count) arrays
         As from `dense_modes`.
     """
-    start = np.ones(k.shape[0])  # a fixed start makes the result repeatable
-    values, found = eigsh(k, count, m, sigma=_SHIFT, v0=start)
+    values, found = eigsh(k, count, m, sigma=_SHIFT, v0=np.ones(k.shape[0]))  # repeatable: a fixed start
     order = np.argsort(values)
     return values[order], found[:, order]
 
@@ -117,14 +116,12 @@ def track(
     """
     points = iter(points)
     last = next(points)
-    tracked, shapes, quality = [last.values[:count]], [last.shapes[:, :count]], []
+    found = [(last.values[:count], last.shapes[:, :count], np.ones(count))]
     for point in points:
-        found, shape, least = _advance(between, shapes[-1], last.parameter, point, _HALVINGS)
-        tracked.append(found)
-        shapes.append(shape)
-        quality.append(least)
+        found.append(_advance(between, found[-1][1], last.parameter, point, _HALVINGS))
         last = point
-    return np.array(tracked), np.array(shapes), np.array(quality).reshape(-1, count)
+    values, shapes, quality = (np.array(column) for column in zip(*found, strict=True))
+    return values, shapes, quality[1:]
 
 
 def _advance(

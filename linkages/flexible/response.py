@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
 from linkages.errors import InputError
-
-Array = NDArray[np.floating]
+from linkages.flexible import Array
 
 BATCH = 256  # times whose matrices are held at once
 

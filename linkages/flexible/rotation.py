@@ -8,9 +8,8 @@ matrices times 1, cos, sin, cos^2 and cos sin.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.floating]
+from linkages.flexible import Array
 
 BEAM = (0, 3)  # places of the x components among a beam element's six displacements
 TRIANGLE = (0, 2, 4)  # among a triangle's

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.errors import InputError
-
-Array = NDArray[np.floating]
+from linkages.flexible import Array
 
 
 @dataclass(frozen=True)

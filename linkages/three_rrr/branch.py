@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 from linkages.errors import RunError, Status
+from linkages.flexible import Array
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import (
@@ -24,8 +24,6 @@ from linkages.three_rrr.kinematics import (
     radius,
     turned,
 )
-
-Array = NDArray[np.floating]
 
 Metric = Literal["path", "rotation", "pivots"]
 

@@ -20,10 +20,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import arms, loop_errors, newton, unit
 
-Array = NDArray[np.floating]
 Complex = NDArray[np.complex128]
 
 _CLOSED = 1e-12  # largest loop error of an assembly, times the robot's size

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from linkages.flexible import Array
 from linkages.flexible.beam import Beam, chain_dofs
 from linkages.flexible.rotation import BEAM, TRIANGLE, functions, rotated
 from linkages.flexible.triangle import Triangle
@@ -27,7 +28,6 @@ from linkages.three_rrr.geometry import LEGS
 from linkages.three_rrr.kinematics import Motion, arms, motion, turned, unit
 from linkages.three_rrr.robot import KINDS, Kind, Robot
 
-Array = NDArray[np.floating]
 Index = NDArray[np.int64]
 
 _PLATFORM = 6  # place of theta among the seven angles (phi_1, psi_1, phi_2, psi_2, phi_3, psi_3, theta)

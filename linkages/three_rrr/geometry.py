@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.errors import InputError, nearest
+from linkages.flexible import Array
 from linkages.model.mechanism import Joint, Mechanism
-
-Array = NDArray[np.floating]
 
 LEGS = (1, 2, 3)
 _SMALLEST = 1e-9  # lengths below this fraction of the base count as zero

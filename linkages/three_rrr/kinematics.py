@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.three_rrr.geometry import Geometry
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

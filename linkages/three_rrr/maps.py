@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.three_rrr.direct import candidates, count_distinct
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import determinants
-
-Array = NDArray[np.floating]
 
 _BATCH = 4096
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.flexible.modes import ModesAt, dense_modes, sparse_modes, track
 from linkages.three_rrr.branch import Branch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion
-
-Array = NDArray[np.floating]
 
 DENSE = 80  # up to this many unknowns the dense, batched solver is the faster one (benchmarks/flexible.py)
 _BATCH = 64  # poses solved together by the dense solver

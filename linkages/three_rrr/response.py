@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.errors import InputError
+from linkages.flexible import Array
 from linkages.flexible import response as flexible
 from linkages.flexible.modes import dense_modes
 from linkages.three_rrr.branch import Branch
@@ -17,7 +17,6 @@ from linkages.three_rrr.kinematics import Motion
 from linkages.three_rrr.modes import DENSE
 from linkages.three_rrr.velocity_terms import velocity_terms
 
-Array = NDArray[np.floating]
 Start = Literal["rest", "quasi-static"]
 
 

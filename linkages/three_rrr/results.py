@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.three_rrr.branch import Branch, follow, start_assembly
 from linkages.three_rrr.direct import Assemblies, assemblies
 from linkages.three_rrr.finite_elements import FiniteElementModel
@@ -16,8 +16,6 @@ from linkages.three_rrr.modes import DENSE, frequencies, modes, tracked_modes
 from linkages.three_rrr.response import Response, quasi_static_response
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.stress import LinkStress, link_stress
-
-Array = NDArray[np.floating]
 
 POSES = 361
 TRACKED = 6  # modes that are followed and drawn

@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr
 
 from linkages.errors import InputError
 from linkages.files.toml import Finite, NonNegative, Positive, Table, read_toml, validate
+from linkages.flexible import Array
 from linkages.model.mechanism import Mechanism, load_mechanism
 from linkages.three_rrr.geometry import LEGS, Geometry, from_mechanism
-
-Array = NDArray[np.floating]
 
 Kind = Literal["crank", "coupler"]
 KINDS: tuple[Kind, ...] = ("crank", "coupler")

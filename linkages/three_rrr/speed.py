@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.flexible.modes import eigenvalues
 from linkages.flexible.response import quasi_static as solve
 from linkages.three_rrr.branch import Branch
@@ -16,8 +16,6 @@ from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import generalised_alpha, quasi_static
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.velocity_terms import velocity_terms
-
-Array = NDArray[np.floating]
 
 RESONANCE = 1.5  # dynamic over quasi-static peak from which a local maximum counts as a resonance
 

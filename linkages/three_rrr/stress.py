@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.errors import InputError
+from linkages.flexible import Array
 from linkages.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import Response
 from linkages.three_rrr.robot import KINDS
-
-Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,11 @@ along x and y, so that it has no such terms. The paper has none of them.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, legwise, turned
-
-Array = NDArray[np.floating]
 
 
 def velocity_terms(

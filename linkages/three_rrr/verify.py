@@ -11,20 +11,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 from scipy.linalg import subspace_angles
 
 from linkages.engines.drake.plant import add_tree
+from linkages.flexible import Array
 from linkages.model.mechanism import load_mechanism
 from linkages.system.tree import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import LEGS, drawn_angles
 from linkages.three_rrr.kinematics import Motion
 from linkages.three_rrr.robot import Robot, changed
-
-Array = NDArray[np.floating]
 
 _V = JacobianWrtVariable.kV
 _RANK = 1e-9  # scaled stiffness eigenvalues below this fraction of the largest count as zero

@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.plots.style import COLORS
 from linkages.plots.three_rrr.drawing import displaced_lines
 from linkages.three_rrr.results import RobotResults
-
-Array = NDArray[np.floating]
 
 _FRAMES = 121
 _SHARE = 0.1  # drawn deflection as a part of the coupler's length

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, pivots, unit
@@ -14,7 +14,6 @@ from linkages.three_rrr.kinematics import Motion, pivots, unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.floating]
 
 OUTLINE = "0.35"
 _SHARE = 0.12  # largest drawn deflection as a part of the robot's size

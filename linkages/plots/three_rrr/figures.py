@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from linkages.flexible import Array
 from linkages.plots.style import COLORS, LINES, figure_style
 from linkages.plots.three_rrr.drawing import OUTLINE, draw_pose, shape_lines
 from linkages.plots.three_rrr.parameters import (
@@ -23,8 +23,6 @@ from linkages.three_rrr.modes import DENSE
 from linkages.three_rrr.response import generalised_alpha
 from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.stress import platform_stress
-
-Array = NDArray[np.floating]
 
 _WINDOW = 0.12  # s, in which the vibration after a start from rest is drawn
 _SHAPE_POSES = 3
