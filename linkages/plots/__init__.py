@@ -2,8 +2,7 @@
 
 | module     | what it draws                                                                          |
 |------------|----------------------------------------------------------------------------------------|
-| style      | nothing: palette, line styles and settings that all figures share                      |
-| labels     | names and units on axes                                                                |
+| style      | nothing: palette, line styles, labels and settings that all figures share              |
 | histories  | outputs, joint forces and drive torques over time, ideal joints beside real ones       |
 | journals   | orbits of the journals in their clearances, contacts over time                         |
 | attractors | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |

@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.plots.labels import axis_label, shown, typeset
-from linkages.plots.style import COLORS, figure_style
+from linkages.plots.style import COLORS, axis_label, figure_style, shown, typeset
 
 if TYPE_CHECKING:
     from linkages.explore.lyapunov import Exponent
@@ -44,8 +43,7 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
         figure = Figure(figsize=(4.6, 4.2), layout="constrained")
         axis = figure.subplots()
         _draw_points(axis, factor_x * section[x], factor_y * section[y])
-        axis.set_xlabel(axis_label(x, unit_x))
-        axis.set_ylabel(axis_label(y, unit_y))
+        axis.set(xlabel=axis_label(x, unit_x), ylabel=axis_label(y, unit_y))
         axis.set_title(f"Poincaré section: {len(section[x])} points", loc="left", fontsize=9)
         return figure
 
@@ -127,8 +125,7 @@ def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
                 label=f"{label}: {value:.2f} ± {error:.2f}",
             )  # fmt: skip
         axis.axhline(0.0, color="0.3", lw=0.8)
-        axis.set_xlabel("revolutions")
-        axis.set_ylabel("largest Lyapunov exponent\n[1/revolution]")
+        axis.set(xlabel="revolutions", ylabel="largest Lyapunov exponent\n[1/revolution]")
         axis.legend(loc="best")
         return figure
 
@@ -157,9 +154,8 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
             axis.loglog(found.frequency[1:], found.density[1:], color=color, lw=0.8, label=label)
         if drive is not None:
             axis.axvline(drive, color="0.3", lw=0.8, ls="--", label=f"drive, {drive:.4g} Hz")
-        axis.set_xlabel("frequency [Hz]")
         name = next(iter(spectra.values())).name
-        axis.set_ylabel(f"{name}: power spectral density\n[({typeset(unit)})²/Hz]")
+        axis.set(xlabel="frequency [Hz]", ylabel=f"{name}: power spectral density\n[({typeset(unit)})²/Hz]")
         axis.legend(loc="best")
         return figure
 

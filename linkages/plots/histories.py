@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 
 from linkages.outputs.registry import unit
 from linkages.plots.journals import contacts_figure, orbits_figure
-from linkages.plots.labels import add_legend, axis_label, shown
-from linkages.plots.style import COLORS, figure_style
+from linkages.plots.style import COLORS, add_legend, axis_label, figure_style, shown
 from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
@@ -60,12 +59,10 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
     figures["joint_forces"] = forces_figure
     if study.system.experiment.drives:
         figures["drive_torques"] = torques_figure
-    written = []
     with figure_style():
         for name, draw in figures.items():
-            written.append(folder / f"{name}.png")
-            draw(study).savefig(written[-1])
-    return written
+            draw(study).savefig(folder / f"{name}.png")
+    return [folder / f"{name}.png" for name in figures]
 
 
 def output_figure(study: Study, name: str) -> Figure:
@@ -85,9 +82,8 @@ def output_figure(study: Study, name: str) -> Figure:
     if drawn == "mm":
         drawn, difference = "µm", 1e3 * difference
     bottom.plot(times, difference, color="0.25", lw=0.8)
-    bottom.set_ylim(*_limits_after_start(times, difference))
-    bottom.set_ylabel(f"difference\n[{drawn}]")
-    bottom.set_xlabel("time [s]")
+    limits = _limits_after_start(times, difference)
+    bottom.set(xlabel="time [s]", ylabel=f"difference\n[{drawn}]", ylim=limits)
     return figure
 
 
@@ -98,8 +94,7 @@ def forces_figure(study: Study) -> Figure:
     axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for axis, name in zip(axes, names, strict=True):
         _draw_both(axis, study, f"{name}.force")
-        axis.set_ylabel(f"force in {name} [N]")
-        axis.set_ylim(bottom=0.0)
+        axis.set(ylabel=f"force in {name} [N]", ylim=(0.0, None))
     add_legend(axes[0])
     axes[-1].set_xlabel("time [s]")
     return figure
@@ -115,8 +110,7 @@ def torques_figure(study: Study) -> Figure:
         axis.plot(study.ideal.time, study.ideal[name], color=color, lw=2.6, alpha=0.35)
         label = axis_label(drive, unit(study.system, name))
         axis.plot(study.run.time, study.run[name], color=color, lw=0.9, label=label)
-    axis.set_xlabel("time [s]")
-    axis.set_ylabel("drive torque (wide, pale: ideal joints)")
+    axis.set(xlabel="time [s]", ylabel="drive torque (wide, pale: ideal joints)")
     add_legend(axis)
     return figure
 

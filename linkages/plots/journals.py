@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from linkages.plots.labels import add_legend
-from linkages.plots.style import COLORS
+from linkages.plots.style import COLORS, add_legend
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.summary import Study, touching
 
@@ -37,18 +36,17 @@ def orbits_figure(study: Study) -> Figure:
     touches = touching(study.system)
     figure = Figure(figsize=(max(3.15 * len(names), 3.6), 6.4), layout="constrained")
     axes = figure.subplots(2, len(names), squeeze=False)
-    circle = np.linspace(0.0, 2.0 * np.pi, 361)
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    circle = np.stack([np.cos(angle), np.sin(angle)])
     for (whole, near), name in zip(axes.T, names, strict=True):
         clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
         ex, ey = 1e6 * study.run[f"{name}.ex"], 1e6 * study.run[f"{name}.ey"]
-        whole.fill(
-            clearance * np.cos(circle), clearance * np.sin(circle), facecolor="0.95", edgecolor="0.3", lw=1.2
-        )
+        whole.fill(*(clearance * circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
         peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
         if name in touches:
             path, phase = orbit(study, name)
-            _draw_phases(whole, 1e6 * path[:, 0], 1e6 * path[:, 1], phase)
+            _draw_phases(whole, 1e6 * path, phase)
             whole.plot(ex[0], ey[0], "o", color=_START, ms=3.5)
             _draw_wall(near, 1e6 * path, clearance, phase)
         else:
@@ -58,8 +56,7 @@ def orbits_figure(study: Study) -> Figure:
             near.legend(loc="best")
         for axis in (whole,) if name in touches else (whole, near):
             axis.set_aspect("equal", adjustable="datalim")
-            axis.set_xlabel("e$_x$ [µm]")
-            axis.set_ylabel("e$_y$ [µm]")
+            axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
     if touches:
         filled = all(model.has_film for model in study.system.models if model.can_touch)
         handles = [
@@ -92,12 +89,10 @@ def contacts_figure(study: Study) -> Figure:
                 at, height = start[kind == code], np.array(value)[kind == code]
                 axis.vlines(at, 0.0, height, color=color, lw=1.0)
                 axis.plot(at, height, "o", color=color, ms=3.0, label=phase)
-            axis.set_ylim(bottom=0.0)
-            axis.set_ylabel(label)
+            axis.set(ylabel=label, ylim=(0.0, None))
     add_legend(axes[0])
     figure.align_ylabels(axes)
-    axes[-1].set_xlim(run.time[0], run.time[-1])
-    axes[-1].set_xlabel("start of the contact [s]")
+    axes[-1].set(xlabel="start of the contact [s]", xlim=(run.time[0], run.time[-1]))
     return figure
 
 
@@ -140,23 +135,19 @@ def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int6
     depth = np.hypot(*path.T) - clearance
     angle = np.degrees(np.arctan2(path[:, 1], path[:, 0]))
     phase = np.where(np.abs(np.diff(angle)) < 180.0, phase, -1)  # no line across the page
-    _draw_phases(axis, angle, depth, phase)
-    deepest = float(depth.max())
-    top = 1.1 * deepest if deepest > 0.0 else -0.1 * float(depth.min())
-    bottom = -top if deepest > 0.0 else 1.1 * float(depth.min())
+    _draw_phases(axis, np.column_stack([angle, depth]), phase)
+    lowest, deepest = float(depth.min()), float(depth.max())
+    bottom, top = (-1.1 * deepest, 1.1 * deepest) if deepest > 0.0 else (1.1 * lowest, -0.1 * lowest)
     axis.axhspan(0.0, top, color="0.92", zorder=0)
     axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
     axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
-    axis.set_xlabel("angle of e [deg]")
-    axis.set_ylabel("e $-$ c [µm]; above 0: in the wall")
+    axis.set(xlabel="angle of e [deg]", ylabel="e $-$ c [µm]; above 0: in the wall")
 
 
-def _draw_phases(axis: Axes, x: Array, y: Array, phase: NDArray[np.int64]) -> None:
-    """Draw the line through the samples, each step in the colour of its phase; steps of no phase are left out."""
-    points = np.column_stack([x, y])
+def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:
+    """Draw the line through (n, 2) samples, each step in the colour of its phase, those of no phase left out."""
     steps = np.stack([points[:-1], points[1:]], axis=1)
     for code, (_, color, width) in _PHASES.items():
-        axis.add_collection(
-            LineCollection(list(steps[phase == code]), colors=color, linewidths=width, capstyle="round")
-        )
+        lines = list(steps[phase == code])
+        axis.add_collection(LineCollection(lines, colors=color, linewidths=width, capstyle="round"))
     axis.autoscale_view()

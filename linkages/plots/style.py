@@ -1,9 +1,12 @@
-"""How all figures look: one style, one palette, one list of line styles. Loads without matplotlib."""
+"""How all figures look: style, palette, line styles, labels of axes, legends. Loads without matplotlib."""
 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Okabe and Ito's palette: distinct to colour-blind readers, and in grey.
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -19,6 +22,7 @@ _STYLE: dict[Any, Any] = {
     "figure.dpi": 150,
     "legend.frameon": False,
 }
+_SHOWN = {"m": ("mm", 1e3), "1": ("", 1.0)}
 
 
 def figure_style() -> AbstractContextManager[None]:
@@ -26,3 +30,23 @@ def figure_style() -> AbstractContextManager[None]:
     import matplotlib as mpl
 
     return mpl.rc_context(_STYLE)
+
+
+def shown(unit: str) -> tuple[str, float]:
+    """Return the unit in which values of an SI unit are drawn, and the factor from one to the other."""
+    return _SHOWN.get(unit, (typeset(unit), 1.0))
+
+
+def typeset(unit: str) -> str:
+    """Write a unit with its exponent raised: m/s2 as m/s²."""
+    return unit.replace("s2", "s²")
+
+
+def axis_label(name: str, unit: str) -> str:
+    """Join a name and its unit; what has no unit gets no brackets."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def add_legend(axis: Axes) -> None:
+    """Write the legend above the axes, right-aligned."""
+    axis.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
