@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from replication import figures as figures_replication
 from replication import patent_claims, press_claims, press_designs, press_paper
-from replication.claims import WITHIN, table
+from replication.claims import WITHIN, Claim, table
 
 PAGE = Path(__file__).with_name("replication.md")
 FIGURES = Path(__file__).with_name("figures")
@@ -66,12 +66,12 @@ def page() -> str:
     """Return the whole page."""
     return (
         _HEAD
-        + table(press_claims.claims())
+        + table(Claim._fields, press_claims.claims())
         + "\n### Designs\n\nAll by our runs. *Ours* is the recorded answer of `sevenbar_force` (eq. (24)).\n\n"
-        + press_designs.designs_table()
+        + table(*press_designs.designs_table())
         + _PRESS_FIGURES
         + _PATENT
-        + table(patent_claims.claims())
+        + table(Claim._fields, patent_claims.claims())
         + _PATENT_FIGURE
     )
 

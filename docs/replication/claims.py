@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 REPRODUCED, TREND, NOT, MISPRINT = "reproduced", "trend only", "not reproducible", "wrong as printed"
 #: A value agrees within this part of the printed one.
@@ -12,11 +12,10 @@ WITHIN = 0.05
 _NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 
 
-@dataclass(frozen=True)
-class Claim:
+class Claim(NamedTuple):
     """One line of the table: what is printed and where, what we compute, what follows, and why."""
 
-    what: str
+    claim: str
     printed: str
     ours: str
     verdict: str
@@ -52,10 +51,11 @@ def percent(value: float) -> str:
     return f"less than {0.01:g} %" if abs(value) < 0.01 else f"{value:+.2f} %"
 
 
-def table(claims: Sequence[Claim]) -> str:
-    """Write claims as a Markdown table."""
-    head = "| claim | printed | ours | verdict | why |\n|---|---|---|---|---|\n"
-    return head + "".join(f"| {c.what} | {c.printed} | {c.ours} | {c.verdict} | {c.why} |\n" for c in claims)
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Write cells as a Markdown table."""
+    lines = [f"| {' | '.join(cells)} |\n" for cells in (head, *rows)]
+    lines.insert(1, "|" + "---|" * len(head) + "\n")
+    return "".join(lines)
 
 
 def differences(old: str, new: str, digits: float = 2.0) -> list[str]:
@@ -67,21 +67,17 @@ def differences(old: str, new: str, digits: float = 2.0) -> list[str]:
     digits : float
         Units of the coarser last digit: one for the rounding of each page.
     """
-    if _NUMBER.sub("#", old) != _NUMBER.sub("#", new):
-        lines = zip(_NUMBER.sub("#", old).splitlines(), _NUMBER.sub("#", new).splitlines(), strict=False)
+    old_words, new_words = (_NUMBER.sub("#", page) for page in (old, new))
+    if old_words != new_words:
+        lines = zip(old_words.splitlines(), new_words.splitlines(), strict=False)
         return [f"{a} -> {b}" for a, b in lines if a != b] or ["one page is longer"]
     pairs = zip(_NUMBER.findall(old), _NUMBER.findall(new), strict=True)
-    return [
-        f"{a} -> {b}"
-        for a, b in pairs
-        if abs(float(a) - float(b)) > (digits + 1e-6) * max(_unit(a), _unit(b))
-    ]
+    near = digits + 1e-6
+    return [f"{a} -> {b}" for a, b in pairs if abs(float(a) - float(b)) > near * max(_unit(a), _unit(b))]
 
 
 def _unit(number: str) -> float:
     """One unit of the last digit of a printed number; exact for an integer."""
     mantissa, _, exponent = number.partition("e")
     places = len(mantissa.partition(".")[2])
-    if not places and not exponent:
-        return 0.0
-    return float(10.0 ** (int(exponent or 0) - places))
+    return float(10.0 ** (int(exponent or 0) - places)) if places or exponent else 0.0

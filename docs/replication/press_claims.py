@@ -19,7 +19,7 @@ from replication.claims import (
     verdict,
     verdict_of_change,
 )
-from replication.press_paper import DESIGNS, PRINTED, design_extremes
+from replication.press_paper import DESIGNS, PRINTED, Array, peak, peaks
 
 
 def claims() -> list[Claim]:
@@ -32,11 +32,9 @@ def _model() -> list[Claim]:
     deps, eps = -1e-9, 0.5
     right, _, _ = pinkus_sternlicht(eps, deps, 1.0, 1.0)
     ahead, _, _ = pinkus_sternlicht(eps, -deps, 1.0, 1.0)
-    fraction = _relative_speed_error()
     length, radius = 0.04, 0.015  # m, Table 5
     film = paper.run({f"joints.{j}.film": "finite" for j in "AB"})
     force, ratio = extremes(film, ["A.force"])["A.force"].peak, film["A.eccentricity_ratio"].max()
-    ours = design_extremes("nominal")
     return [
         Claim(
             "lower dead position S₀, Table 2", "560 mm", f"{1e3 * x:.2f} mm", verdict(paper.POSITION, x),
@@ -50,16 +48,14 @@ def _model() -> list[Claim]:
         ),
         Claim(
             "eqs. (9)-(11): ω is the relative speed", "relative",
-            f"along our run of joint A wrong by up to {100 * fraction:.0f} % of the largest force",
-            MISPRINT,
-            "with eq. (6) in the fixed frame the sum of both counts; a force must not depend on"
-            " the observer",
+            f"along our run of joint A wrong by up to {100 * _relative_speed_error():.0f} % of the largest force",
+            MISPRINT, "with eq. (6) in the fixed frame the sum of both counts; a force must not depend on the observer",
         ),
         Claim(
             "film of an infinitely long bearing", "holds for L/D > 2",
             f"L/D = {length / (2 * radius):.2f} (Table 5); with the finite film the largest eccentricity ratio of A is"
-            f" {ratio:.3f} instead of {ours['A.eccentricity_ratio'].peak:.3f},"
-            f" F_A {force:.3f} instead of {ours['A.force'].peak:.3f} N",
+            f" {ratio:.3f} instead of {peak('nominal', 'A.eccentricity_ratio'):.3f},"
+            f" F_A {force:.3f} instead of {peak('nominal', 'A.force'):.3f} N",
             MISPRINT, "the paper's own condition is not met; forces hardly notice, as inertia sets them, orbits do",
         ),
     ]  # fmt: skip
@@ -76,31 +72,28 @@ def _relative_speed_error() -> float:
     deps = (ex * vx + ey * vy) / size / clearance
     v_t = (ex * vy - ey * vx) / size
     eps = size / clearance
-    speeds = (c["link2.omega"] + c["crank1.omega"], c["link2.omega"] - c["crank1.omega"])
-    forces = [
-        np.array(
-            [
-                pinkus_sternlicht(*row, 1.0)[:2]
-                for row in zip(eps, deps, eps * speed - 2 * v_t / clearance, strict=True)
-            ]
-        )
-        for speed in speeds
-    ]
-    return float(
-        np.linalg.norm(forces[1] - forces[0], axis=1).max() / np.linalg.norm(forces[0], axis=1).max()
-    )
+
+    def forces(speed: Array) -> Array:
+        rows = zip(eps, deps, eps * speed - 2 * v_t / clearance, strict=True)
+        return np.array([pinkus_sternlicht(*row, 1.0)[:2] for row in rows])
+
+    right = forces(c["link2.omega"] + c["crank1.omega"])
+    apart = forces(c["link2.omega"] - c["crank1.omega"]) - right
+    return float(np.linalg.norm(apart, axis=1).max() / np.linalg.norm(right, axis=1).max())
 
 
 def _motion() -> list[Claim]:
     t = np.linspace(0.0, paper.DURATION, 4001)
-    real, perfect = paper.columns("nominal", t), paper.columns("ideal", t)
-    shift = 1e3 * float(np.abs(real["slider7.x"] - perfect["slider7.x"]).max())
-    faster = 1e3 * float(np.abs(real["slider7.vx"] - perfect["slider7.vx"]).max())
-    v = {name: 1e3 * design_extremes(name)["slider7.vx"].peak for name in DESIGNS}
-    curves = [paper.columns(name, t)["slider7.x"] for name in DESIGNS]
-    apart = 1e3 * max(float(np.abs(curve - curves[0]).max()) for curve in curves)
-    dv = max(abs(v[a] - v[b]) for a in DESIGNS for b in DESIGNS)
-    lower = all(v[name] < v["nominal"] for name in DESIGNS if name != "nominal")
+    runs = {name: paper.columns(name, t) for name in ("ideal", *DESIGNS)}
+
+    def apart(name: str, other: str, output: str) -> float:
+        return 1e3 * float(np.abs(runs[name][output] - runs[other][output]).max())
+
+    shift, faster = (apart("nominal", "ideal", output) for output in ("slider7.x", "slider7.vx"))
+    differ = max(apart(name, "nominal", "slider7.x") for name in DESIGNS)
+    speed = peaks("slider7.vx")
+    dv = 1e3 * (max(speed.values()) - min(speed.values()))
+    lower = max(speed["paper 1"], speed["paper 2"]) < speed["nominal"]
     return [
         Claim(
             "slider with and without clearance, figs. 5-7", "smooth, same trend",
@@ -109,10 +102,9 @@ def _motion() -> list[Claim]:
         ),
         Claim(
             "displacement, fig. 6: differences of the designs", "about 0.1 mm; design 2 largest",
-            f"curves at most {apart:.4f} mm apart",
-            verdict(0.1, apart),
-            "all start in the extended position, which stays the largest; 0.1 mm is a third of the"
-            " clearance, the film yields less",
+            f"curves at most {differ:.4f} mm apart", verdict(0.1, differ),
+            "all start in the extended position, which stays the largest; 0.1 mm is a third of the clearance,"
+            " the film yields less",
         ),
         Claim(
             "largest speed, fig. 7: differences of the designs", "about 0.1 mm/s, both below the nominal",
@@ -124,12 +116,12 @@ def _motion() -> list[Claim]:
 
 
 def _acceleration() -> list[Claim]:
-    peak = {name: design_extremes(name)["slider7.ax"].peak for name in DESIGNS}
+    largest = peaks("slider7.ax")
     power = paper.power_of_the_printed_spike()
     spikes = {name: paper.spike(name, power) for name in DESIGNS}
     rig = extremes(paper.run({}, name="seven_bar_rig.toml"), ["slider7.ax"])["slider7.ax"].peak
     perfect = extremes(paper.ideal_run(), ["slider7.ax"])["slider7.ax"].peak
-    when = design_extremes("nominal")["slider7.ax"].time
+    when = paper.design_extremes("nominal")["slider7.ax"].time
     printed = PRINTED["slider7.ax"]
     result = [
         Claim(
@@ -145,7 +137,7 @@ def _acceleration() -> list[Claim]:
         ),
         Claim(
             "spike of the acceleration at the start, nominal, fig. 8", f"{printed['nominal']} m/s²",
-            f"none; largest {peak['nominal']:.3f} m/s² at {when:.2f} s, as the ideal slider ({perfect:.3f});"
+            f"none; largest {largest['nominal']:.3f} m/s² at {when:.2f} s, as the ideal slider ({perfect:.3f});"
             f" with eqs. (12)-(13), ε₀ = {paper.PATCH_RATIO:g} and m = {power:.3f}: {spikes['nominal']:.3f}",
             NOT,
             "start-up artefact: eqs. (12)-(13) take the film from a centred journal; ε₀ and m are missing, m is chosen"
@@ -153,9 +145,7 @@ def _acceleration() -> list[Claim]:
         ),
     ]  # fmt: skip
     for name, text in (("paper 1", "-25 %"), ("paper 2", "+0.15 %")):
-        asked = change(printed["nominal"], printed[name])
-        real = change(peak["nominal"], peak[name])
-        patched = change(spikes["nominal"], spikes[name])
+        asked, real, patched = (change(x["nominal"], x[name]) for x in (printed, largest, spikes))
         as_printed = verdict_of_change(asked, patched) == REPRODUCED
         result.append(
             Claim(
@@ -170,16 +160,11 @@ def _acceleration() -> list[Claim]:
 
 
 def _orbits() -> list[Claim]:
-    largest = {
-        joint: {name: design_extremes(name)[f"{joint}.eccentricity_ratio"].peak for name in DESIGNS}
-        for joint in "AB"
-    }
-    both = ", ".join(
-        f"{joint}: {', '.join(f'{largest[joint][name]:.3f}' for name in DESIGNS)}" for joint in "AB"
-    )
-    second = all(min(largest[j], key=largest[j].__getitem__) == "paper 2" for j in "AB")
-    first = all(largest[j]["paper 1"] < largest[j]["nominal"] for j in "AB")
-    top = max(max(rows.values()) for rows in largest.values())
+    largest = {joint: peaks(f"{joint}.eccentricity_ratio") for joint in "AB"}
+    both = ", ".join(f"{j}: {', '.join(f'{x:.3f}' for x in found.values())}" for j, found in largest.items())
+    second = all(found["paper 2"] == min(found.values()) for found in largest.values())
+    first = all(found["paper 1"] < found["nominal"] for found in largest.values())
+    top = max(max(found.values()) for found in largest.values())
     return [
         Claim(
             "no contact in the joints, fig. 9", "none", f"largest eccentricity ratio {top:.3f}",
@@ -195,30 +180,17 @@ def _orbits() -> list[Claim]:
 
 
 def _forces() -> list[Claim]:
-    result = []
-    for joint in "AB":
-        printed = PRINTED[f"{joint}.force"]
-        ours = {name: design_extremes(name)[f"{joint}.force"].peak for name in DESIGNS}
-        result.append(
-            Claim(
-                f"largest F_{joint}, nominal, fig. 10", f"{printed['nominal']} N", f"{ours['nominal']:.3f} N",
-                verdict(printed["nominal"], ours["nominal"]),
-                "drive speeds missing; forces grow with their square" if joint == "A" else _why_b(),
-            )
-        )  # fmt: skip
-        for name in ("paper 1", "paper 2"):
-            asked, found = change(printed["nominal"], printed[name]), change(ours["nominal"], ours[name])
-            result.append(
-                Claim(
-                    f"change of F_{joint}, design {name[-1]}", f"{asked:+.1f} %", f"{found:+.1f} %",
-                    verdict_of_change(asked, found),
-                    "same sign; size depends on the speeds and on the start",
-                )
-            )  # fmt: skip
+    printed = PRINTED["B.force"]["nominal"] / PRINTED["A.force"]["nominal"]
+    ours = peak("nominal", "B.force") / peak("nominal", "A.force")
     late = paper.share_below("A.force", "paper 2", "nominal", 0.8, 1.0)
     middle = [paper.share_below("B.force", "paper 2", other, 0.2, 1.0) for other in ("nominal", "paper 1")]
     return [
-        *result,
+        *_force("A", "drive speeds missing; forces grow with their square"),
+        *_force(
+            "B",
+            f"the printed peak lies in the first 0.2 s, at the start; printed F_B/F_A is {printed:.2f}, ours {ours:.2f}"
+            " at any common speed",
+        ),
         Claim(
             "F_A after 0.8 s, design 2", "clearly below", f"below the nominal during {late:.0f} % of 0.8-1 s",
             REPRODUCED if late > 95.0 else TREND if late > 50.0 else NOT, "lighter links",
@@ -231,10 +203,20 @@ def _forces() -> list[Claim]:
     ]  # fmt: skip
 
 
-def _why_b() -> str:
-    printed = PRINTED["B.force"]["nominal"] / PRINTED["A.force"]["nominal"]
-    ours = design_extremes("nominal")
-    return (
-        f"the printed peak lies in the first 0.2 s, at the start; printed F_B/F_A is {printed:.2f}, ours"
-        f" {ours['B.force'].peak / ours['A.force'].peak:.2f} at any common speed"
-    )
+def _force(joint: str, why: str) -> list[Claim]:
+    """Claims of a joint's largest force; `why` the nominal one differs."""
+    printed, ours = PRINTED[f"{joint}.force"], peaks(f"{joint}.force")
+    changes = ([n, *(change(x["nominal"], x[f"paper {n}"]) for x in (printed, ours))] for n in (1, 2))
+    return [
+        Claim(
+            f"largest F_{joint}, nominal, fig. 10", f"{printed['nominal']} N", f"{ours['nominal']:.3f} N",
+            verdict(printed["nominal"], ours["nominal"]), why,
+        ),
+        *(
+            Claim(
+                f"change of F_{joint}, design {n}", f"{asked:+.1f} %", f"{found:+.1f} %",
+                verdict_of_change(asked, found), "same sign; size depends on the speeds and on the start",
+            )
+            for n, asked, found in changes
+        ),
+    ]  # fmt: skip

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from linkages import RunError, Status, Trajectory, extremes, find_file, ideal, load, simulate
 from linkages.results.extremes import Extremes
 from optim import Evaluator, find_study, load_study
+from replication.claims import change
 from replication.recorded import load_record
 
 Array = NDArray[np.float64]
@@ -26,7 +27,6 @@ DURATION = 1.0  # s: figures 6-10
 OUTPUTS = (
     "slider7.x", "slider7.vx", "slider7.ax", "A.force", "B.force", "A.eccentricity_ratio", "B.eccentricity_ratio",
 )  # fmt: skip
-_OIL = ("joints.A.viscosity", "joints.B.viscosity")
 
 
 def _design(m_2: float, j_2: float, m_4: float, j_4: float, m_7: float, oil: float) -> dict[str, float]:
@@ -37,7 +37,8 @@ def _design(m_2: float, j_2: float, m_4: float, j_4: float, m_7: float, oil: flo
         "sdf.links.crank4.mass": m_4,
         "sdf.links.crank4.inertia": j_4,
         "sdf.links.slider7.mass": m_7,
-        **dict.fromkeys(_OIL, oil),
+        "joints.A.viscosity": oil,
+        "joints.B.viscosity": oil,
     }
 
 
@@ -53,10 +54,8 @@ PRINTED = {
     "B.force": {"nominal": 13.26, "paper 1": 14.66, "paper 2": 10.84},
     "slider7.ax": {"nominal": 5.434, "paper 1": 4.290, "paper 2": 5.485},
 }
-RIG = {
-    "measured": 13.72,
-    "computed": 4.366,
-}  # m/s2, section 3.2: largest magnitude of the slider's acceleration
+#: Section 3.2: largest magnitude of the slider's acceleration [m/s2].
+RIG = {"measured": 13.72, "computed": 4.366}
 POSITION = 0.560  # m, Table 2: S_0
 
 
@@ -95,6 +94,16 @@ def design_extremes(name: str) -> dict[str, Extremes]:
     return extremes(design_run(name), OUTPUTS)
 
 
+def peak(name: str, output: str) -> float:
+    """Largest magnitude of one of `OUTPUTS` in a design's run."""
+    return design_extremes(name)[output].peak
+
+
+def peaks(output: str) -> dict[str, float]:
+    """Largest magnitude of one of `OUTPUTS` for each of `DESIGNS`."""
+    return {name: peak(name, output) for name in DESIGNS}
+
+
 def columns(name: str, times: Array) -> dict[str, Array]:
     """All columns of a design's run, or of the "ideal" motion, at some times."""
     found = ideal_run() if name == "ideal" else design_run(name)
@@ -113,22 +122,19 @@ def optimum(study_name: str) -> Optimum:
     """Evaluate the recorded answer of a shipped study of the press."""
     study = load_study(find_study(study_name))
     x = load_record(study_name).design(study)
-    found = Evaluator(study)(np.array([study.nominal, x]))
+    nominal, best = map(float, Evaluator(study)(np.array([study.nominal, x])).objectives[:, 0])
     point = study.points[0]
-    design = dict(zip(point.paths, study.row(x, point), strict=True))
-    nominal, best = map(float, found.objectives[:, 0])
-    return Optimum(design, best, nominal)
+    return Optimum(dict(zip(point.paths, study.row(x, point), strict=True)), best, nominal)
 
 
 def objective(name: str) -> float:
     """Evaluate eq. (24): half the sum of the largest forces [N]."""
-    found = design_extremes(name)
-    return 0.5 * (found["A.force"].peak + found["B.force"].peak)
+    return 0.5 * (peak(name, "A.force") + peak(name, "B.force"))
 
 
 def least_film(name: str, joint: str) -> float:
     """Least thickness of a joint's film, c - |e| [m]."""
-    return CLEARANCE * (1.0 - design_extremes(name)[f"{joint}.eccentricity_ratio"].peak)
+    return CLEARANCE * (1.0 - peak(name, f"{joint}.eccentricity_ratio"))
 
 
 # -- the start-up spike --------------------------------------------------------------------------------
@@ -137,15 +143,11 @@ PATCH_RATIO = 0.2  # eps_0; the paper gives neither eps_0 nor m
 _START = 0.1  # s, of which the spike is looked for
 
 
-def patched(power: float) -> dict[str, Any]:
-    """Values that switch eqs. (12)-(13) on."""
-    return {f"joints.{j}.small_eccentricity": {"ratio": PATCH_RATIO, "power": power} for j in "AB"}
-
-
 @cache
 def spike(name: str, power: float) -> float:
     """Largest acceleration of the slider in the first moments, with eqs. (12)-(13) [m/s2]."""
-    found = run({**DESIGNS[name], **patched(power)}, _START)
+    patch = {"ratio": PATCH_RATIO, "power": power}
+    found = run({**DESIGNS[name], **{f"joints.{j}.small_eccentricity": patch for j in "AB"}}, _START)
     return extremes(found, ["slider7.ax"])["slider7.ax"].peak
 
 
@@ -165,19 +167,11 @@ def power_of_the_printed_spike() -> float:
 def doubled(path: str) -> tuple[float, float, float]:
     """Double a value of Table 3: changes of acceleration, sum of the forces and crank 4's torque [%]."""
     value = load(find_file("seven_bar.toml")).value(path)
-    outputs = ["slider7.ax", "A.force", "B.force", "O4.torque"]
-    before = extremes(design_run("nominal"), outputs)
-    after = extremes(run({path: 2.0 * value}), outputs)
-    sums = [x["A.force"].peak + x["B.force"].peak for x in (before, after)]
-
-    def relative(a: float, b: float) -> float:
-        return 100.0 * (b / a - 1.0)
-
-    return (
-        relative(before["slider7.ax"].peak, after["slider7.ax"].peak),
-        relative(*sums),
-        relative(before["O4.torque"].peak, after["O4.torque"].peak),
-    )
+    outputs = ("slider7.ax", "A.force", "B.force", "O4.torque")
+    found = (extremes(x, outputs) for x in (design_run("nominal"), run({path: 2.0 * value})))
+    before, after = ([x[name].peak for name in outputs] for x in found)
+    forces = change(sum(before[1:3]), sum(after[1:3]))
+    return change(before[0], after[0]), forces, change(before[3], after[3])
 
 
 def share_below(output: str, name: str, other: str, start: float, end: float) -> float:

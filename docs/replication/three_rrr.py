@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,8 @@ from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.response import Response, generalised_alpha, quasi_static_response, recursion
 from linkages.three_rrr.results import RobotResults, analyse
 from linkages.three_rrr.robot import Robot, changed
-from linkages.three_rrr.stress import PlatformStress, link_stress, platform_stress
+from linkages.three_rrr.stress import link_stress, platform_stress
+from replication.claims import table
 
 Array = NDArray[np.floating]
 
@@ -27,8 +29,7 @@ PRINTED_SHEAR = 2.7085e3  # Pa: section 4, platform
 _FROM_REST = 2.0  # s, of the motion that is run with vibration
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """One line of the table: what the paper prints, what we compute, and what follows."""
 
     quantity: str
@@ -68,7 +69,7 @@ def stress_bound(results: RobotResults) -> StressBound:
     crank = PRINTED_CRANK * length**2 / (3.0 * e * 0.5 * d)  # sigma = E (d/2) 3 delta/l^2 of a cantilever
     axial = PRINTED_COUPLER / e * float(robot.geometry.coupler[1])
     scale = PRINTED_CRANK / float(results.stress[2].largest.max())
-    moved = scale * float(np.max(np.hypot(results.static.platform[:, 0], results.static.platform[:, 1])))
+    moved = scale * float(np.hypot(*results.static.platform.T[:2]).max())
     return StressBound(crank, axial, moved, scale)
 
 
@@ -77,213 +78,161 @@ def rows(robot: Robot) -> list[Row]:
     results = analyse(robot)
     other = min(results.assemblies.x, key=lambda x: abs(np.angle(np.exp(1j * (x[0] - np.deg2rad(-87.51))))))
     second = analyse(changed(robot, branch=float(np.rad2deg(other[0]))))
-    return [*_kinematics(robot, results), *_modes(robot, results, second), *_response(results, second)]
+    return [*_kinematics(results), *_modes(results, second), *_response(results, second)]
 
 
-def _kinematics(robot: Robot, results: RobotResults) -> list[Row]:
+def _kinematics(results: RobotResults) -> list[Row]:
+    robot, motion = results.robot, results.motion
     times = np.linspace(0.0, robot.duration, 4001)
     number = count(robot.geometry, robot.phi0 + times[:, None] * robot.phidot)
-    share = 100.0 * np.mean(number == 4)
     start = assemblies(robot.geometry, robot.phi0)
     angles = ", ".join(f"{np.rad2deg(a):.2f}" for a in start.x[:, 0])
     branches = [follow(robot.geometry, robot.phi0, robot.phidot, x, robot.duration) for x in start.x]
     paths = ", ".join(f"{travel(b, 'path'):.4f}" for b in branches)
     best = shortest(robot.geometry, robot.phi0, robot.phidot, robot.duration, "path")
+    rate = np.max(np.abs(motion.dx[:, 0]))
+    speed, acceleration = (1e3 * np.max(np.linalg.norm(x[:, 1:], axis=1)) for x in (motion.dx, motion.ddx))
+    singular = sum(s.type == 1 for s in results.branch.singularities)
     return [
         Row(
-            "position equation, eq. (2)",
-            "degree 8 in t",
-            "degree 6 times (1 + t²)",
+            "position equation, eq. (2)", "degree 8 in t", "degree 6 times (1 + t²)",
             "the factor has no real roots: at most six assemblies",
         ),
         Row(
-            "assemblies at every instant",
-            "4",
-            f"{number.min()} to {number.max()} (4 during {share:.1f} % of the revolution); at t = "
-            f"0: {len(start)}"
-            f" (θ = {angles} deg)",
+            "assemblies at every instant", "4",
+            f"{number.min()} to {number.max()} (4 during {100.0 * np.mean(number == 4):.1f} % of the revolution);"
+            f" at t = 0: {len(start)} (θ = {angles} deg)",
             "not reproduced",
         ),
         Row(
-            '"shortest travel" assembly',
-            "not named",
+            '"shortest travel" assembly', "not named",
             f"paths of the platform's centre {paths} m; shorter from θ = {np.rad2deg(best.x[0, 0]):.2f} deg",
             "needs a named metric; both are close",
         ),
         Row(
-            "velocities and accelerations, figs. 7 and 8",
-            "curves only",
-            f"largest dθ/dt {np.max(np.abs(results.motion.dx[:, 0])):.4f} rad/s, speed "
-            f"{1e3 * np.max(np.linalg.norm(results.motion.dx[:, 1:], axis=1)):.2f} mm/s, acceleration "
-            f"{1e3 * np.max(np.linalg.norm(results.motion.ddx[:, 1:], axis=1)):.2f} mm/s²",
-            "smooth, as the paper says; eq. (3) is singular at "
-            f"{sum(s.type == 1 for s in results.branch.singularities)} instants, the rows used here are not",
+            "velocities and accelerations, figs. 7 and 8", "curves only",
+            f"largest dθ/dt {rate:.4f} rad/s, speed {speed:.2f} mm/s, acceleration {acceleration:.2f} mm/s²",
+            f"smooth, as the paper says; eq. (3) is singular at {singular} instants, the rows used here are not",
         ),
-    ]
+    ]  # fmt: skip
 
 
-def _modes(robot: Robot, results: RobotResults, second: RobotResults) -> list[Row]:
-    fine = frequencies(
-        FiniteElementModel(changed(robot, model={"elements": 16})), results.motion.part(slice(0, 1)), 6
-    )[0]
-    lowest = results.frequencies[:, 0]
+def _modes(results: RobotResults, second: RobotResults) -> list[Row]:
+    model = FiniteElementModel(changed(results.robot, model={"elements": 16}))
+    fine = frequencies(model, results.motion.part(slice(0, 1)), 6)[0]
+    lowest, other = (r.frequencies[:, 0] for r in (results, second))
+    coarse = results.frequencies[0, :6]
+    error = 100.0 * (coarse / fine - 1.0)
     return [
         Row(
-            "modal frequencies, fig. 9",
-            "curves only, material not given",
-            f"first mode {lowest[0]:.2f} Hz at t = 0, {lowest.min():.2f} to {lowest.max():.2f} Hz "
-            "over the revolution"
-            f" (other assembly {second.frequencies[:, 0].min():.2f} to "
-            f"{second.frequencies[:, 0].max():.2f} Hz);"
-            f" first six at t = 0: {', '.join(f'{f:.1f}' for f in results.frequencies[0, :6])} Hz",
+            "modal frequencies, fig. 9", "curves only, material not given",
+            f"first mode {lowest[0]:.2f} Hz at t = 0, {lowest.min():.2f} to {lowest.max():.2f} Hz over the revolution"
+            f" (other assembly {other.min():.2f} to {other.max():.2f} Hz);"
+            f" first six at t = 0: {', '.join(f'{f:.1f}' for f in coarse)} Hz",
             "steel assumed; dense beyond the first, as the paper says",
         ),
         Row(
-            "one element per link",
-            "sufficient (implied)",
-            f"first mode {100.0 * (results.frequencies[0, 0] / fine[0] - 1.0):+.2f} %, fourth to sixth "
-            f"{100.0 * np.min(results.frequencies[0, 3:6] / fine[3:6] - 1.0):+.1f} to "
-            f"{100.0 * np.max(results.frequencies[0, 3:6] / fine[3:6] - 1.0):+.1f} % against 16 elements",
-            "good for the first mode only: one element overestimates bending of a pinned rod by "
-            f"{100.0 * (np.sqrt(120.0) / np.pi**2 - 1.0):.2f} %",
+            "one element per link", "sufficient (implied)",
+            f"first mode {error[0]:+.2f} %, fourth to sixth {error[3:].min():+.1f} to {error[3:].max():+.1f} %"
+            " against 16 elements",
+            "good for the first mode only: one element overestimates bending of a pinned rod by"
+            f" {100.0 * (np.sqrt(120.0) / np.pi**2 - 1.0):.2f} %",
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _response(results: RobotResults, second: RobotResults) -> list[Row]:
     times = np.linspace(0.0, _FROM_REST, 8001)
     shaken = generalised_alpha(results.model, results.branch, times, radius=1.0)
-    peak = np.max(np.abs(shaken.platform), axis=0)
-    still = [np.max(np.abs(s.static.platform), axis=0) for s in (results, second)]
-    bound = stress_bound(results)
+    static, other, moving = (np.abs(r.platform).max(axis=0) for r in (results.static, second.static, shaken))
     right = recursion(results.model, results.branch, times)
     printed = recursion(results.model, results.branch, times, printed=True)
-    gain = float(np.max(np.abs(printed.platform)) / np.max(np.abs(right.platform)))
-    result = []
-    for k, (name, unit, scale) in enumerate(
-        (("x", "mm", 1e3), ("y", "mm", 1e3), ("turning", "deg", 180.0 / np.pi))
-    ):
-        result.append(
+    gain = np.max(np.abs(printed.platform)) / np.max(np.abs(right.platform))
+    bound = stress_bound(results)
+    zero = np.sum(results.free < 1e-3 * results.free.max())
+    drift = np.sqrt(2.0 * PRINTED_ERROR[1] / abs(results.motion.ddx[0, 2]))
+    units = (("x", "mm", 1e3), ("y", "mm", 1e3), ("turning", "deg", 180.0 / np.pi))
+    return [
+        *(
             Row(
-                f"elastic displacement of the platform, {name}",
-                f"{scale * PRINTED_ERROR[k]:.4g} {unit}",
-                f"{scale * still[0][k]:.3g} {unit} quasi-static ({scale * still[1][k]:.3g} on the "
-                "other assembly); "
-                f"{scale * peak[k]:.3g} {unit} started from rest",
-                f"{PRINTED_ERROR[k] / still[0][k]:.2g} times too large; contradicts the printed "
-                "stress, see below",
+                f"elastic displacement of the platform, {name}", f"{scale * PRINTED_ERROR[k]:.4g} {unit}",
+                f"{scale * static[k]:.3g} {unit} quasi-static ({scale * other[k]:.3g} on the other assembly);"
+                f" {scale * moving[k]:.3g} {unit} started from rest",
+                f"{PRINTED_ERROR[k] / static[k]:.2g} times too large; contradicts the printed stress, see below",
             )
-        )
-    result.append(
+            for k, (name, unit, scale) in enumerate(units)
+        ),
         Row(
-            "0.35 MPa against millimetres",
-            f"{1e-6 * PRINTED_CRANK:.3g} MPa with {1e3 * PRINTED_ERROR[1]:.3g} mm",
-            f"at that stress a crank bends by {1e6 * bound.crank:.3g} µm and a coupler changes its length by "
-            f"{1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) "
-            "moves the platform by "
-            f"{1e6 * bound.platform:.3g} µm",
+            "0.35 MPa against millimetres", f"{1e-6 * PRINTED_CRANK:.3g} MPa with {1e3 * PRINTED_ERROR[1]:.3g} mm",
+            f"at that stress a crank bends by {1e6 * bound.crank:.3g} µm and a coupler changes its length by"
+            f" {1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) moves the platform by"
+            f" {1e6 * bound.platform:.3g} µm",
             "the printed displacements and stresses cannot go together",
-        )
-    )
-    drift = float(np.sqrt(2.0 * PRINTED_ERROR[1] / abs(results.motion.ddx[0, 2])))
-    result.append(
+        ),
         Row(
-            "24 equations, crank roots free",
-            "all modes used in eq. (13)",
-            f"{int(np.sum(results.free < 1e-3 * results.free.max()))} zero modes, for which F/p² has "
-            "no value; a mechanism that "
-            f"nothing drives lags {1e3 * PRINTED_ERROR[1]:.4g} mm behind its prescribed motion "
-            f"{drift:.2g} s after t = 0",
+            "24 equations, crank roots free", "all modes used in eq. (13)",
+            f"{zero} zero modes, for which F/p² has no value; a mechanism that nothing drives lags"
+            f" {1e3 * PRINTED_ERROR[1]:.4g} mm behind its prescribed motion {drift:.2g} s after t = 0",
             "a possible origin of the millimetres: rigid drift, not elasticity (our reading)",
-        )
-    )
-    result.append(
+        ),
         Row(
-            "time recursion, eq. (13)",
-            "back with the next step's basis",
-            f"with it the displacement reaches {gain:.2g} times that of the same basis within "
-            f"{_FROM_REST:g} s",
+            "time recursion, eq. (13)", "back with the next step's basis",
+            f"with it the displacement reaches {gain:.2g} times that of the same basis within {_FROM_REST:g} s",
             "misprint or error: carry the state with one basis",
-        )
-    )
-    return [*result, *_stresses(results, shaken)]
+        ),
+        *_stresses(results, shaken),
+    ]  # fmt: skip
 
 
 def _stresses(results: RobotResults, shaken: Response) -> list[Row]:
     dynamic = link_stress(results.model, shaken)
-    result = []
-    for index, name, value in ((2, "A₂B₂", PRINTED_CRANK), (3, "B₂C₂", PRINTED_COUPLER)):
-        result.append(
+    plate = platform_stress(results.model, quasi_static_response(results.model, results.motion))
+    low, high = PRINTED_PLATFORM
+    crank, coupler = (1e3 * link.s[np.argmax(link.largest) % len(link.s)] for link in results.stress[2:4])
+    return [
+        *(
             Row(
-                f"largest stress of {name}",
-                f"{1e-3 * value:.4g} kPa",
-                f"{1e-3 * results.stress[index].largest.max():.3g} kPa quasi-static, "
-                f"{1e-3 * dynamic[index].largest.max():.3g} kPa started from rest",
+                f"largest stress of {name}", f"{1e-3 * value:.4g} kPa",
+                f"{1e-3 * results.stress[index].largest.max():.3g} kPa quasi-static,"
+                f" {1e-3 * dynamic[index].largest.max():.3g} kPa started from rest",
                 "printed axial stress lacks E, inertia loads have the wrong sign; material assumed here",
             )
-        )
-    plate: PlatformStress = platform_stress(
-        results.model, quasi_static_response(results.model, results.motion)
-    )
-    result += [
+            for index, name, value in ((2, "A₂B₂", PRINTED_CRANK), (3, "B₂C₂", PRINTED_COUPLER))
+        ),
         Row(
-            "platform, normal stress",
-            f"{1e-3 * PRINTED_PLATFORM[0]:.4g} to {1e-3 * PRINTED_PLATFORM[1]:.4g} kPa",
-            f"{1e-3 * plate.second.min():.3g} to {1e-3 * plate.first.max():.3g} kPa (principal, "
-            "quasi-static)",
+            "platform, normal stress", f"{1e-3 * low:.4g} to {1e-3 * high:.4g} kPa",
+            f"{1e-3 * plate.second.min():.3g} to {1e-3 * plate.first.max():.3g} kPa (principal, quasi-static)",
             "the triangle's printed load lacks its translational acceleration",
         ),
         Row(
-            "platform, largest shear stress",
-            f"{1e-3 * PRINTED_SHEAR:.4g} kPa",
-            f"{1e-3 * plate.largest_shear.max():.3g} kPa",
-            "printed with E/(1 + ν²) in place of E/(2(1 + ν))",
+            "platform, largest shear stress", f"{1e-3 * PRINTED_SHEAR:.4g} kPa",
+            f"{1e-3 * plate.largest_shear.max():.3g} kPa", "printed with E/(1 + ν²) in place of E/(2(1 + ν))",
         ),
         Row(
-            "where the stress is largest",
-            "input rods, at an end",
-            f"crank 2 at {1e3 * _place(results, 2):.0f} mm (its root); coupler 2 at "
-            f"{1e3 * _place(results, 3):.0f} mm of "
-            f"{1e3 * results.robot.geometry.coupler[1]:.0f} mm",
+            "where the stress is largest", "input rods, at an end",
+            f"crank 2 at {crank:.0f} mm (its root); coupler 2 at {coupler:.0f} mm"
+            f" of {1e3 * results.robot.geometry.coupler[1]:.0f} mm",
             "right for the crank; a pinned coupler bends most near mid-span",
         ),
-    ]
-    return result
+    ]  # fmt: skip
 
 
-def _place(results: RobotResults, index: int) -> float:
-    link = results.stress[index]
-    return float(link.s[np.unravel_index(np.argmax(link.largest), link.largest.shape)[1]])
-
-
-def page(robot: Robot, table: Sequence[Row]) -> str:
+def page(robot: Robot, found: Sequence[Row]) -> str:
     """Return the page with the table of the robot's `rows`."""
     m = robot.material
-    lines = [
-        "# Replication: the flexible 3-RRR robot",
-        "",
-        "Lu, Shi, Gao and Dan, *Elastic-dynamics of planar flexile parallel mechanism*, "
-        "Transactions of the Chinese Society",
-        "for Agricultural Machinery 41(6), 2010, pp. 208-215. The paper gives no material; assumed here: "
-        f"{m.name}, E = {m.youngs_modulus:.3g} Pa,",
-        f"{m.density:g} kg/m³, ν = {m.poisson:g}; the crank has the diameter d₁, the coupler d₂; "
-        "crank roots held; "
-        f"{robot.model.elements} element in each link.",
-        "",
-        "This page is written by `python docs/make_replication_3rrr.py`; its numbers are computed.",
-        "",
-        "| quantity | printed | ours | verdict |",
-        "|---|---|---|---|",
-    ]
-    lines += [f"| {r.quantity} | {r.printed} | {r.ours} | {r.verdict} |" for r in table]
-    lines += [
-        "",
-        "The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and "
-        "hinged at B₂, so its root",
-        "stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; at the printed σ this is the "
-        "first length. A coupler is",
-        "hinged at both ends and carries the platform by its axial force alone: σ l₂ / E is the "
-        "second. The third takes the",
-        "model's own ratio of platform displacement to crank stress over the revolution.",
-    ]
-    return "\n".join(lines) + "\n"
+    return f"""# Replication: the flexible 3-RRR robot
+
+Lu, Shi, Gao and Dan, *Elastic-dynamics of planar flexile parallel mechanism*, Transactions of the Chinese Society
+for Agricultural Machinery 41(6), 2010, pp. 208-215. The paper gives no material; assumed here: \
+{m.name}, E = {m.youngs_modulus:.3g} Pa,
+{m.density:g} kg/m³, ν = {m.poisson:g}; the crank has the diameter d₁, the coupler d₂; crank roots held; \
+{robot.model.elements} element in each link.
+
+This page is written by `python docs/make_replication_3rrr.py`; its numbers are computed.
+
+{table(Row._fields, found)}
+The calculation of the row *0.35 MPa against millimetres*: a crank is clamped at A₂ and hinged at B₂, so its root
+stress is σ = 3 E (d₁/2) δ / l₁² for a deflection δ of B₂; at the printed σ this is the first length. A coupler is
+hinged at both ends and carries the platform by its axial force alone: σ l₂ / E is the second. The third takes the
+model's own ratio of platform displacement to crank stress over the revolution.
+"""
