@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from linkages import AssemblyError, Status, System, Trajectory, extremes, ideal, simulate
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import JITTER
-from optim.evaluate.requests import Request, Statistics, run_each
+from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
 
 Array = NDArray[np.float64]
 
@@ -37,17 +36,13 @@ def run_on_drake(request: Request, progress: Callable[[float], None] | None = No
 
     def statistics(i: int, system: System) -> Array:
         before = i * request.point.system.experiment.duration
-        return _statistics(request, system, progress and partial(_add, progress, before))
+        return _statistics(request, system, progress and (lambda time: progress(before + time)))
 
     return run_each(request, statistics)
 
 
-def _add(progress: Callable[[float], None], before: float, time: float) -> None:
-    progress(before + time)
-
-
 def _statistics(request: Request, system: System, progress: Callable[[float], None] | None) -> Array:
-    """Minimum, maximum, mean and rms of each output in each window, (4, nw, no).
+    """`STATISTICS` of each output in each window, (4, nw, no).
 
     Raises
     ------
@@ -69,7 +64,7 @@ def _statistics(request: Request, system: System, progress: Callable[[float], No
         order = np.argsort(np.concatenate([run.time, edges]))
         between = signals(edges)
         columns = {name: np.concatenate([x, between[name]])[order] for name, x in columns.items()}
-    found = np.empty((4, len(request.windows), len(outputs)))
+    found = np.empty((len(STATISTICS), len(request.windows), len(outputs)))
     for w, (start, end) in enumerate(request.windows):
         inside = (columns["time"] >= start) & (columns["time"] <= end)
         within = {name: x[inside] for name, x in columns.items()}

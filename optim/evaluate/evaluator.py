@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 
 from linkages.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
-from optim.evaluate.requests import Engine, Request, Statistics, joined, run_compiled
+from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, joined, run_compiled
 from optim.problem.schema import Quantity, Term
 from optim.problem.study import OperatingPoint, Study
 
 Array = NDArray[np.float64]
 
-#: From minimum, maximum, mean and rms, (m, nw), and lengths of the windows, (nw,) [s].
-_FUNCTIONALS: dict[str, Callable[[Array, Array, Array, Array, Array], Array]] = {
-    "peak": lambda low, high, mean, rms, span: np.maximum(np.abs(low), np.abs(high)),
-    "max": lambda low, high, mean, rms, span: high,
-    "min": lambda low, high, mean, rms, span: low,
-    "range": lambda low, high, mean, rms, span: high - low,
-    "mean": lambda low, high, mean, rms, span: mean,
-    "rms": lambda low, high, mean, rms, span: rms,
-    "integral": lambda low, high, mean, rms, span: mean * span,
+#: From `STATISTICS` by name, (m, nw) each, and lengths of the windows, (nw,) [s].
+_FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {
+    "peak": lambda x, span: np.maximum(np.abs(x["minimum"]), np.abs(x["maximum"])),
+    "max": lambda x, span: x["maximum"],
+    "min": lambda x, span: x["minimum"],
+    "range": lambda x, span: x["maximum"] - x["minimum"],
+    "mean": lambda x, span: x["mean"],
+    "rms": lambda x, span: x["rms"],
+    "integral": lambda x, span: x["mean"] * span,
 }
 
 
@@ -74,26 +74,17 @@ class Evaluator:
     def __call__(self, designs: Array) -> Evaluations:
         """Evaluate designs (m, n), in SI units; a design's values do not depend on the others."""
         study = self.study
-        if self.outputs:
-            points = self._run(designs)
-        else:  # formulas alone
-            nothing = np.empty((len(designs), 0, 0))
-            blank = [""] * len(designs)
-            points = [Statistics(nothing, nothing, nothing, nothing, [OK] * len(designs), blank)]
+        points = self._run(designs) if self.outputs else []
         table = np.column_stack(
             [
                 self._formula(name, designs) if quantity.terms is None else self._quantity(quantity, points)
                 for _, name, quantity in study.quantities
             ]
         )
-        status, reason = [], []
-        for i, row in enumerate(table):
-            verdict = self._verdict(i, row, points)
-            status.append(verdict[0])
-            reason.append(verdict[1])
+        status, reason = zip(*(self._verdict(i, row, points) for i, row in enumerate(table)), strict=True)
         table[[state != OK for state in status]] = np.nan
         split = len(study.file.objectives)
-        return Evaluations(table[:, :split], table[:, split:], tuple(status), tuple(reason))
+        return Evaluations(table[:, :split], table[:, split:], status, reason)
 
     # -- runs --------------------------------------------------------------------------------------
 
@@ -122,13 +113,10 @@ class Evaluator:
 
     def _rows(self, term: Term, point: OperatingPoint) -> slice:
         """Windows of a term among those of a request."""
-        before = 0
-        for name in self._used:
-            count = len(point.windows[name])
-            if name == term.window:
-                return slice(before, before + count)
-            before += count
-        raise KeyError(term.window)
+        counts = [len(point.windows[name]) for name in self._used]
+        k = self._used.index(term.window)
+        start = sum(counts[:k])
+        return slice(start, start + counts[k])
 
     # -- numbers -----------------------------------------------------------------------------------
 
@@ -143,15 +131,10 @@ class Evaluator:
         by_point = []
         for point, found in zip(self.study.points, points, strict=True):
             rows = self._rows(term, point)
+            statistics = dict(zip(STATISTICS, found.values[:, :, rows, k], strict=True))
             spans = np.ptp(point.windows[term.window], axis=1)
             with np.errstate(invalid="ignore"):  # runs that failed
-                values = _FUNCTIONALS[term.functional](
-                    found.minimum[:, rows, k],
-                    found.maximum[:, rows, k],
-                    found.mean[:, rows, k],
-                    found.rms[:, rows, k],
-                    spans,
-                )
+                values = _FUNCTIONALS[term.functional](statistics, spans)
             by_point.append([_aggregate(term.over_windows, row) for row in values])
         return [_aggregate(term.over_points, row) for row in zip(*by_point, strict=True)]
 

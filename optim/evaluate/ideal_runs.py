@@ -16,7 +16,7 @@ from linkages import AssemblyError, Status, System, ideal
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import IDEAL, TURNING
 from optim.evaluate.evaluations import OK
-from optim.evaluate.requests import Engine, Request, Statistics, run_each
+from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, run_each
 
 Array = NDArray[np.float64]
 
@@ -33,18 +33,12 @@ def run_parts(engine: Engine, request: Request) -> Statistics:
             outputs = tuple(request.outputs[k] for k in columns)
             parts.append((columns, run(dataclasses.replace(request, outputs=outputs))))
     order = np.argsort([k for columns, _ in parts for k in columns])
-
-    def joined(key: str) -> Array:
-        return np.concatenate([getattr(found, key) for _, found in parts], axis=2)[:, :, order]
-
+    values = np.concatenate([found.values for _, found in parts], axis=3)[..., order]
     verdicts = [
         next(((s, r) for s, r in verdict if s != OK), (OK, ""))
         for verdict in zip(*(zip(found.status, found.reason, strict=True) for _, found in parts), strict=True)
     ]
-    return Statistics(
-        joined("minimum"), joined("maximum"), joined("mean"), joined("rms"),
-        [status for status, _ in verdicts], [reason for _, reason in verdicts],
-    )  # fmt: skip
+    return Statistics(values, [status for status, _ in verdicts], [reason for _, reason in verdicts])
 
 
 def run_ideal(request: Request) -> Statistics:
@@ -53,12 +47,12 @@ def run_ideal(request: Request) -> Statistics:
 
 
 def _statistics(request: Request, system: System) -> Array:
-    """Minimum, maximum, mean and rms of each output in each window, (4, nw, no)."""
+    """`STATISTICS` of each output in each window, (4, nw, no)."""
     motion = ideal(system, "compiled")
     if motion.status is not Status.OK:
         raise AssemblyError(motion.status, f"ended at t = {motion.time[-1]:.6g} s")
     assert motion.evaluate is not None  # what an engine returns has it
-    found = np.empty((4, len(request.windows), len(request.outputs)))
+    found = np.empty((len(STATISTICS), len(request.windows), len(request.outputs)))
     for w, (start, end) in enumerate(request.windows):
         times = np.linspace(start, end, SAMPLES)
         columns = motion.evaluate(times)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,9 @@ from optim.evaluate.evaluations import OK
 from optim.problem.study import OperatingPoint
 
 Array = NDArray[np.float64]
+
+#: What functionals are made of, in this order.
+STATISTICS = ("minimum", "maximum", "mean", "rms")
 
 # compiled loops use all threads already, and must not be entered by two threads of a worker at once
 _ONE_AT_A_TIME = threading.Lock()
@@ -45,12 +48,9 @@ class Request:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Statistics of each output in each window, (m, nw, no) each: what functionals are made of."""
+    """The answer to a request: `STATISTICS` of each output in each window, (4, m, nw, no); how each run ended."""
 
-    minimum: Array
-    maximum: Array
-    mean: Array
-    rms: Array
+    values: Array
     status: list[str]
     reason: list[str]
 
@@ -72,8 +72,8 @@ def run_compiled(request: Request) -> Statistics:
             windows=request.windows,
             threads=request.threads,
         )
-    status = [state.value for state in found.status]
-    return Statistics(found.minimum, found.maximum, found.mean, found.rms, status, list(found.reason))
+    values = np.stack([found.statistics[name] for name in STATISTICS])
+    return Statistics(values, [state.value for state in found.status], found.reason)
 
 
 def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:
@@ -83,11 +83,11 @@ def run_each(request: Request, statistics: Callable[[int, System], Array]) -> St
     ----------
     request : Request
     statistics : callable
-        From a design's number and system to minimum, maximum, mean and rms of each output in each window,
-        (4, nw, no). It may raise InputError or AssemblyError.
+        From a design's number and system to `STATISTICS` of each output in each window, (4, nw, no). It may raise
+        InputError or AssemblyError.
     """
     m = len(request.values)
-    found = np.full((4, m, len(request.windows), len(request.outputs)), np.nan)
+    found = np.full((len(STATISTICS), m, len(request.windows), len(request.outputs)), np.nan)
     status, reason = [OK] * m, [""] * m
     for i, line in enumerate(request.values):
         try:
@@ -97,22 +97,13 @@ def run_each(request: Request, statistics: Callable[[int, System], Array]) -> St
             status[i], reason[i] = Status.BAD_INPUT.value, str(problem)
         except AssemblyError as problem:
             status[i], reason[i] = problem.status.value, str(problem)
-    minimum, maximum, mean, rms = found
-    return Statistics(minimum, maximum, mean, rms, status, reason)
+    return Statistics(found, status, reason)
 
 
-def joined(parts: Iterable[Statistics]) -> Statistics:
+def joined(parts: Sequence[Statistics]) -> Statistics:
     """Put the answers for one operating point together again."""
-    found = list(parts)
-
-    def whole(key: str) -> Array:
-        return np.concatenate([getattr(part, key) for part in found])
-
     return Statistics(
-        whole("minimum"),
-        whole("maximum"),
-        whole("mean"),
-        whole("rms"),
-        [state for part in found for state in part.status],
-        [reason for part in found for reason in part.reason],
+        np.concatenate([part.values for part in parts], axis=1),
+        [state for part in parts for state in part.status],
+        [reason for part in parts for reason in part.reason],
     )

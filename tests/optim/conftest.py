@@ -16,9 +16,8 @@ def oscillation(request, progress=None):
         for k in range(no):
             swing[:, w, k] = 1.0 + k + start + ((scaled - 0.1 * (k + 1)) ** 2).sum(axis=1)
     middle = 0.1 * scaled[:, :1, None] * np.ones((1, nw, no))
-    return Statistics(
-        middle - swing, middle + swing, middle, np.hypot(middle, swing / np.sqrt(2.0)), ["ok"] * m, [""] * m
-    )
+    rms = np.hypot(middle, swing / np.sqrt(2.0))
+    return Statistics(np.stack([middle - swing, middle + swing, middle, rms]), ["ok"] * m, [""] * m)
 
 
 @pytest.fixture

@@ -64,10 +64,7 @@ def engine(monkeypatch, minimum, maximum, mean=0.0, rms=0.0, status=(), reason=(
 
         m = len(request.values)
         return Statistics(
-            table(minimum),
-            table(maximum),
-            table(mean),
-            table(rms),
+            np.stack([table(values) for values in (minimum, maximum, mean, rms)]),
             list(status) or ["ok"] * m,
             list(reason) or [""] * m,
         )
