@@ -50,16 +50,11 @@ def add_captions(page: str, labels: list[Label], clock: list[str], legend: str) 
     ValueError
         If the page has no body.
     """
-    data = json.dumps(
-        {
-            "labels": [
-                {"path": label.anchor.strip("/").split("/"), "title": label.title, "lines": label.lines}
-                for label in labels
-            ],
-            "clock": clock,
-            "legend": legend,
-        }
-    ).replace("</", "<\\/")
+    entries = [
+        {"path": label.anchor.strip("/").split("/"), "title": label.title, "lines": label.lines}
+        for label in labels
+    ]
+    data = json.dumps({"labels": entries, "clock": clock, "legend": legend}).replace("</", "<\\/")
     head, found, tail = page.rpartition("</body>")
     if not found:
         raise ValueError("the recording has no body to write captions into")

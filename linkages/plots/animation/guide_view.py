@@ -12,19 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Meshcat
 
-from linkages.plots.animation.magnified import (
-    BODY,
-    DARK,
-    FLOOR,
-    GAP,
-    WALL,
-    View,
-    closed,
-    rounded,
-    strongest,
-)
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, rounded, strongest
 from linkages.results.summary import Study
 from linkages.system.tree import CORNERS
 
@@ -79,17 +68,7 @@ def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
 
 
 class GuideView(View):
-    """A block in its slot, drawn magnified; parameters as `linkages.plots.animation.journal_view.JournalView`."""
-
-    def __init__(
-        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
-    ) -> None:
-        joint, basis = study.system.mechanism.joint[name], study.system.mechanism.basis
-        along = basis[:, :2] @ joint.direction
-        axes = np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
-        super().__init__(meshcat, study, name, centre, radius, axes)
-        self.frames = guide_frames(study, name, times)
-        self._draw()
+    """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `View`."""
 
     def caption(self, frame: int) -> str:
         """Numbers of a frame."""
@@ -103,23 +82,23 @@ class GuideView(View):
         middle = np.array([0.0, GAP * now.offset[frame]])
         angle = float(np.arctan(GAP * now.tilt[frame] / _LENGTH))
         self.place("block", middle, angle, time)
-        self.show_arrow("arrow", middle, now.force[frame], time)
+        self.show_arrow(middle, now.force[frame], time)
         for k in range(len(CORNERS)):
-            self.show_spot(f"corner{k + 1}", bool(now.touching[frame, k]), time)
+            self.show_spot(f"corner{k + 1}", now.touching[frame, k], time)
 
-    def _draw(self) -> None:
-        """Draw all parts at the origin of the view."""
+    def draw(self, study: Study, times: Array) -> None:
+        """Draw all parts at the origin of the view, and find what each frame shows."""
+        self.frames = guide_frames(study, self.name, times)
         wall, thick = _HEIGHT + GAP, 0.14
         self.box("floor", (2.0 * _SLOT, 2.0 * wall, 0.01), FLOOR, [0.0, 0.0, -0.02])
         for name, side in (("upper", 1.0), ("lower", -1.0)):
-            self.box(
-                f"slot/{name}", (2.0 * _SLOT, thick, 0.04), WALL, [0.0, side * (wall + 0.5 * thick), 0.04]
-            )
+            middle = [0.0, side * (wall + 0.5 * thick), 0.04]
+            self.box(f"slot/{name}", (2.0 * _SLOT, thick, 0.04), WALL, middle)
             edge = np.array([[-_SLOT, _SLOT], [side * wall, side * wall]])
             self.line(f"edge/{name}", edge, 0.07, DARK)
         self.box("block", (2.0 * _LENGTH, 2.0 * _HEIGHT, 0.04), BODY, [0.0, 0.0, 0.02])
         self.disc("block/centre", 0.035, DARK, [0.0, 0.0, 0.075])
-        self.draw_arrow("arrow")
+        self.draw_arrow()
         for k, (x, y) in enumerate(CORNERS):
             self.draw_spot(f"corner{k + 1}", [x * _LENGTH, y * wall])
         self.set_label(wall + thick)

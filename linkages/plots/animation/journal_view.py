@@ -12,19 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Cylinder, Meshcat, Rgba
+from pydrake.geometry import Cylinder, Rgba
 
-from linkages.plots.animation.magnified import (
-    BODY,
-    DARK,
-    FLOOR,
-    GAP,
-    WALL,
-    View,
-    closed,
-    rounded,
-    strongest,
-)
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, rounded, strongest
 from linkages.results.summary import Study
 
 Array = NDArray[np.float64]
@@ -79,22 +69,7 @@ def journal_frames(study: Study, name: str, times: Array) -> JournalFrames:
 
 
 class JournalView(View):
-    """A journal in its bearing, drawn magnified; other parameters as `View`.
-
-    Parameters
-    ----------
-    name : str
-        A revolute joint with clearance.
-    times : (n,) array
-        Times of the frames [s].
-    """
-
-    def __init__(
-        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
-    ) -> None:
-        super().__init__(meshcat, study, name, centre, radius, study.system.mechanism.basis)
-        self.frames = journal_frames(study, name, times)
-        self._draw(np.stack([study.run[f"{name}.ex"], study.run[f"{name}.ey"]]) / self.clearance)
+    """A revolute joint with clearance: a journal in its bearing, drawn magnified; parameters as `View`."""
 
     def caption(self, frame: int) -> str:
         """Numbers of a frame."""
@@ -107,12 +82,14 @@ class JournalView(View):
         e = GAP * now.e[frame]
         self.place("bearing", np.zeros(2), now.bearing[frame], time)
         self.place("journal", e, now.journal[frame], time)
-        self.show_arrow("arrow", e, now.force[frame], time)
+        self.show_arrow(e, now.force[frame], time)
         self.place("touch", np.zeros(2), float(np.arctan2(e[1], e[0])), time)
-        self.show_spot("touch", bool(now.touching[frame]), time)
+        self.show_spot("touch", now.touching[frame], time)
 
-    def _draw(self, orbit: Array) -> None:
-        """Draw all parts at the origin of the view; heights above the plane keep them from hiding each other."""
+    def draw(self, study: Study, times: Array) -> None:
+        """Draw all parts, and find what each frame shows; heights above the plane keep parts from hiding each other."""
+        self.frames = journal_frames(study, self.name, times)
+        orbit = np.stack([study.run[f"{self.name}.{part}"] for part in ("ex", "ey")]) / self.clearance
         inner = 1.0 - GAP
         angle = np.linspace(0.0, 2.0 * np.pi, 121)
         circle = np.stack([np.cos(angle), np.sin(angle)])
@@ -127,7 +104,7 @@ class JournalView(View):
         self.line("clearance", GAP * circle, 0.06, DARK)
         every = max(1, orbit.shape[1] // _ORBIT_POINTS)
         self.line("orbit", GAP * orbit[:, ::every], 0.07, _ORBIT)
-        self.draw_arrow("arrow")
+        self.draw_arrow()
         self.draw_spot("touch", [1.0, 0.0])
         self.set_label(1.0 + _RING)
 
@@ -140,7 +117,5 @@ def _ring(inner: float, outer: float, height: float, sides: int = 96) -> tuple[A
     vertices[2] = height
     k = np.arange(sides, dtype=np.int32)
     following = (k + 1) % sides
-    faces = np.hstack(
-        [np.stack([k, sides + k, sides + following]), np.stack([k, sides + following, following])]
-    )
-    return np.asfortranarray(vertices), np.asfortranarray(faces.astype(np.int32))
+    faces = np.hstack([[k, sides + k, sides + following], [k, sides + following, following]])
+    return np.asfortranarray(vertices), np.asfortranarray(faces)

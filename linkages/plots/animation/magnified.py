@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
+from linkages.model.mechanism import Joint, Mechanism
 from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
 
@@ -58,6 +59,15 @@ def rounded(value: float) -> str:
     return f"{float(f'{value:.3g}'):g}"
 
 
+def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
+    """Axes (3, 3) of a joint's drawing in the world: the plane's; of a prismatic joint x along its own."""
+    basis = mechanism.basis
+    if joint.type != "prismatic":
+        return basis
+    along = basis[:, :2] @ joint.direction
+    return np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
+
+
 class View(ABC):
     """A joint drawn magnified, at a place of its own in the plane.
 
@@ -71,19 +81,25 @@ class View(ABC):
         Where it is drawn, plane axes [m].
     radius : float
         Half the size of the drawing [m].
-    axes : (3, 3) array
-        Its axes in the world; the last one is the plane's normal.
+    times : (n,) array
+        Times of the frames [s].
     """
 
     def __init__(
-        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, axes: Array
+        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
     ) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
         self.clearance = study.system.experiment.joints[name].clearance or 0.0
         self.largest = float(study.run[f"{name}.force"].max())
-        position = study.system.mechanism.basis[:, :2] @ centre
-        meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), position))
+        mechanism = study.system.mechanism
+        axes = joint_axes(mechanism, mechanism.joint[name])
+        meshcat.SetTransform(self.path, RigidTransform(RotationMatrix(axes), mechanism.basis[:, :2] @ centre))
+        self.draw(study, times)
+
+    @abstractmethod
+    def draw(self, study: Study, times: Array) -> None:
+        """Draw all parts at the origin of the view, and find what each frame shows."""
 
     @abstractmethod
     def caption(self, frame: int) -> str:
@@ -124,23 +140,22 @@ class View(ABC):
         pose = RigidTransform(RotationMatrix.MakeZRotation(angle), self.radius * np.array([*position, 0.0]))
         self.meshcat.SetTransform(f"{self.path}/{part}", pose, time)
 
-    def draw_arrow(self, part: str) -> None:
-        """Draw an arrow along x from the part's origin; `show_arrow` gives it its length."""
-        self.box(f"{part}/shaft", (1.0, 0.1, 0.02), _FORCE, [0.5, 0.0, 0.1])
+    def draw_arrow(self) -> None:
+        """Draw an arrow along x from its origin; `show_arrow` gives it its length."""
+        self.box("arrow/shaft", (1.0, 0.1, 0.02), _FORCE, [0.5, 0.0, 0.1])
         head = MeshcatCone(*(self.radius * side for side in (_HEAD, 0.03, 0.14)))
-        self.put(f"{part}/head", head, _FORCE, [0.0, 0.0, 0.1], along_x=True)
+        self.put("arrow/head", head, _FORCE, [0.0, 0.0, 0.1], along_x=True)
 
-    def show_arrow(self, part: str, start: Array, force: Array, time: float) -> None:
-        """Record an arrow from `start`, in units of the radius, along a force (2,) [N]."""
+    def show_arrow(self, start: Array, force: Array, time: float) -> None:
+        """Record the arrow from `start`, in units of the radius, along a force (2,) [N]."""
         share = float(np.linalg.norm(force)) / self.largest if self.largest > 0.0 else 0.0
         length = REACH * np.sqrt(share)
         head = min(_HEAD, length)
         wide = max(0.5, head / _HEAD) if share > 0.0 else 0.0
-        self.place(part, start, float(np.arctan2(force[1], force[0])), time)
-        self._scale(f"{part}/shaft", length - head, 1.0, time)
-        self._scale(f"{part}/head", head / _HEAD, wide, time)
-        tip = RigidTransform([length * self.radius, 0.0, 0.0])
-        self.meshcat.SetTransform(f"{self.path}/{part}/head", tip, time)
+        self.place("arrow", start, float(np.arctan2(force[1], force[0])), time)
+        self._scale("arrow/shaft", length - head, 1.0, time)
+        self._scale("arrow/head", head / _HEAD, wide, time)
+        self.place("arrow/head", np.array([length, 0.0]), 0.0, time)
 
     def draw_spot(self, part: str, position: list[float]) -> None:
         """Draw the spot of a contact, in units of the radius; `show_spot` shows and hides it."""

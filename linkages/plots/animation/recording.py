@@ -25,7 +25,7 @@ from linkages.errors import AssemblyError
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
-from linkages.plots.animation.magnified import View, rounded
+from linkages.plots.animation.magnified import View, joint_axes, rounded
 from linkages.results.summary import Study
 from linkages.system.ideal_motion import IdealMotion
 
@@ -119,29 +119,28 @@ def _recorded(study: Study, times: Array) -> Array:
 
 def _span(study: Study) -> tuple[Array, Array]:
     """Lower left and upper right corner of everything that moves, plane axes [m]."""
-    names = study.system.mechanism.point
-    x = np.concatenate([study.run[f"{name}.x"] for name in names])
-    y = np.concatenate([study.run[f"{name}.y"] for name in names])
-    low, high = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
-    for a, b in _rails(study).values():
-        low, high = np.minimum(low, np.minimum(a, b)), np.maximum(high, np.maximum(a, b))
-    return low, high
+    paths = [_path(study, name) for name in study.system.mechanism.point]
+    places = np.concatenate([*paths, *_rails(study).values()])
+    return places.min(axis=0), places.max(axis=0)
 
 
-def _rails(study: Study) -> dict[str, tuple[Array, Array]]:
-    """Find the ends of the rail of each prismatic joint on the ground, plane axes [m]: the block's travel and more."""
+def _path(study: Study, name: str) -> Array:
+    """Positions (n, 2) of a link or frame over the run, plane axes [m]."""
+    return np.column_stack([study.run[f"{name}.x"], study.run[f"{name}.y"]])
+
+
+def _rails(study: Study) -> dict[str, Array]:
+    """Find the ends (2, 2) of each rail on the ground, plane axes [m]: the travel of a prismatic joint, and more."""
     result = {}
     for joint in study.system.mechanism.joints:
         if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
             block, at = (
                 (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
             )
-            drawn = study.system.mechanism.link[block].origin
-            moved = np.stack([study.run[f"{block}.x"], study.run[f"{block}.y"]], axis=1) - drawn
-            travel = moved @ joint.direction
+            travel = (_path(study, block) - study.system.mechanism.link[block].origin) @ joint.direction
             margin = 0.2 * np.ptp(travel) + 0.05 * study.system.tree.extent
-            ends = (float(travel.min() - margin), float(travel.max() + margin))
-            result[joint.name] = (at + ends[0] * joint.direction, at + ends[1] * joint.direction)
+            reach = [travel.min() - margin, travel.max() + margin]
+            result[joint.name] = at + np.outer(reach, joint.direction)
     return result
 
 
@@ -189,17 +188,14 @@ def _draw_ground(study: Study, meshcat: Meshcat) -> None:
         if "world" not in (joint.parent, joint.child):
             continue
         if joint.type == "revolute":
-            shape = Cylinder(0.012 * size, 0.03 * size)
-            pose = RigidTransform(RotationMatrix(basis), joint.position)
+            shape, position = Cylinder(0.012 * size, 0.03 * size), joint.position
         elif joint.type == "prismatic":
             start, end = _rails(study)[joint.name]
             shape = Box(float(np.linalg.norm(end - start)), 0.004 * size, 0.004 * size)
-            along = basis[:, :2] @ joint.direction
-            axes = np.column_stack([along, np.cross(basis[:, 2], along), basis[:, 2]])
-            height = basis[:, 2] * (basis[:, 2] @ joint.position)
-            pose = RigidTransform(RotationMatrix(axes), basis[:, :2] @ (0.5 * (start + end)) + height)
+            position = basis[:, :2] @ (0.5 * (start + end)) + basis[:, 2] * (basis[:, 2] @ joint.position)
         else:
             continue
+        pose = RigidTransform(RotationMatrix(joint_axes(mechanism, joint)), position)
         meshcat.SetObject(f"/ground/{joint.name}", shape, Rgba(0.25, 0.25, 0.25, 1.0))
         meshcat.SetTransform(f"/ground/{joint.name}", pose)
 
