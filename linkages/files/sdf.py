@@ -1,9 +1,8 @@
 """Reads the part of SDFormat 1.7+ that describes a mechanism: links, joints, frames and their poses.
 
-Poses follow the standard: ``relative_to`` names any link, joint or frame of the model (nested to any
-depth); by default a link's pose is relative to the model, a frame's to what it is attached to and a
-joint's to its child. What cannot be honoured is refused, never ignored silently, except elements that
-only a picture or a contact sensor needs.
+Poses follow the standard: ``relative_to`` names any link, joint or frame of the model (nested to any depth); by
+default a link's pose is relative to the model, a frame's to what it is attached to and a joint's to its child. What
+cannot be honoured is refused, never ignored silently, except elements that only a picture or a contact sensor needs.
 """
 
 from __future__ import annotations
@@ -11,8 +10,9 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import TypeVar
 from xml.parsers import expat
 
 import numpy as np
@@ -26,8 +26,6 @@ Array = NDArray[np.float64]
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
-#: What this package adds to a joint, and the two lengths of each.
-_ANNOTATIONS = {"bearing": ("radius", "length"), "slot": ("length", "height")}
 
 
 @dataclass(frozen=True)
@@ -42,49 +40,89 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class RawLink:
-    """A link as written: inertia (3, 3) about the mass centre in link axes, visuals as XML text."""
+class Bearing:
+    """A journal bearing; the joint's parent carries the bearing, its child the journal. Lengths in m."""
 
-    pose: Pose
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A block in a slot; the joint's parent carries the slot, its child the block. Size of the block in m."""
+
+    length: float
+    height: float
+
+
+Part = TypeVar("Part", Bearing, Slot)
+
+
+@dataclass(frozen=True)
+class RawLink:
+    """A rigid body as written.
+
+    Attributes
+    ----------
+    mass : float
+        [kg]
+    rotation, translation : (3, 3), (3,) arrays
+        Drawn pose of the link frame in the world [m].
+    com_local, inertia_local : (3,), (3, 3) arrays
+        Mass centre [m] and inertia tensor about it [kg m2], in link axes.
+    visuals : tuple of str
+        ``<visual>`` elements, as written.
+    """
+
+    name: str
     mass: float
-    com: Array
-    inertia: Array
+    rotation: Array
+    translation: Array
+    com_local: Array
+    inertia_local: Array
     visuals: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class RawJoint:
-    """A joint as written: where it sits on each body, its axis [world], its bearing (R, L) or slot (l, h)."""
+    """A joint as written.
 
+    Attributes
+    ----------
+    type : str
+        "revolute", "prismatic" or "fixed".
+    parent, child : str
+        Link names, or "world".
+    axis, position, position_on_parent : (3,) arrays
+        Drawn axis, and position on the child and on the parent, in the world [m].
+    bearing : Bearing or None
+    slot : Slot or None
+        What a revolute, or a prismatic, joint is made of if it may have play.
+    """
+
+    name: str
     type: str
     parent: str
     child: str
-    on_parent: Array
-    on_child: Array
     axis: Array
-    bearing: tuple[float, float] | None
-    slot: tuple[float, float] | None
-
-
-@dataclass(frozen=True)
-class RawFrame:
-    """A named frame and the link that carries it."""
-
-    link: str
-    pose: Pose
+    position: Array
+    position_on_parent: Array
+    bearing: Bearing | None
+    slot: Slot | None
 
 
 @dataclass(frozen=True)
 class RawModel:
     """Everything the file says, resolved into world coordinates of the drawn configuration.
 
-    `values` are its numbers by the dotted paths that `read_sdf` replaces, as written.
+    `frames` gives the link that carries each named frame, and its pose. `values` are the file's numbers by the dotted
+    paths that `read_sdf` replaces, as written.
     """
 
     name: str
-    links: dict[str, RawLink]
-    joints: dict[str, RawJoint]
-    frames: dict[str, RawFrame]
+    links: tuple[RawLink, ...]
+    joints: tuple[RawJoint, ...]
+    frames: dict[str, tuple[str, Pose]]
     values: dict[str, float]
 
 
@@ -135,15 +173,11 @@ class _Reader:
         return InputError(self.path, where, problem)
 
     def read(self) -> RawModel:
-        links = {n: self._link(e) for n, e in self.elements.items() if e.tag == "link"}
+        links = tuple(self._link(name, element) for name, element in self._tagged("link").items())
         if not links:
             raise self.error(_label(self.model), "has no <link>; a mechanism needs at least one")
-        joints = {n: self._joint(e) for n, e in self.elements.items() if e.tag == "joint"}
-        frames = {
-            n: RawFrame(self._carrier(n, e), self._pose(n))
-            for n, e in self.elements.items()
-            if e.tag == "frame"
-        }
+        joints = tuple(self._joint(name, element) for name, element in self._tagged("joint").items())
+        frames = {name: (self._carrier(name), self._pose(name)) for name in self._tagged("frame")}
         values = {path: place.value for path, place in self.places.items()}
         return RawModel(self.model.get("name", ""), links, joints, frames, values)
 
@@ -151,21 +185,18 @@ class _Reader:
         """Find the number at a dotted path."""
         if path in self.places:
             return self.places[path]
+        where = f"sdf.{path}"
         kind, _, rest = path.partition(".")
-        kinds = ("links", "joints", "frames")
-        if kind not in kinds:
-            raise self.error(
-                f"sdf.{path}", f'"{kind}" is unknown; paths start with links., joints. or frames.'
-            )
+        if kind not in ("links", "joints", "frames"):
+            raise self.error(where, f'"{kind}" is unknown; paths start with links., joints. or frames.')
         name, _, key = rest.partition(".")
-        names = [n for n, e in self.elements.items() if e.tag == kind.removesuffix("s")]
+        tag = kind.removesuffix("s")
+        names = self._tagged(tag)
         if name not in names:
-            raise self.error(
-                f"sdf.{path}", f'there is no {kind.removesuffix("s")} "{name}"; {nearest(name, names)}'
-            )
+            raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, names)}')
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
-        raise self.error(f"sdf.{path}", f'"{key}" is unknown; {nearest(key, known)}')
+        raise self.error(where, f'"{key}" is unknown; {nearest(key, known)}')
 
     # -- names and poses ---------------------------------------------------------------------------
 
@@ -180,6 +211,15 @@ class _Reader:
             raise self.error(_label(element), f"is defined twice (also as a <{other}>); names must be unique")
         self.elements[name] = element
 
+    def _tagged(self, tag: str) -> dict[str, ET.Element]:
+        return {name: element for name, element in self.elements.items() if element.tag == tag}
+
+    def _find(self, name: str, asked_by: str) -> ET.Element:
+        if name not in self.elements:
+            known = nearest(name, [*self.elements, "world"])
+            raise self.error(asked_by, f'names "{name}", which does not exist; {known}')
+        return self.elements[name]
+
     def _pose(self, name: str, asked_by: str = "") -> Pose:
         """World pose of a link, joint or frame, of the model, or of the world."""
         if name == "world":
@@ -188,9 +228,7 @@ class _Reader:
             return self._own_pose(self.model, _label(self.model))
         if name in self.resolved:
             return self.resolved[name]
-        if name not in self.elements:
-            raise self.error(asked_by, f'names "{name}", which does not exist; {self._suggest(name)}')
-        element = self.elements[name]
+        element = self._find(name, asked_by)
         where = _label(element)
         if name in self.resolving:
             chain = " -> ".join([*self.resolving[self.resolving.index(name) :], name])
@@ -198,14 +236,7 @@ class _Reader:
         self.resolving.append(name)
         pose = element.find("pose")
         base = pose.get("relative_to", "") if pose is not None else ""
-        if not base:
-            default = {
-                "link": "__model__",
-                "frame": element.get("attached_to") or "__model__",
-                "joint": element.findtext("child", "").strip(),
-            }
-            base = default[element.tag]
-        result = self._pose(base, where) @ self._own_pose(element, where)
+        result = self._pose(base or _attached_to(element), where) @ self._own_pose(element, where)
         self.resolving.pop()
         self.resolved[name] = result
         return result
@@ -214,46 +245,32 @@ class _Reader:
         pose = element.find("pose")
         if pose is None or not (pose.text or "").strip():
             return Pose()
-        quaternion = pose.get("rotation_format", "euler_rpy") == "quat_xyzw"
+        quaternion = _is_quaternion(pose)
         values = self._numbers(pose, 7 if quaternion else 6, f"{where}/<pose>")
         if quaternion:
             if abs(np.linalg.norm(values[3:]) - 1.0) > 1e-6:
                 raise self.error(f"{where}/<pose>", "its quaternion is not of length one")
             rotation = Rotation.from_quat(values[3:])
         else:
-            degrees = pose.get("degrees", "false") in ("true", "1")
-            rotation = Rotation.from_euler("xyz", values[3:], degrees=degrees)
+            rotation = Rotation.from_euler("xyz", values[3:], degrees=_is_in_degrees(pose))
         return Pose(rotation.as_matrix(), values[:3])
 
-    def _carrier(self, name: str, element: ET.Element) -> str:
+    def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
         """Name of the link that a link, frame or joint name stands for."""
-        seen: list[str] = []
-        asked_by = _label(element)
-        while True:
-            if name == "world":
-                return name
-            if name == "__model__":
-                return next(n for n, e in self.elements.items() if e.tag == "link")
-            if name not in self.elements:
-                raise self.error(asked_by, f'names "{name}", which does not exist; {self._suggest(name)}')
-            found = self.elements[name]
-            if found.tag == "link":
-                return name
-            if name in seen:
-                raise self.error(_label(found), "is attached to itself; break the circle")
-            seen.append(name)
-            asked_by = _label(found)
-            if found.tag == "frame":
-                name = found.get("attached_to") or "__model__"
-            else:
-                name = found.findtext("child", "").strip()
-
-    def _suggest(self, name: str) -> str:
-        return nearest(name, [*self.elements, "world"])
+        if name == "world":
+            return name
+        if name == "__model__":
+            return next(iter(self._tagged("link")))
+        found = self._find(name, asked_by)
+        if found.tag == "link":
+            return name
+        if name in passed:
+            raise self.error(_label(found), "is attached to itself; break the circle")
+        return self._carrier(_attached_to(found), _label(found), (*passed, name))
 
     # -- elements ----------------------------------------------------------------------------------
 
-    def _link(self, element: ET.Element) -> RawLink:
+    def _link(self, name: str, element: ET.Element) -> RawLink:
         where = _label(element)
         inertial = element.find("inertial")
         if inertial is None:
@@ -279,10 +296,10 @@ class _Reader:
             )
         rotated = centre.rotation @ matrix @ centre.rotation.T
         visuals = tuple(ET.tostring(v, encoding="unicode") for v in element.findall("visual"))
-        name = element.attrib["name"]
-        return RawLink(self._pose(name), mass, centre.translation, rotated, visuals)
+        pose = self._pose(name)
+        return RawLink(name, mass, pose.rotation, pose.translation, centre.translation, rotated, visuals)
 
-    def _joint(self, element: ET.Element) -> RawJoint:
+    def _joint(self, name: str, element: ET.Element) -> RawJoint:
         where = _label(element)
         kind = element.get("type", "")
         if kind not in JOINT_TYPES:
@@ -290,33 +307,21 @@ class _Reader:
                 where,
                 f'type "{kind}" is not supported; a planar linkage has revolute, prismatic and fixed joints',
             )
-        ends = {}
-        for end in ("parent", "child"):
-            ends[end] = element.findtext(end, "").strip()
-            if not ends[end]:
+        ends = {end: element.findtext(end, "").strip() for end in ("parent", "child")}
+        for end, link in ends.items():
+            if not link:
                 raise self.error(where, f"has no <{end}>; name a link or a frame")
-        bodies = {end: self._carrier(name, element) for end, name in ends.items()}
-        if bodies["parent"] == bodies["child"]:
-            raise self.error(where, f'joins "{bodies["parent"]}" to itself; parent and child must differ')
-        pose = self._pose(element.attrib["name"])
-        on_child = pose.translation
+        parent, child = (self._carrier(link, where) for link in ends.values())
+        if parent == child:
+            raise self.error(where, f'joins "{parent}" to itself; parent and child must differ')
+        pose = self._pose(name)
         # A parent given as a *frame* says where the joint sits on the parent; the standard's own
         # reading (the joint's drawn position) is the same thing whenever the drawing closes.
-        named_frame = ends["parent"] in self.elements and self.elements[ends["parent"]].tag == "frame"
-        on_parent = self._pose(ends["parent"]).translation if named_frame else on_child
-        axis = np.zeros(3)
-        if JOINT_TYPES[kind] != "fixed":
-            axis = self._axis(element, where, pose)
-        return RawJoint(
-            JOINT_TYPES[kind],
-            bodies["parent"],
-            bodies["child"],
-            on_parent,
-            on_child,
-            axis,
-            self._annotation(element, "bearing"),
-            self._annotation(element, "slot"),
-        )
+        on_parent = self._pose(ends["parent"]) if ends["parent"] in self._tagged("frame") else pose
+        axis = np.zeros(3) if JOINT_TYPES[kind] == "fixed" else self._axis(element, where, pose)
+        bearing, slot = self._annotation(element, Bearing), self._annotation(element, Slot)
+        places = pose.translation, on_parent.translation
+        return RawJoint(name, JOINT_TYPES[kind], parent, child, axis, *places, bearing, slot)
 
     def _axis(self, element: ET.Element, where: str, pose: Pose) -> Array:
         axis = element.find("axis")
@@ -337,28 +342,28 @@ class _Reader:
         rotation = self._pose(base, where).rotation if base else pose.rotation
         return rotation @ (direction / length)
 
-    def _annotation(self, element: ET.Element, tag: str) -> tuple[float, float] | None:
-        """Read the two lengths of <linkages:bearing> or <linkages:slot>."""
-        keys = _ANNOTATIONS[tag]
-        found = [child for child in element if child.tag.startswith("{") and child.tag.endswith("}" + tag)]
-        if not found:
+    def _annotation(self, element: ET.Element, kind: type[Part]) -> Part | None:
+        """Read <linkages:bearing> or <linkages:slot>: its two lengths."""
+        tag, keys = kind.__name__.lower(), [key.name for key in fields(kind)]
+        found = next((child for child in element if child.tag.endswith("}" + tag)), None)
+        if found is None:
             return None
         where = f"{_label(element)}/<linkages:{tag}>"
-        values = {child.tag.split("}")[-1]: child for child in found[0]}
+        values = {child.tag.split("}")[-1]: child for child in found}
         for key, child in values.items():
             if key not in keys:
                 raise self.error(where, f"<{key}> is unknown; {nearest(key, keys)}")
             if not child.tag.startswith("{"):
                 raise self.error(where, f"write <linkages:{key}>, not <{key}>")
-        numbers = []
+        lengths = []
         for key in keys:
             if key not in values:
                 raise self.error(where, f"has no <linkages:{key}>; give it in metres")
             value = float(self._numbers(values[key], 1, f"{where}/<linkages:{key}>")[0])
             if value <= 0.0:
                 raise self.error(f"{where}/<linkages:{key}>", f"is {value:g} m; it must be positive")
-            numbers.append(value)
-        return numbers[0], numbers[1]
+            lengths.append(value)
+        return kind(*lengths)
 
     # -- numbers -----------------------------------------------------------------------------------
 
@@ -385,57 +390,69 @@ class _Reader:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a number stands in the file: alone in an element, or as one of those of a <pose>, which may be left out."""
+    """Where a number stands in the file: alone in an element, or as one of those of a <pose>, which may be empty."""
 
-    holder: ET.Element
+    element: ET.Element
     index: int | None = None
 
     @property
     def value(self) -> float:
         """The number, angles in radians; NaN where the text is none."""
-        pose = self.holder.find("pose")
-        text = self.holder.text if self.index is None else pose.text if pose is not None else ""
-        words = (text or "").split() or ["0"] * 6
         try:
-            number = float(words[self.index or 0])
+            number = float(self._words()[self.index or 0])
         except (ValueError, IndexError):
             return math.nan
-        return math.radians(number) if pose is not None and self._in_degrees(pose) else number
+        return math.radians(number) if self._in_degrees() else number
 
     def put(self, value: float) -> None:
         """Replace the number."""
-        if self.index is None:
-            self.holder.text = repr(value)
-            return
-        pose = self.holder.find("pose")
-        if pose is None:
-            pose = ET.SubElement(self.holder, "pose")
-        words = (pose.text or "").split() or ["0"] * 6
-        words[self.index] = repr(math.degrees(value) if self._in_degrees(pose) else value)
-        pose.text = " ".join(words)
+        words = [""] if self.index is None else self._words()
+        words[self.index or 0] = repr(math.degrees(value) if self._in_degrees() else value)
+        self.element.text = " ".join(words)
 
-    def _in_degrees(self, pose: ET.Element) -> bool:
-        return self.index is not None and self.index >= 3 and pose.get("degrees", "false") in ("true", "1")
+    def _words(self) -> list[str]:
+        return (self.element.text or "").split() or ["0"] * 6
+
+    def _in_degrees(self) -> bool:
+        return self.index is not None and self.index >= 3 and _is_in_degrees(self.element)
 
 
 def _places(element: ET.Element) -> Iterator[tuple[str, _Place]]:
-    """Find every number of a link, joint or frame that a dotted path can name."""
-    inertial = element.find("inertial")
-    for holder, prefix, keys in ((element, "pose", _POSE_KEYS), (inertial, "com", _POSE_KEYS[:3])):
+    """Find every number of a link, joint or frame that a dotted path can name; a <pose> left out is added, empty."""
+    for holder, prefix, keys in (
+        (element, "pose", _POSE_KEYS),
+        (element.find("inertial"), "com", _POSE_KEYS[:3]),
+    ):
         if holder is None:
             continue
         pose = holder.find("pose")
-        quaternion = pose is not None and pose.get("rotation_format", "euler_rpy") == "quat_xyzw"
-        for index, key in enumerate(keys[:3] if quaternion else keys):
-            yield f"{prefix}.{key}", _Place(holder, index)
+        if pose is None:
+            pose = ET.SubElement(holder, "pose")
+        for index, key in enumerate(keys[:3] if _is_quaternion(pose) else keys):
+            yield f"{prefix}.{key}", _Place(pose, index)
     mass = element.find("inertial/mass")
     if mass is not None:
         yield "mass", _Place(mass)
     for annotation in element:
-        kind = annotation.tag.rpartition("}")[2]
-        if annotation.tag.startswith("{") and kind in _ANNOTATIONS:
+        _, prefixed, kind = annotation.tag.rpartition("}")
+        if prefixed and kind in ("bearing", "slot"):
             for number in annotation:
                 yield f"{kind}.{number.tag.rpartition('}')[2]}", _Place(number)
+
+
+def _is_quaternion(pose: ET.Element) -> bool:
+    return pose.get("rotation_format", "euler_rpy") == "quat_xyzw"
+
+
+def _is_in_degrees(pose: ET.Element) -> bool:
+    return pose.get("degrees", "false") in ("true", "1")
+
+
+def _attached_to(element: ET.Element) -> str:
+    """Name of what a link, frame or joint is attached to, and what its pose is relative to by default."""
+    if element.tag == "joint":
+        return element.findtext("child", "").strip()
+    return (element.tag == "frame" and element.get("attached_to")) or "__model__"
 
 
 def _find_model(path: Path) -> ET.Element:

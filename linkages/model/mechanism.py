@@ -1,9 +1,9 @@
 """The machine: links, joints and frames of a planar linkage, read from SDFormat.
 
-Everything here is given in the **drawn configuration**, the pose in which the SDF file draws the links,
-and in **plane axes**: x_P, y_P span the plane of motion, its normal n = x_P x y_P is the axis of all
-revolute joints. For joints about world z these are the world's x and y, about world y they are x and z,
-about world x they are y and z. Angles are counter-clockwise about n. SI units.
+Everything here is given in the **drawn configuration**, the pose in which the SDF file draws the links, and in **plane
+axes**: x_P, y_P span the plane of motion, its normal n = x_P x y_P is the axis of all revolute joints. For joints about
+world z these are the world's x and y, about world y they are x and z, about world x they are y and z. Angles are
+counter-clockwise about n. SI units.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.cluster.hierarchy import DisjointSet
 
 from linkages.errors import InputError, nearest
-from linkages.files.sdf import RawJoint, RawModel, read_sdf
+from linkages.files.sdf import RawJoint, RawLink, RawModel, read_sdf
 
 Array = NDArray[np.float64]
 
@@ -27,91 +28,45 @@ _PARALLEL = 1e-6  # largest sine of the angle by which an axis may miss the norm
 
 
 @dataclass(frozen=True)
-class Link:
-    """A rigid body.
+class Link(RawLink):
+    """A rigid body: as written, and in the plane.
 
     Attributes
     ----------
     origin : (2,) array
         Drawn position of the link frame's origin [m].
     angle : float
-        Drawn angle of the link frame's x axis [rad] (of its y axis, less 90 degrees, where x is normal
-        to the plane).
+        Drawn angle of the link frame's x axis [rad] (of its y axis, less 90 degrees, where x is normal to the plane).
     com : (2,) array
         Drawn position of the mass centre [m].
-    mass, inertia : float
-        Mass [kg]; moment of inertia about the mass centre and the plane's normal [kg m2].
-    rotation, translation, com_local, inertia_local : arrays
-        The same in space: drawn pose of the link frame in the world, mass centre and inertia tensor
-        about it in link axes.
-    visuals : tuple of str
-        ``<visual>`` elements, as written.
+    inertia : float
+        Moment of inertia about the mass centre and the plane's normal [kg m2].
     """
 
-    name: str
     origin: Array
     angle: float
     com: Array
-    mass: float
     inertia: float
-    rotation: Array
-    translation: Array
-    com_local: Array
-    inertia_local: Array
-    visuals: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Bearing:
-    """A journal bearing; the joint's parent carries the bearing, its child the journal. Lengths in m."""
-
-    radius: float
-    length: float
-
-
-@dataclass(frozen=True)
-class Slot:
-    """A block in a slot; the joint's parent carries the slot, its child the block. Size of the block in m."""
-
-    length: float
-    height: float
-
-
-@dataclass(frozen=True)
-class Joint:
-    """A joint; its coordinate is zero in the drawn configuration.
+class Joint(RawJoint):
+    """A joint, as written and in the plane; its coordinate is zero in the drawn configuration.
 
     Attributes
     ----------
-    type : str
-        "revolute", "prismatic" or "fixed".
-    parent, child : str
-        Link names, or "world".
     on_parent, on_child : (2,) arrays
         Drawn position of the joint on either body [m]; they coincide if the drawing closes.
     sign : float
         Revolute: +1 if the joint's axis is along the plane's normal, -1 if against it.
     direction : (2,) array
         Prismatic: unit vector of the axis, fixed to the parent.
-    bearing : Bearing or None
-    slot : Slot or None
-        What a revolute, or a prismatic, joint is made of if it may have play.
-    axis, position : (3,) arrays
-        Drawn axis and position (on the child) in the world.
     """
 
-    name: str
-    type: str
-    parent: str
-    child: str
     on_parent: Array
     on_child: Array
     sign: float
     direction: Array
-    bearing: Bearing | None
-    slot: Slot | None
-    axis: Array
-    position: Array
 
 
 @dataclass(frozen=True)
@@ -196,24 +151,19 @@ class Mechanism:
         if not values:
             return self
         for path, value in values.items():
+            where = f"sdf.{path}"
             if path not in self.values:
-                raise InputError(
-                    self.source,
-                    f"sdf.{path}",
-                    f'there is no link "{path.split(".")[1]}"; {nearest(path.split(".")[1], self.link)}',
-                )
+                name = path.split(".")[1]
+                raise InputError(self.source, where, f'there is no link "{name}"; {nearest(name, self.link)}')
             if not 0.0 < value < np.inf:
-                raise InputError(self.source, f"sdf.{path}", f"is {value:g}; it must be positive and finite")
+                raise InputError(self.source, where, f"is {value:g}; it must be positive and finite")
         links = []
         for link in self.links:
-            mass, inertia = values.get(_mass(link), link.mass), values.get(_inertia(link), link.inertia)
+            start = f"links.{link.name}."
+            mass, inertia = values.get(start + "mass", link.mass), values.get(start + "inertia", link.inertia)
             if (mass, inertia) != (link.mass, link.inertia):
-                link = replace(
-                    link,
-                    mass=mass,
-                    inertia=inertia,
-                    inertia_local=link.inertia_local * (inertia / link.inertia),
-                )
+                tensor = link.inertia_local * (inertia / link.inertia)
+                link = replace(link, mass=mass, inertia=inertia, inertia_local=tensor)
             links.append(link)
         return replace(self, links=tuple(links), values={**self.values, **values})
 
@@ -226,9 +176,8 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     path : str or Path
         The ``.sdf`` file.
     overrides : mapping of str to float, optional
-        Values that replace those of the file; see `linkages.files.sdf.read_sdf`. Besides those,
-        ``links.NAME.inertia`` sets the moment of inertia about the plane's normal [kg m2] (the tensor
-        is scaled).
+        Values that replace those of the file; see `linkages.files.sdf.read_sdf`. Besides those, ``links.NAME.inertia``
+        sets the moment of inertia about the plane's normal [kg m2] (the tensor is scaled).
 
     Returns
     -------
@@ -247,17 +196,17 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     (6, 8, 0.3)
     """
     path = Path(path)
-    overrides = dict(overrides or {})
+    overrides = overrides or {}
     inertias = {key: value for key, value in overrides.items() if _INERTIA.fullmatch(key)}
     raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias})
     basis = _plane(path, raw)
-    links = tuple(_link(name, raw, basis) for name in raw.links)
-    joints = tuple(_joint(name, joint, basis) for name, joint in raw.joints.items())
+    links = tuple(_link(link, basis) for link in raw.links)
+    joints = tuple(_joint(joint, basis) for joint in raw.joints)
     frames = tuple(
-        Frame(name, frame.link, basis[:, :2].T @ frame.pose.translation, _angle(frame.pose.rotation, basis))
-        for name, frame in raw.frames.items()
+        Frame(name, link, basis[:, :2].T @ pose.translation, _angle(pose.rotation, basis))
+        for name, (link, pose) in raw.frames.items()
     )
-    values = raw.values | {_inertia(link): link.inertia for link in links}
+    values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
     mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values).with_inertial(inertias)
     _check(mechanism)
     return mechanism
@@ -265,28 +214,22 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
 
 def _plane(path: Path, raw: RawModel) -> Array:
     """Basis (x_P, y_P, n) of the plane that all joint axes agree on."""
-    revolute = [(n, j.axis) for n, j in raw.joints.items() if j.type == "revolute"]
-    prismatic = [(n, j.axis) for n, j in raw.joints.items() if j.type == "prismatic"]
+    revolute, prismatic = ([j for j in raw.joints if j.type == kind] for kind in ("revolute", "prismatic"))
     if revolute:
-        first, normal = revolute[0]
+        first, normal = revolute[0].name, revolute[0].axis
     else:
-        first = "the prismatic joints"
-        normal = np.array([0.0, 0.0, 1.0])
-        for _, axis in prismatic[1:]:
-            cross = np.cross(prismatic[0][1], axis)
+        first, normal = "the prismatic joints", np.array([0.0, 0.0, 1.0])
+        for joint in prismatic[1:]:
+            cross = np.cross(prismatic[0].axis, joint.axis)
             if np.linalg.norm(cross) > _PARALLEL:
                 normal = cross / np.linalg.norm(cross)
                 break
-    for name, axis in revolute:
-        if np.linalg.norm(np.cross(axis, normal)) > _PARALLEL:
-            raise InputError(
-                path, f'<joint name="{name}">', f'not planar: its axis is not parallel to that of "{first}"'
-            )
-    for name, axis in prismatic:
-        if abs(axis @ normal) > _PARALLEL:
-            raise InputError(
-                path, f'<joint name="{name}">', f'not planar: it slides out of the plane normal to "{first}"'
-            )
+    for joint in revolute:
+        if np.linalg.norm(np.cross(joint.axis, normal)) > _PARALLEL:
+            raise _wrong(path, joint, f'not planar: its axis is not parallel to that of "{first}"')
+    for joint in prismatic:
+        if abs(joint.axis @ normal) > _PARALLEL:
+            raise _wrong(path, joint, f'not planar: it slides out of the plane normal to "{first}"')
     return _basis(normal)
 
 
@@ -313,83 +256,45 @@ def _angle(rotation: Array, basis: Array) -> float:
     return float(np.arctan2(-y_axis[0], y_axis[1]))
 
 
-def _link(name: str, raw: RawModel, basis: Array) -> Link:
-    link = raw.links[name]
-    rotation = link.pose.rotation
-    normal = rotation.T @ basis[:, 2]
-    com = link.pose.translation + rotation @ link.com
+def _link(raw: RawLink, basis: Array) -> Link:
+    to_plane, normal = basis[:, :2].T, raw.rotation.T @ basis[:, 2]
     return Link(
-        name,
-        basis[:, :2].T @ link.pose.translation,
-        _angle(rotation, basis),
-        basis[:, :2].T @ com,
-        link.mass,
-        float(normal @ link.inertia @ normal),
-        rotation,
-        link.pose.translation,
-        link.com,
-        link.inertia,
-        link.visuals,
+        **vars(raw),
+        origin=to_plane @ raw.translation,
+        angle=_angle(raw.rotation, basis),
+        com=to_plane @ (raw.translation + raw.rotation @ raw.com_local),
+        inertia=float(normal @ raw.inertia_local @ normal),
     )
 
 
-def _joint(name: str, raw: RawJoint, basis: Array) -> Joint:
+def _joint(raw: RawJoint, basis: Array) -> Joint:
     to_plane = basis[:, :2].T
     return Joint(
-        name,
-        raw.type,
-        raw.parent,
-        raw.child,
-        to_plane @ raw.on_parent,
-        to_plane @ raw.on_child,
-        float(np.sign(raw.axis @ basis[:, 2])) if raw.type == "revolute" else 1.0,
-        to_plane @ raw.axis if raw.type == "prismatic" else np.zeros(2),
-        Bearing(*raw.bearing) if raw.bearing else None,
-        Slot(*raw.slot) if raw.slot else None,
-        raw.axis,
-        raw.on_child,
+        **vars(raw),
+        on_parent=to_plane @ raw.position_on_parent,
+        on_child=to_plane @ raw.position,
+        sign=float(np.sign(raw.axis @ basis[:, 2])) if raw.type == "revolute" else 1.0,
+        direction=to_plane @ raw.axis if raw.type == "prismatic" else np.zeros(2),
     )
-
-
-def _mass(link: Link) -> str:
-    return f"links.{link.name}.mass"
-
-
-def _inertia(link: Link) -> str:
-    return f"links.{link.name}.inertia"
 
 
 def _check(mechanism: Mechanism) -> None:
     path = mechanism.source
     for link in mechanism.links:
         if link.inertia <= 0.0:
-            raise InputError(
-                path,
-                f'<link name="{link.name}">',
-                "has no moment of inertia about the plane's normal; give one",
-            )
-    reached = {"world"}
-    while True:
-        more = {
-            end
-            for joint in mechanism.joints
-            if {joint.parent, joint.child} & reached
-            for end in (joint.parent, joint.child)
-        }
-        if more <= reached:
-            break
-        reached |= more
-    for link in mechanism.links:
-        if link.name not in reached:
-            raise InputError(
-                path, f'<link name="{link.name}">', "is not connected to the world by any chain of joints"
-            )
+            raise _wrong(path, link, "has no moment of inertia about the plane's normal; give one")
+    chains = DisjointSet(["world", *mechanism.link])
     for joint in mechanism.joints:
-        if joint.bearing is not None and joint.type != "revolute":
-            raise InputError(
-                path, f'<joint name="{joint.name}">', f"a {joint.type} joint cannot carry <linkages:bearing>"
-            )
-        if joint.slot is not None and joint.type != "prismatic":
-            raise InputError(
-                path, f'<joint name="{joint.name}">', f"a {joint.type} joint cannot carry <linkages:slot>"
-            )
+        chains.merge(joint.parent, joint.child)
+    for link in mechanism.links:
+        if not chains.connected("world", link.name):
+            raise _wrong(path, link, "is not connected to the world by any chain of joints")
+    for joint in mechanism.joints:
+        for part, kind in (("bearing", "revolute"), ("slot", "prismatic")):
+            if getattr(joint, part) is not None and joint.type != kind:
+                raise _wrong(path, joint, f"a {joint.type} joint cannot carry <linkages:{part}>")
+
+
+def _wrong(path: Path, part: RawLink | RawJoint, problem: str) -> InputError:
+    tag = "link" if isinstance(part, RawLink) else "joint"
+    return InputError(path, f'<{tag} name="{part.name}">', problem)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.files.sdf import Bearing
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.forces import CLIP
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, line_shape, line_stiffness
@@ -18,7 +19,6 @@ from linkages.laws.film.map_cache import load_map
 from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR
 from linkages.laws.viscosity import iso_vg_viscosity
-from linkages.model.mechanism import Bearing
 from linkages.model.tables import Contact, JointModel, Mixed
 from linkages.system.tree import Tree
 
