@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from replication import figures as figures_replication
-from replication import patent_claims, press_claims, press_designs, press_paper
+from replication import figures, patent_claims, press_claims, press_designs, press_paper
 from replication.claims import WITHIN, Claim, table
 
 PAGE = Path(__file__).with_name("replication.md")
@@ -80,12 +79,10 @@ def draw() -> None:
     """Write the figures of the page."""
     times = np.linspace(0.0, press_paper.DURATION, 2001)
     designs = {name: press_paper.columns(name, times) for name in (*press_paper.DESIGNS, "ours")}
-    figures_replication.write_motion(designs, FIGURES / "replication_motion.png")
-    figures_replication.write_orbits(designs, press_paper.CLEARANCE, FIGURES / "replication_orbits.png")
-    figures_replication.write_forces(designs, FIGURES / "replication_forces.png")
-    figures_replication.write_jitter(
-        patent_claims.motions(False), patent_claims.motions(True), FIGURES / "replication_jitter.png"
-    )
+    figures.write_motion(designs, FIGURES / "replication_motion.png")
+    figures.write_orbits(designs, press_paper.CLEARANCE, FIGURES / "replication_orbits.png")
+    figures.write_forces(designs, FIGURES / "replication_forces.png")
+    figures.write_jitter(*map(patent_claims.motions, (False, True)), FIGURES / "replication_jitter.png")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ from replication.claims import NOT, REPRODUCED, Claim, change, verdict_of_gain
 from replication.recorded import load_record
 
 Array = NDArray[np.float64]
-Columns = dict[str, Array]
 
 PRINTED = -77.5  # %, [0087]: largest departure of the acceleration
 #: Start angles that no search has seen [rad].
@@ -39,8 +38,7 @@ def optimum() -> tuple[Array, float]:
 
 def unseen_change() -> float:
     """Change of the objective's mean over start angles that no search has seen [%]."""
-    before, after = np.mean([_objectives(started_at(_study(), angle)) for angle in UNSEEN], axis=0)
-    return change(before, after)
+    return change(*np.mean([_objectives(started_at(_study(), angle)) for angle in UNSEEN], axis=0))
 
 
 def change_after_the_start() -> float:
@@ -69,18 +67,17 @@ def _runs(optimised: bool) -> tuple[Trajectory, Trajectory]:
     return simulate(system, "compiled"), ideal(system, "compiled")
 
 
-def motions(optimised: bool) -> tuple[Columns, Columns]:
+def motions(optimised: bool) -> tuple[dict[str, Array], dict[str, Array]]:
     """Columns with clearance, and ideal, at the same times; nominal or optimised lengths."""
     run, perfect = _runs(optimised)
-    return run.columns, _evaluated(perfect, run.time)
+    return run.columns, perfect.evaluate(run.time)
 
 
 def claims() -> list[Claim]:
     """All claims of the patent that have a number or a figure."""
-    (x, found), unseen = optimum(), unseen_change()
+    (x, found), unseen, later = optimum(), unseen_change(), change_after_the_start()
     lengths = ", ".join(f"{1e3 * value:.0f}" for value in x)
-    later = change_after_the_start()
-    above = [_share_above(optimised) for optimised in (False, True)]
+    before, after = _shares_above()
     return [
         Claim(
             "largest departure of the acceleration, [0087]", f"{PRINTED} %", f"{found:+.0f} %",
@@ -90,8 +87,7 @@ def claims() -> list[Claim]:
         ),
         Claim(
             "the same from ten other start angles", "not asked", f"{unseen:+.0f} %",
-            verdict_of_gain(PRINTED, unseen),
-            "the objective sees two revolutions from one start",
+            verdict_of_gain(PRINTED, unseen), "the objective sees two revolutions from one start",
         ),
         Claim(
             f"the same after the start, from {SETTLED:g} s", "not asked", f"{later:+.0f} %",
@@ -100,9 +96,8 @@ def claims() -> list[Claim]:
         ),
         Claim(
             "fewer and lower peaks, fig. 4", "clearly",
-            f"departure above half of the nominal largest during {above[0]:.2f} % of the time before,"
-            f" {above[1]:.2f} % after",
-            REPRODUCED if above[1] < 0.5 * above[0] else NOT, "the follower's angular acceleration is compared",
+            f"departure above half of the nominal largest during {before:.2f} % of the time before, {after:.2f} % after",
+            REPRODUCED if after < 0.5 * before else NOT, "the follower's angular acceleration is compared",
         ),
         Claim(
             "optimised lengths, table 2", "lost", f"{lengths} mm (ground, crank, coupler, follower)", NOT,
@@ -111,21 +106,14 @@ def claims() -> list[Claim]:
     ]  # fmt: skip
 
 
-@cache
-def _departure(optimised: bool) -> Array:
-    """Departure of the follower's acceleration at the middle of each of equal parts of a run [rad/s2]."""
-    run, perfect = _runs(optimised)
-    count = round(float(run.time[-1]) / RESOLUTION)
-    times: Array = RESOLUTION * (np.arange(count, dtype=np.float64) + 0.5)
-    real, exact = (_evaluated(motion, times)["follower.alpha"] for motion in (run, perfect))
-    return np.asarray(np.abs(real - exact), dtype=np.float64)
+def _shares_above() -> list[float]:
+    """Part of the time in which the departure is above half of the nominal design's largest, before and after [%].
 
-
-def _evaluated(motion: Trajectory, times: Array) -> Columns:
-    assert motion.evaluate is not None  # what an engine returns has it
-    return motion.evaluate(times)
-
-
-def _share_above(optimised: bool) -> float:
-    """Part of the time in which the departure is above half of the nominal design's largest [%]."""
-    return float(100.0 * np.mean(_departure(optimised) > 0.5 * _departure(False).max()))
+    Seen at the middle of each of equal parts of a run.
+    """
+    departures = []
+    for run, perfect in map(_runs, (False, True)):
+        times = RESOLUTION * (np.arange(round(float(run.time[-1]) / RESOLUTION)) + 0.5)
+        real, exact = (motion.evaluate(times)["follower.alpha"] for motion in (run, perfect))
+        departures.append(np.abs(real - exact))
+    return [100.0 * float(np.mean(departure > 0.5 * departures[0].max())) for departure in departures]

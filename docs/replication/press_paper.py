@@ -106,9 +106,7 @@ def peaks(output: str) -> dict[str, float]:
 
 def columns(name: str, times: Array) -> dict[str, Array]:
     """All columns of a design's run, or of the "ideal" motion, at some times."""
-    found = ideal_run() if name == "ideal" else design_run(name)
-    assert found.evaluate is not None  # what an engine returns has it
-    return found.evaluate(times)
+    return (ideal_run() if name == "ideal" else design_run(name)).evaluate(times)
 
 
 @cache

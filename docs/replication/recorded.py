@@ -78,17 +78,9 @@ def write_record(study: Study, result: Mapping[str, Any], command: str) -> Path:
     command : str
         What searched for it.
     """
-    best = result["best"]
-    record = Record(
-        study=study.source.stem,
-        command=command,
-        algorithm=result["algorithm"],
-        seed=result["seed"],
-        evaluations=result["evaluations"],
-        versions=versions("pygad"),
-        objectives=best["objectives"],
-        variables=best["variables"],
-    )
+    given = {key: result[key] for key in ("algorithm", "seed", "evaluations")}
+    best = {key: result["best"][key] for key in ("objectives", "variables")}
+    record = Record(study=study.source.stem, command=command, versions=versions("pygad"), **given, **best)
     document = tomlkit.document()
     document.add(tomlkit.comment(f"Written by `{command}`."))
     document.update(record.model_dump())
