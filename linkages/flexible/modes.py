@@ -116,7 +116,7 @@ def track(
     """
     points = iter(points)
     last = next(points)
-    found = [(last.values[:count], last.shapes[:, :count], np.ones(count))]
+    found: list[tuple[Array, Array, Array]] = [(last.values[:count], last.shapes[:, :count], np.ones(count))]
     for point in points:
         found.append(_advance(between, found[-1][1], last.parameter, point, _HALVINGS))
         last = point

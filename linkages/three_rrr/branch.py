@@ -13,17 +13,7 @@ from linkages.errors import RunError, Status
 from linkages.flexible import Array
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
-from linkages.three_rrr.kinematics import (
-    Motion,
-    arms,
-    determinants,
-    jacobians,
-    loop_errors,
-    motion,
-    newton,
-    radius,
-    turned,
-)
+from linkages.three_rrr.kinematics import Motion, arms, determinants, motion, newton, radius, turned
 
 Metric = Literal["path", "rotation", "pivots"]
 
@@ -54,8 +44,7 @@ class Singularity:
     Attributes
     ----------
     type : int
-        1: A, B and C of a leg align, the crank is at a limit; 2: the platform is no longer held by the
-        drives.
+        1: A, B and C of a leg align, the crank is at a limit; 2: the drives no longer hold the platform.
     leg : int
         1, 2 or 3; 0 for type 2.
     time : float
@@ -89,6 +78,16 @@ class Branch:
     status: Status
     singularities: tuple[Singularity, ...]
 
+    def phi(self, times: Array) -> Array:
+        """Crank angles (n, 3) at some times (n,) [rad]."""
+        return self.phi0 + times[:, None] * self.phidot
+
+    def state(self, times: Array, x: Array) -> Motion:
+        """Rigid motion at some times (n,) with the closed poses x (n, 3)."""
+        phi = self.phi(times)
+        zero = np.zeros_like(phi)
+        return motion(self.geometry, times, phi, zero + self.phidot, zero, x)
+
     def trimmed(self) -> Branch:
         """Return the branch without its last part before a fold.
 
@@ -97,7 +96,7 @@ class Branch:
         """
         if self.status is Status.OK:
             return self
-        fold, _ = determinants(self.geometry, self.phi0 + self.times[:, None] * self.phidot, self.x)
+        fold, _ = determinants(self.geometry, self.phi(self.times), self.x)
         least = min(_NEAR_FOLD, 0.5 * abs(float(fold[0])))
         keep = max(int(np.max(np.flatnonzero(np.abs(fold) >= least), initial=0)) + 1, 2)
         return replace(self, times=self.times[:keep], x=self.x[:keep])
@@ -113,20 +112,18 @@ class Branch:
         times, end = np.asarray(times, dtype=float), float(self.times[-1])
         outside = times[(times < 0.0) | (times > end * (1 + 1e-12))]
         if outside.size:
-            raise BranchError(
-                Status.SINGULAR, f"t = {outside[-1]:g} s is outside the branch, from 0 to {end:.9g} s"
-            )
+            detail = f"t = {outside[-1]:g} s is outside the branch, from 0 to {end:.9g} s"
+            raise BranchError(Status.SINGULAR, detail)
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times
-        start = _state(self.geometry, self.phi0, self.phidot, self.times[near], self.x[near])
+        start = self.state(self.times[near], self.x[near])
         step = (times - self.times[near])[:, None]
         guess = start.x + step * (start.dx + 0.5 * step * start.ddx)
-        phi = self.phi0 + times[:, None] * self.phidot
-        x, error = newton(self.geometry, phi, guess)
+        x, error = newton(self.geometry, self.phi(times), guess)
         if np.any(error > 1e-12 * self.geometry.size):
             worst = float(times[np.argmax(error)])
             raise BranchError(Status.NO_ASSEMBLY, f"the loops do not close at t = {worst:g} s")
-        return _state(self.geometry, self.phi0, self.phidot, times, x)
+        return self.state(times, x)
 
 
 def follow(geometry: Geometry, phi0: Array, phidot: Array, x0: Array, duration: float) -> Branch:
@@ -136,16 +133,16 @@ def follow(geometry: Geometry, phi0: Array, phidot: Array, x0: Array, duration: 
     branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the
     branch ends.
     """
-    state = _at(geometry, phi0, phidot, 0.0, x0)
-    sign = np.sign(_fold(state, geometry))
-    longest = _TURN / max(float(np.max(np.abs(phidot))), 1e-12)
-    longest = min(longest, duration)
-    times, x, step, status = [0.0], [np.array(x0, dtype=float)], longest, Status.OK
+    branch = Branch(geometry, phi0, phidot, np.zeros(1), np.array(x0, dtype=float)[None], Status.OK, ())
+    state, _, first = _at(branch, 0.0, branch.x)
+    longest = min(_TURN / max(float(np.max(np.abs(phidot))), 1e-12), duration)
+    times, x, step, status = [0.0], [branch.x[0]], longest, Status.OK
     while times[-1] < duration * (1.0 - 1e-14):
         step = min(step, duration - times[-1])
-        guess = state.x[0] + step * (state.dx[0] + 0.5 * step * state.ddx[0])
-        later = _at(geometry, phi0, phidot, times[-1] + step, guess)
-        if _accepted(geometry, later, guess, sign):
+        guess = state.x + step * (state.dx + 0.5 * step * state.ddx)
+        later, error, fold = _at(branch, times[-1] + step, guess)
+        drift = np.max(np.abs(later.x - guess) / [1.0, radius(geometry), radius(geometry)])
+        if error <= 1e-13 * geometry.size and drift <= _DRIFT and np.sign(fold) == np.sign(first):
             state = later
             times.append(float(later.time[0]))
             x.append(later.x[0])
@@ -155,10 +152,11 @@ def follow(geometry: Geometry, phi0: Array, phidot: Array, x0: Array, duration: 
         if step < _SHORTEST * duration:
             status = Status.SINGULAR
             break
-    found = _type_one(geometry, phi0, phidot, np.array(times), np.array(x))
+    branch = replace(branch, times=np.array(times), x=np.array(x), status=status)
+    found = _type_one(branch)
     if status is Status.SINGULAR:
         found.append(Singularity(2, 0, times[-1]))
-    return Branch(geometry, phi0, phidot, np.array(times), np.array(x), status, tuple(found))
+    return replace(branch, singularities=tuple(found))
 
 
 def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) -> Array:
@@ -170,7 +168,6 @@ def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) 
         If there is no assembly, or the nearest is more than 30 degrees away.
     """
     found = assemblies(geometry, phi0)
-    angles = ", ".join(f"{np.rad2deg(a):.2f}" for a in found.x[:, 0])
     if len(found) == 0:
         degrees = ", ".join(f"{np.rad2deg(p):g}" for p in phi0)
         raise BranchError(Status.NO_ASSEMBLY, f"the robot has no assembly at the crank angles {degrees} deg")
@@ -178,10 +175,9 @@ def start_assembly(geometry: Geometry, phi0: Array, theta: float | None = None) 
         return found.x[0]
     gap = np.abs(np.angle(np.exp(1j * (found.x[:, 0] - theta))))
     if np.min(gap) > np.deg2rad(30.0):
-        wanted = f"{np.rad2deg(theta):g}"
-        raise BranchError(
-            Status.NO_ASSEMBLY, f"no assembly starts near theta = {wanted} deg; there are {angles} deg"
-        )
+        there = ", ".join(f"{np.rad2deg(a):.2f}" for a in found.x[:, 0])
+        detail = f"no assembly starts near theta = {np.rad2deg(theta):g} deg; there are {there} deg"
+        raise BranchError(Status.NO_ASSEMBLY, detail)
     return found.x[np.argmin(gap)]
 
 
@@ -212,10 +208,8 @@ def shortest(geometry: Geometry, phi0: Array, phidot: Array, duration: float, me
     BranchError
         If there is none.
     """
-    start = assemblies(geometry, phi0)
-    if len(start) == 0:
-        start_assembly(geometry, phi0)
-    branches = [follow(geometry, phi0, phidot, x, duration) for x in start.x]
+    start_assembly(geometry, phi0)  # refuses where there is none
+    branches = [follow(geometry, phi0, phidot, x, duration) for x in assemblies(geometry, phi0).x]
     whole = [branch for branch in branches if branch.status is Status.OK]
     if not whole:
         last = max(float(branch.times[-1]) for branch in branches)
@@ -223,46 +217,33 @@ def shortest(geometry: Geometry, phi0: Array, phidot: Array, duration: float, me
     return min(whole, key=lambda branch: travel(branch, metric))
 
 
-def _state(geometry: Geometry, phi0: Array, phidot: Array, times: Array, x: Array) -> Motion:
-    phi = phi0 + times[:, None] * phidot
-    return motion(geometry, times, phi, np.broadcast_to(phidot, phi.shape), np.zeros_like(phi), x)
-
-
-def _at(geometry: Geometry, phi0: Array, phidot: Array, time: float, guess: Array) -> Motion:
-    """Motion at one time; not closed if Newton's method fails, with zero rates at a singular pose."""
-    phi = (phi0 + time * phidot)[None]
-    x, _ = newton(geometry, phi, np.array(guess, dtype=float)[None])
-    jx, _ = jacobians(geometry, phi, x)
-    if abs(np.linalg.det(jx[0])) < 1e-14 * radius(geometry):
+def _at(branch: Branch, time: float, guess: Array) -> tuple[Motion, float, float]:
+    """Motion at one time, with zero rates at a singular pose; its loop error [m] and dimensionless det Jx."""
+    times = np.array([time])
+    phi = branch.phi(times)
+    x, error = newton(branch.geometry, phi, guess)
+    fold, _ = determinants(branch.geometry, phi, x)
+    if abs(fold[0]) < 1e-14:
         none = np.zeros((1, 3))
-        return Motion(np.array([time]), phi, none, none, x, none, none, none, none, none)
-    return _state(geometry, phi0, phidot, np.array([time]), x)
+        state = Motion(times, phi, none, none, x, none, none, none, none, none)
+    else:
+        state = branch.state(times, x)
+    return state, float(error[0]), float(fold[0])
 
 
-def _fold(state: Motion, geometry: Geometry) -> float:
-    return float(determinants(geometry, state.phi, state.x)[0][0])
-
-
-def _accepted(geometry: Geometry, state: Motion, guess: Array, sign: float) -> bool:
-    error = np.max(np.abs(loop_errors(geometry, state.phi, state.x)))
-    drift = state.x[0] - guess
-    drift[1:] /= radius(geometry)
-    closed = error <= 1e-13 * geometry.size
-    return bool(closed and np.max(np.abs(drift)) <= _DRIFT and np.sign(_fold(state, geometry)) == sign)
-
-
-def _type_one(geometry: Geometry, phi0: Array, phidot: Array, times: Array, x: Array) -> list[Singularity]:
+def _type_one(branch: Branch) -> list[Singularity]:
     """Locate the times at which a leg aligns between continuation points."""
-    _, sine = determinants(geometry, phi0 + times[:, None] * phidot, x)
+    times, x = branch.times, branch.x
+
+    def aligned(time: float, k: int, leg: int) -> float:
+        weight = (time - times[k]) / (times[k + 1] - times[k])
+        phi = branch.phi(np.array([time]))
+        closed, _ = newton(branch.geometry, phi, ((1.0 - weight) * x[k] + weight * x[k + 1])[None])
+        return float(determinants(branch.geometry, phi, closed)[1][0, leg])
+
+    _, sine = determinants(branch.geometry, branch.phi(times), x)
     found = []
-    for leg in range(3):
-        for k in np.flatnonzero(sine[:-1, leg] * sine[1:, leg] < 0.0):
-
-            def value(t: float, k: int = int(k), leg: int = leg) -> float:
-                weight = (t - times[k]) / (times[k + 1] - times[k])
-                phi = (phi0 + t * phidot)[None]
-                closed, _ = newton(geometry, phi, ((1.0 - weight) * x[k] + weight * x[k + 1])[None])
-                return float(determinants(geometry, phi, closed)[1][0, leg])
-
-            found.append(Singularity(1, leg + 1, float(brentq(value, times[k], times[k + 1], xtol=1e-12))))
+    for k, leg in np.argwhere(sine[:-1] * sine[1:] < 0.0).tolist():
+        time = brentq(aligned, times[k], times[k + 1], (k, leg), xtol=1e-12)
+        found.append(Singularity(1, leg + 1, float(time)))
     return sorted(found, key=lambda s: s.time)

@@ -18,6 +18,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polydiv, polymul, polypow
 from numpy.typing import NDArray
 
 from linkages.flexible import Array
@@ -59,78 +60,42 @@ class Assemblies:
 
 
 def polynomial(geometry: Geometry, phi: Array) -> Complex:
-    """Coefficients (N, 7) of z^-3 .. z^3 in F, scaled to a largest magnitude of one; F is real on |z| = 1."""
-    c = geometry.platform @ np.array([1.0, 1.0j])
-    b = (geometry.base + geometry.crank[:, None] * unit(phi)) @ np.array([1.0, 1.0j])
-    c, b = c / geometry.size, b / geometry.size
-    length = geometry.coupler / geometry.size
-    count = len(phi)
+    """Coefficients (N, 7) of z^-3 .. z^3 in F, scaled to a largest magnitude of one; F is real on |z| = 1.
 
-    def laurent(**powers: Complex | Array | float) -> Complex:
-        result = np.zeros((count, 7), dtype=complex)
-        for name, value in powers.items():
-            result[:, {"m1": 2, "p0": 3, "p1": 4}[name]] = value
-        return result
-
-    w = [laurent(p1=c[r], p0=-b[:, r]) for r in range(3)]
-    square = [
-        laurent(
-            m1=-np.conj(c[r]) * b[:, r],
-            p0=np.abs(c[r]) ** 2 + np.abs(b[:, r]) ** 2,
-            p1=-c[r] * np.conj(b[:, r]),
-        )
-        for r in range(3)
-    ]
-    u2, u3 = w[1] - w[0], w[2] - w[0]
-    k2 = laurent(p0=length[1] ** 2 - length[0] ** 2) - square[1] + square[0]
-    k3 = laurent(p0=length[2] ** 2 - length[0] ** 2) - square[2] + square[0]
-    q = _times(k2, u3) - _times(k3, u2)
-    d = _times(_conjugate(u2), u3) - _times(_conjugate(u3), u2)
-    cross = _times(q, _conjugate(_times(w[0], d)))
-    rest = _times(square[0] - laurent(p0=length[0] ** 2), _times(d, _conjugate(d)))
-    f = _times(q, _conjugate(q)) + cross + _conjugate(cross) + rest
-    f = 0.5 * (f + _conjugate(f))
-    return f / np.max(np.abs(f), axis=1, keepdims=True)
-
-
-def _conjugate(a: Complex) -> Complex:
-    """Conjugate on |z| = 1: z -> 1/z."""
-    return np.conj(a[:, ::-1])
-
-
-def _times(a: Complex, b: Complex) -> Complex:
-    """Product of Laurent polynomials with the powers -3 .. 3; higher powers do not occur."""
-    result = np.zeros_like(a)
-    for i in range(7):
-        for j in range(max(0, 3 - i), min(7, 10 - i)):
-            result[:, i + j - 3] += a[:, i] * b[:, j]
-    return result
+    Being of degree three, F has them from its values at seven angles, by their Fourier transform.
+    """
+    plane = np.array([1.0, 1.0j]) / geometry.size
+    z = np.exp(2j * np.pi / 7.0 * np.arange(7))
+    b = (geometry.base + geometry.crank[:, None] * unit(phi)) @ plane
+    w = z[:, None] * (geometry.platform @ plane) - b[:, None]
+    gap = np.abs(w) ** 2 - (geometry.coupler / geometry.size) ** 2
+    (u2, u3), (k2, k3) = (np.moveaxis(v[..., 1:] - v[..., :1], -1, 0) for v in (w, gap))
+    q = k3 * u2 - k2 * u3
+    d = 2j * np.imag(np.conj(u2) * u3)
+    f = np.abs(q) ** 2 + 2.0 * np.real(q * np.conj(w[..., 0] * d)) + gap[..., 0] * np.abs(d) ** 2
+    coefficients = np.fft.fftshift(np.fft.fft(f), axes=1)
+    return coefficients / np.max(np.abs(coefficients), axis=1, keepdims=True)
 
 
 def candidates(geometry: Geometry, phi: Array) -> Array:
     """Polished platform positions (N, 12, 3), NaN where a root of F is not an assembly."""
     f = polynomial(geometry, phi)
-    count = len(f)
     lead = np.where(np.abs(f[:, 6]) < 1e-15, 1e-15, f[:, 6])
-    companion = np.zeros((count, 6, 6), dtype=complex)
+    companion = np.zeros((len(f), 6, 6), dtype=complex)
     companion[:, np.arange(1, 6), np.arange(5)] = 1.0
     companion[:, :, 5] = -f[:, :6] / lead[:, None]
     z = np.linalg.eigvals(companion)
-    theta = np.where(np.abs(np.abs(z) - 1.0) < _NEAR_CIRCLE, np.angle(z), np.nan)
-    starts = np.concatenate([theta, theta], axis=1).ravel()
-    which = np.repeat(np.arange(count), 12)
-    second = np.tile(np.repeat([False, True], 6), count)
-    use = np.flatnonzero(np.isfinite(starts))
-    guess = _positions(geometry, phi[which[use]], starts[use], second[use])
-    use, guess = use[np.isfinite(guess[:, 1])], guess[np.isfinite(guess[:, 1])]
-    result = np.full((count * 12, 3), np.nan)
-    if len(use):
-        x, error = newton(geometry, phi[which[use]], guess, iterations=40)
-        near = np.abs(_wrap(x[:, 0] - guess[:, 0])) < 30.0 * _NEAR_CIRCLE
-        good = (error <= _CLOSED * geometry.size) & near
-        x[:, 0] = _wrap(x[:, 0])
-        result[use[good]] = x[good]
-    return result.reshape(count, 12, 3)
+    theta = np.tile(np.where(np.abs(np.abs(z) - 1.0) < _NEAR_CIRCLE, np.angle(z), np.nan), 2)
+    row, column = np.nonzero(np.isfinite(theta))
+    guess = _positions(geometry, phi[row], theta[row, column], column >= 6)
+    tried = np.isfinite(guess[:, 1])
+    row, column, guess = row[tried], column[tried], guess[tried]
+    x, error = newton(geometry, phi[row], guess, iterations=40)
+    good = (error <= _CLOSED * geometry.size) & (np.abs(_wrap(x[:, 0] - guess[:, 0])) < 30.0 * _NEAR_CIRCLE)
+    x[:, 0] = _wrap(x[:, 0])
+    result = np.full((*theta.shape, 3), np.nan)
+    result[row[good], column[good]] = x[good]
+    return result
 
 
 def _positions(geometry: Geometry, phi: Array, theta: Array, second: NDArray[np.bool_]) -> Array:
@@ -160,49 +125,32 @@ def _positions(geometry: Geometry, phi: Array, theta: Array, second: NDArray[np.
     return np.column_stack([theta, position])
 
 
-def _distinct(x: Array, size: float) -> Array:
-    """Rows of x (n, 3) without repetitions, by falling theta."""
-    kept: list[Array] = []
-    for row in x:
-        if not any(_close(row, other, size) for other in kept):
-            kept.append(row)
-    return np.array(sorted(kept, key=lambda row: -row[0])).reshape(-1, 3)
-
-
-def _close(a: Array, b: Array, size: float) -> bool:
-    return bool(abs(_wrap(a[0] - b[0])) < _SAME and np.max(np.abs(a[1:] - b[1:])) < _SAME * size)
+def distinct(x: Array, size: float) -> NDArray[np.bool_]:
+    """Which (N, n) of the platform positions (N, n, 3), see `candidates`, are assemblies not met before."""
+    new = np.isfinite(x[..., 0])
+    for k in range(1, x.shape[1]):
+        gap = x[:, :k] - x[:, k : k + 1]
+        same = np.abs(_wrap(gap[..., 0])) < _SAME
+        same &= np.max(np.abs(gap[..., 1:]), axis=-1) < _SAME * size
+        new[:, k] &= ~np.any(same & new[:, :k], axis=1)
+    return new
 
 
 def assemblies(geometry: Geometry, phi: Array) -> Assemblies:
     """Find all assemblies at one set of crank angles (3,) [rad]."""
     phi = np.asarray(phi, dtype=float)[None]
-    found = candidates(geometry, phi)[0]
-    x = _distinct(found[np.isfinite(found[:, 0])], geometry.size)
+    found = candidates(geometry, phi)
+    x = found[distinct(found, geometry.size)]
+    x = x[np.argsort(-x[:, 0], kind="stable")]
     error = float(np.max(np.abs(loop_errors(geometry, np.repeat(phi, len(x), 0), x)), initial=0.0))
     roots = count_roots(polynomial(geometry, phi)[0])
-    angles: list[float] = []
-    for theta in x[:, 0]:
-        if all(abs(_wrap(theta - other)) > _SAME for other in angles):
-            angles.append(theta)
-    return Assemblies(x, error, roots, roots == len(angles))
+    angles = int(np.count_nonzero(distinct(x[None] * [1.0, 0.0, 0.0], geometry.size)))
+    return Assemblies(x, error, roots, roots == angles)
 
 
 def count(geometry: Geometry, phi: Array) -> NDArray[np.int64]:
     """Return the number of assemblies (N,) at each row of crank angles (N, 3), vectorised."""
-    return count_distinct(candidates(geometry, phi), geometry.size)
-
-
-def count_distinct(x: Array, size: float) -> NDArray[np.int64]:
-    """Return the number of different platform positions (N,) among the rows of `candidates` (N, 12, 3)."""
-    result = np.zeros(len(x), dtype=np.int64)
-    for k in range(x.shape[1]):
-        new = np.isfinite(x[:, k, 0])
-        for j in range(k):
-            near = np.abs(_wrap(x[:, k, 0] - x[:, j, 0])) < _SAME
-            near &= np.max(np.abs(x[:, k, 1:] - x[:, j, 1:]), axis=1) < _SAME * size
-            new &= ~near
-        result += new
-    return result
+    return np.count_nonzero(distinct(candidates(geometry, phi), geometry.size), axis=1)
 
 
 def _wrap(angle: Array) -> Array:
@@ -220,42 +168,21 @@ def count_roots(f: Complex) -> int:
     tries = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
     values = np.real(np.exp(1j * np.outer(tries, power)) @ f)
     shifted = f * np.exp(1j * power * (tries[np.argmax(np.abs(values))] - np.pi))
-    plus, minus = np.array([1.0, 1.0j]), np.array([1.0, -1.0j])
     coefficients = np.zeros(7)
     for k, value in zip(power, shifted, strict=True):
-        term = np.array([1.0 + 0.0j])
-        for factor in [plus] * (3 + k) + [minus] * (3 - k):
-            term = np.convolve(term, factor)
+        term = polymul(polypow([1.0, 1.0j], 3 + k), polypow([1.0, -1.0j], 3 - k))
         coefficients += np.real(value * term)
-    return _sturm([Fraction(float(c)) for c in coefficients])
+    return _sturm(np.array([Fraction(c) for c in coefficients.tolist()]))
 
 
-def _sturm(p: list[Fraction]) -> int:
+def _sturm(p: NDArray[np.object_]) -> int:
     """Distinct real roots of a polynomial, coefficients by rising power."""
-    chain = [_trim(p)]
-    chain.append(_trim([i * c for i, c in enumerate(chain[0])][1:]))
+    chain = [p, polyder(p)]
     while len(chain[-1]) > 1:
-        rest = _remainder(chain[-2], chain[-1])
-        if not rest:
+        rest = polydiv(chain[-2], chain[-1])[1]
+        if not np.any(rest):
             break
-        scale = max(abs(c) for c in rest)
-        chain.append([-c / scale for c in rest])
+        chain.append(-rest / np.max(np.abs(rest)))
     above = [q[-1] > 0 for q in chain]
     below = [(q[-1] > 0) == (len(q) % 2 == 1) for q in chain]
     return sum(a != b for a, b in pairwise(below)) - sum(a != b for a, b in pairwise(above))
-
-
-def _remainder(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
-    a = list(a)
-    while len(a) >= len(b):
-        factor = a[-1] / b[-1]
-        for i, value in enumerate(b):
-            a[len(a) - len(b) + i] -= factor * value
-        a.pop()
-    return _trim(a)
-
-
-def _trim(p: list[Fraction]) -> list[Fraction]:
-    while p and p[-1] == 0:
-        p = p[:-1]
-    return p

@@ -136,19 +136,10 @@ def newton(geometry: Geometry, phi: Array, x: Array, iterations: int = 12) -> tu
 
 def solve_rows(matrix: Array, rhs: Array) -> Array:
     """Solve N systems of three by Cramer's rule; a singular one gives a long step, not an exception."""
-    minors = np.stack(
-        [np.cross(matrix[:, (i + 1) % 3], matrix[:, (i + 2) % 3]) for i in range(3)],
-        axis=-1,
-    )
+    minors = np.stack([np.cross(matrix[:, (i + 1) % 3], matrix[:, (i + 2) % 3]) for i in range(3)], axis=-1)
     det = np.sum(matrix[:, 0] * minors[:, :, 0], axis=-1)
     det = np.where(np.abs(det) < 1e-300, 1e-300, det)
     return np.einsum("nij,nj->ni", minors, rhs) / det[:, None]
-
-
-def velocities(geometry: Geometry, phi: Array, x: Array, dphi: Array) -> Array:
-    """Platform velocities dx (N, 3) for crank speeds dphi (N, 3)."""
-    jx, jq = jacobians(geometry, phi, x)
-    return np.linalg.solve(jx, (jq * dphi)[..., None])[..., 0]
 
 
 def influence(geometry: Geometry, phi: Array, x: Array) -> Array:
@@ -157,31 +148,29 @@ def influence(geometry: Geometry, phi: Array, x: Array) -> Array:
     return np.linalg.solve(jx, jq[:, :, None] * np.eye(3))
 
 
-def accelerations(geometry: Geometry, phi: Array, x: Array, dphi: Array, dx: Array, ddphi: Array) -> Array:
-    """Platform accelerations ddx (N, 3): d . (Cddot - Bddot) = -|Cdot - Bdot|^2 / l2 for each leg."""
-    b, c = pivots(geometry, phi, x)
-    d = (c - b) / np.linalg.norm(c - b, axis=-1)[..., None]
-    r, e = arms(geometry, x[:, 0]), unit(phi)
-    jx, jq = jacobians(geometry, phi, x)
-    relative = dx[:, None, 1:] + dx[:, :1, None] * turned(r) - (geometry.crank * dphi)[..., None] * turned(e)
-    bias = np.sum(relative**2, axis=-1) / geometry.coupler
-    bias += np.sum(d * (-(dx[:, :1, None] ** 2) * r + (geometry.crank * dphi**2)[..., None] * e), axis=-1)
-    return np.linalg.solve(jx, (jq * ddphi - bias)[..., None])[..., 0]
-
-
 def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Array, x: Array) -> Motion:
-    """Complete motion for closed poses x (N, 3) and given drives (N, 3)."""
-    dx = velocities(geometry, phi, x, dphi)
-    ddx = accelerations(geometry, phi, x, dphi, dx, ddphi)
+    """Complete motion for closed poses x (N, 3) and given drives (N, 3).
+
+    Accelerations follow from d . (Cddot - Bddot) = -|Cdot - Bdot|^2 / l2 for each leg.
+    """
+    jx, jq = jacobians(geometry, phi, x)
     b, c = pivots(geometry, phi, x)
     d = c - b
     psi = np.arctan2(d[..., 1], d[..., 0])
     r, e, f = arms(geometry, x[:, 0]), unit(phi), unit(psi)
-    speed = dx[:, None, 1:] + dx[:, :1, None] * turned(r) - (geometry.crank * dphi)[..., None] * turned(e)
+
+    def relative(platform: Array, crank: Array) -> Array:
+        """Velocity of C_r less that of B_r, or the tangential part of the acceleration."""
+        moved = platform[:, None, 1:] + platform[:, :1, None] * turned(r)
+        return moved - (geometry.crank * crank)[..., None] * turned(e)
+
+    dx = np.linalg.solve(jx, (jq * dphi)[..., None])[..., 0]
+    speed = relative(dx, dphi)
+    centripetal = (geometry.crank * dphi**2)[..., None] * e - dx[:, :1, None] ** 2 * r
+    bias = np.sum(speed**2, axis=-1) / geometry.coupler + np.sum(f * centripetal, axis=-1)
+    ddx = np.linalg.solve(jx, (jq * ddphi - bias)[..., None])[..., 0]
     dpsi = np.sum(turned(f) * speed, axis=-1) / geometry.coupler
-    rate = ddx[:, None, 1:] + ddx[:, :1, None] * turned(r) - dx[:, :1, None] ** 2 * r
-    rate -= (geometry.crank * ddphi)[..., None] * turned(e) - (geometry.crank * dphi**2)[..., None] * e
-    ddpsi = np.sum(turned(f) * rate, axis=-1) / geometry.coupler
+    ddpsi = np.sum(turned(f) * (relative(ddx, ddphi) + centripetal), axis=-1) / geometry.coupler
     return Motion(time, phi, dphi, ddphi, x, dx, ddx, psi, dpsi, ddpsi)
 
 

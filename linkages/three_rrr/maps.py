@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.flexible import Array
-from linkages.three_rrr.direct import candidates, count_distinct
+from linkages.three_rrr.direct import candidates, distinct
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import determinants
 
@@ -55,13 +55,9 @@ def drive_map(
         found = np.isfinite(x[..., 0])
         where, _ = np.nonzero(found)
         two, one = determinants(geometry, phi[part][where], x[found])
-        size = len(x)
-        lowest = np.full((2, size), np.inf)
-        np.minimum.at(lowest[0], where, np.abs(two))
-        np.minimum.at(lowest[1], where, np.min(np.abs(one), axis=1))
-        lowest[~np.isfinite(lowest)] = np.nan
-        fold[part], reach[part] = lowest
-        number[part] = count_distinct(x, geometry.size)
+        np.fmin.at(fold[part], where, np.abs(two))
+        np.fmin.at(reach[part], where, np.min(np.abs(one), axis=1))
+        number[part] = np.count_nonzero(distinct(x, geometry.size), axis=1)
         if progress is not None:
             progress(min(start + _BATCH, len(phi)) / len(phi))
     shape = first.shape
