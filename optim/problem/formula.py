@@ -25,20 +25,14 @@ _OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
 
 #: Functions and the number of their arguments (None: two or more).
 FUNCTIONS: dict[str, tuple[Callable[..., float], int | None]] = {
-    "sqrt": (math.sqrt, 1),
-    "abs": (abs, 1),
-    "exp": (math.exp, 1),
-    "log": (math.log, 1),
-    "sin": (math.sin, 1),
-    "cos": (math.cos, 1),
-    "tan": (math.tan, 1),
-    "asin": (math.asin, 1),
-    "acos": (math.acos, 1),
-    "atan": (math.atan, 1),
-    "atan2": (math.atan2, 2),
-    "hypot": (math.hypot, None),
-    "min": (min, None),
-    "max": (max, None),
+    function.__name__: (function, count)
+    for count, functions in (
+        (1, (abs, math.sqrt, math.exp, math.log)),
+        (1, (math.sin, math.cos, math.tan, math.asin, math.acos, math.atan)),
+        (2, (math.atan2,)),
+        (None, (math.hypot, min, max)),
+    )
+    for function in functions
 }
 
 CONSTANTS = {"pi": math.pi}

@@ -52,10 +52,11 @@ def load_study(path: str | Path) -> Study:
     system = load(find_experiment(file.experiment, path))
     with _within(path, "set"):
         system = system.replaced(dict(leaves(file.set)))
-    nominal = np.array([_nominal(path, file, name, system) for name in file.variables])
-    bounds = [_bounds(path, file, name, x) for name, x in zip(file.variables, nominal, strict=True)]
+    rows = [_variable(path, file, name, system) for name in file.variables]
+    lower, upper, nominal = np.array(rows).T.copy()
+    named = dict(file.constants) | dict(zip(file.variables, map(float, nominal), strict=True))
     points = tuple(
-        _point(path, file, name, point, system, nominal)
+        _point(path, file, name, point, system, named)
         for name, point in (file.points or {"nominal": Point.model_validate({})}).items()
     )
     study = Study(
@@ -64,12 +65,12 @@ def load_study(path: str | Path) -> Study:
         sources,
         tuple(file.variables),
         tuple(variable.path for variable in file.variables.values()),
-        np.array([lower for lower, _ in bounds]),
-        np.array([upper for _, upper in bounds]),
+        lower,
+        upper,
         nominal,
         points,
         {
-            name: _formula(path, f"{kind}.{name}.formula", quantity.formula, file)
+            name: _formula(path, f"{kind}.{name}.formula", quantity.formula, named)
             for kind, table in (("objectives", file.objectives), ("constraints", file.constraints))
             for name, quantity in table.items()
             if quantity.formula is not None
@@ -89,34 +90,25 @@ def _within(path: Path, where: str) -> Iterator[None]:
         raise InputError(path, where, str(problem).removeprefix("argument: ")) from None
 
 
-def _nominal(path: Path, file: StudyFile, name: str, system: System) -> float:
-    variable = file.variables[name]
-    if variable.nominal is not None:
-        return variable.nominal
-    with _within(path, f"variables.{name}.path"):
-        return system.value(variable.path)
-
-
-def _bounds(path: Path, file: StudyFile, name: str, nominal: float) -> tuple[float, float]:
-    """Bounds of a variable, in its unit."""
-    variable = file.variables[name]
+def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[float, float, float]:
+    """Bounds and nominal value of a variable, in its unit."""
+    variable, where = file.variables[name], f"variables.{name}"
+    with _within(path, f"{where}.path"):
+        nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
     found = []
-    for side in ("lower", "upper"):
-        bound, where = getattr(variable, side), f"variables.{name}.{side}"
+    for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
         if isinstance(bound, str):
-            names = dict(file.constants)
-            bound = _formula(path, where, bound, file, names)(names)
+            bound = _formula(path, f"{where}.{side}", bound, file.constants)(file.constants)
             if math.isnan(bound):
-                raise InputError(path, where, "has no finite value")
+                raise InputError(path, f"{where}.{side}", "has no finite value")
         found.append(bound * nominal if variable.relative else bound)
     lower, upper = sorted(found) if variable.relative and nominal < 0.0 else found
     if not lower < upper:
-        raise InputError(path, f"variables.{name}", f"lower, {lower:g}, must be below upper, {upper:g}")
+        raise InputError(path, where, f"lower, {lower:g}, must be below upper, {upper:g}")
     if not lower <= nominal <= upper:
-        raise InputError(
-            path, f"variables.{name}", f"its nominal value {nominal:g} is not between {lower:g} and {upper:g}"
-        )
-    return lower, upper
+        problem = f"its nominal value {nominal:g} is not between {lower:g} and {upper:g}"
+        raise InputError(path, where, problem)
+    return lower, upper, nominal
 
 
 def _design(path: Path, file: StudyFile, name: str, nominal: Array) -> Array:
@@ -133,56 +125,42 @@ def _design(path: Path, file: StudyFile, name: str, nominal: Array) -> Array:
     return design
 
 
-def _formula(
-    path: Path, where: str, text: Any, file: StudyFile, known: Mapping[str, Any] | None = None
-) -> Formula:
-    """Parse a formula and check its names, by default against variables and constants."""
+def _formula(path: Path, where: str, text: Any, known: Mapping[str, Any]) -> Formula:
+    """Parse a formula and check its names."""
     if not isinstance(text, str):
         raise InputError(path, where, f"is {text!r}; write a formula between quotes")
     try:
         found = parse(text)
     except ValueError as problem:
         raise InputError(path, where, str(problem)) from None
-    known = {**file.variables, **file.constants} if known is None else known
     for name in sorted(found.names - set(known)):
         raise InputError(path, where, f'"{name}" is unknown; {nearest(name, known)}')
     return found
 
 
 def _point(
-    path: Path, file: StudyFile, name: str, point: Point, base: System, nominal: Array
+    path: Path, file: StudyFile, name: str, point: Point, base: System, named: Mapping[str, float]
 ) -> OperatingPoint:
     where = f"points.{name}"
-    replaced = dict(leaves(point.set))
-    links = dict(leaves(file.linked)) | dict(leaves(point.linked))
+    replaced, own = dict(leaves(point.set)), dict(leaves(point.linked))
+    links = dict(leaves(file.linked)) | own
     formulas = {
-        key: _formula(
-            path,
-            f"{where}.linked.{key}" if key in dict(leaves(point.linked)) else f"linked.{key}",
-            text,
-            file,
-        )
+        key: _formula(path, f"{where}.linked.{key}" if key in own else f"linked.{key}", text, named)
         for key, text in links.items()
     }
-    paths = tuple(v.path for v in file.variables.values())
+    variables = {variable: table.path for variable, table in file.variables.items()}
+    # here a formula may take a variable's place: the viscosity at this point's temperature
+    setters = [(f"variables.{variable}", key) for variable, key in variables.items() if key not in own]
+    setters += [(f"linked.{key}", key) for key in links]
+    setters += [(f"{where}.set.{key}", key) for key in replaced]
     owners: dict[str, str] = {}
-    for owner, key in (
-        # here a formula may take a variable's place: the viscosity at this point's temperature
-        *(
-            (f"variables.{n}", v.path)
-            for n, v in file.variables.items()
-            if v.path not in dict(leaves(point.linked))
-        ),
-        *((f"linked.{key}", key) for key in links),
-        *((f"{where}.set.{key}", key) for key in replaced),
-    ):
+    for owner, key in setters:
         if key in owners:
             raise InputError(path, owner, f"{key} is set by {owners[key]} already")
         owners[key] = owner
-    values = dict(file.constants) | dict(zip(file.variables, map(float, nominal), strict=True))
-    design = {v.path: values[n] for n, v in file.variables.items()}
+    design = {key: named[variable] for variable, key in variables.items()}
     for key, found in formulas.items():
-        design[key] = found(values)
+        design[key] = found(named)
         if math.isnan(design[key]):
             raise InputError(path, f"linked.{key}", "has no finite value at the nominal design")
     with _within(path, where if file.points else "nominal design"):
@@ -193,27 +171,22 @@ def _point(
         for key, window in file.windows.items()
     }
     windows["run"] = np.array([[0.0, system.experiment.duration]])
-    return OperatingPoint(name, system, (*paths, *formulas), tuple(formulas.values()), windows)
+    return OperatingPoint(name, system, (*variables.values(), *formulas), tuple(formulas.values()), windows)
 
 
 def _times(
     path: Path, where: str, window: Window, experiment: Experiment, design: Mapping[str, float]
 ) -> Array:
     """Make the times of a window, (count, 2) [s]."""
-    unit, count = 1.0, window.count
-    drive = window.revolutions_of
+    unit, drive, key = 1.0, window.revolutions_of, f"{where}.revolutions_of"
     if drive is not None:
         if drive not in experiment.drives:
-            raise InputError(
-                path, f"{where}.revolutions_of", f'no drive "{drive}"; {nearest(drive, experiment.drives)}'
-            )
+            raise InputError(path, key, f'no drive "{drive}"; {nearest(drive, experiment.drives)}')
         speed = experiment.drives[drive].speed
         if not speed or f"drives.{drive}.speed" in design:
-            raise InputError(
-                path, f"{where}.revolutions_of", f"{drive} has no constant speed; give times [s]"
-            )
+            raise InputError(path, key, f"{drive} has no constant speed; give times [s]")
         unit = 2.0 * math.pi / abs(speed)
-    edges = unit * np.linspace(window.start, window.end, count + 1)
+    edges = unit * np.linspace(window.start, window.end, window.count + 1)
     if edges[-1] > experiment.duration * (1.0 + 1e-12):
         raise InputError(
             path, where, f"ends at {edges[-1]:.6g} s, after the run's {experiment.duration:g} s; set duration"
