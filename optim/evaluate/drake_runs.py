@@ -6,14 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import NDArray
 
 from linkages import AssemblyError, Status, System, Trajectory, extremes, ideal, simulate
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import JITTER
 from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array
 
 _NODES, _WEIGHTS = leggauss(4)
 _MANY = 5000  # steps, from which on they are short by themselves: explicit ones through impacts

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import Status
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array
 
 OK = Status.OK.value
 NO_VALUE = "no-value"  # a quantity has no finite value

@@ -8,15 +8,12 @@ from concurrent.futures import Executor
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
 from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, joined, run_compiled
 from optim.problem.schema import Quantity, Term
-from optim.problem.study import OperatingPoint, Study
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, OperatingPoint, Study
 
 #: From `STATISTICS` by name, (m, nw) each, and lengths of the windows, (nw,) [s].
 _FUNCTIONALS: dict[str, Callable[[dict[str, Array], Array], Array]] = {

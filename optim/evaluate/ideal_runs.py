@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from linkages import AssemblyError, Status, System, ideal
@@ -17,8 +16,7 @@ from linkages.outputs.columns import Columns
 from linkages.outputs.registry import IDEAL, TURNING
 from optim.evaluate.evaluations import OK
 from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, run_each
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array
 
 #: Samples of a window; extremes are those of the samples, so windows should not be much longer than a revolution.
 SAMPLES = 2001

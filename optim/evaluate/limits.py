@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import RunError
 from optim.algorithms.nlp import Problem, Values
 from optim.evaluate.evaluations import Evaluations
-from optim.problem.study import Study
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, Study
 
 FEASIBLE = 1e-6  # sum of violations, relative to their limits, that counts as none
 

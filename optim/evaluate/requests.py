@@ -7,13 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import AssemblyError, InputError, Status, System
 from optim.evaluate.evaluations import OK
-from optim.problem.study import OperatingPoint
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, OperatingPoint
 
 #: What functionals are made of, in this order.
 STATISTICS = ("minimum", "maximum", "mean", "rms")

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optim.evaluate.evaluations import INFEASIBLE, NO_VALUE, OK, Evaluations
 from optim.evaluate.limits import FEASIBLE, limits
-from optim.problem.study import Study
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, Study
 
 
 class Screened:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import Experiment, InputError, System, load
 from linkages.errors import nearest
@@ -21,9 +20,7 @@ from linkages.outputs.registry import check_output
 from optim.problem.formula import Formula, parse
 from optim.problem.schema import Point, StudyFile, Window
 from optim.problem.shipped import find_experiment
-from optim.problem.study import OperatingPoint, Study
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, OperatingPoint, Study
 
 
 def load_study(path: str | Path) -> Study:

@@ -11,16 +11,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from linkages.files.writing import whole
 from linkages.plots.style import COLORS, figure_style
 from optim.algorithms import pareto
 from optim.evaluate.limits import FEASIBLE
-from optim.problem.study import Study
+from optim.problem.study import Array, Study
 from optim.store.store import Iteration
-
-Array = NDArray[np.float64]
 
 _BEST, _NOMINAL, *_DESIGNS = COLORS
 _KNEE = "#000000"

@@ -20,14 +20,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import InputError
 from linkages.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
+from optim.problem.study import Array
 from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded
-
-Array = NDArray[np.float64]
 
 TABLES = ("meta", "evaluations", "iterations")
 
