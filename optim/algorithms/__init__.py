@@ -11,8 +11,7 @@
 | evolution     | differential evolution, SciPy's                                                  |
 | snopt         | sequential quadratic programming, Drake's SNOPT                                  |
 | gradient      | generalised reduced gradient                                                     |
-| standard_form | its problem: scaled, with slacks; the partition in basic and nonbasic variables  |
-| phases        | its merit: violations first, then the objective                                  |
+| standard_form | its problem: scaled, with slacks, in two phases; basic and nonbasic variables    |
 | quadratic     | its model: minimum within bounds, quasi-Newton update                            |
 | line_search   | how far along a step                                                             |
 | restoration   | its return to the constraints, exchanges of basic variables                      |

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
-from optim.algorithms.nlp import Array, Problem, Values
+import numpy as np
+
+from optim.algorithms.nlp import Array, Ending, Indices, Problem, Result, Values
 
 
 class Archive:
@@ -17,13 +20,21 @@ class Archive:
     Parameters
     ----------
     problem : Problem
+
+    Attributes
+    ----------
+    designs : (k, n) array
+        All designs in the order in which they were evaluated.
+    values : Values
+        Their values.
     """
+
+    values: Values
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self._rows: dict[bytes, int] = {}
-        self._designs: list[Array] = []
-        self._values: list[Values] = []
+        self.designs = np.empty((0, problem.size))
 
     def __call__(self, designs: Array) -> Values:
         """Values of designs (m, n): new ones are evaluated in one call, each once."""
@@ -35,33 +46,41 @@ class Archive:
             values = _finite_or_failed(self.problem.evaluate(designs[rows]))
             for row in rows:
                 self._rows[names[row]] = len(self._rows)
-            self._designs.append(designs[rows])
-            self._values.append(values)
-        if len(self._values) > 1:
-            self._designs = [np.concatenate(self._designs)]
-            self._values = [Values.join(self._values)]
-        return self._values[0].take([self._rows[name] for name in names])
+            self.values = Values.join([self.values, values]) if len(self.designs) else values
+            self.designs = np.concatenate([self.designs, designs[rows]])
+        return self.values.take([self._rows[name] for name in names])
 
     def __len__(self) -> int:
         return len(self._rows)
-
-    @property
-    def designs(self) -> Array:
-        """All designs in the order in which they were evaluated, (k, n)."""
-        return self._designs[0] if self._designs else np.empty((0, self.problem.size))
-
-    @property
-    def values(self) -> Values:
-        """Their values."""
-        return self._values[0]
 
     def best(self, tolerance: float = 0.0) -> int:
         """Row of the best design by the first objective and the rules of feasibility."""
         return int(by_feasibility(self.values, tolerance)[0])
 
+    @contextmanager
+    def interruptible(self) -> Iterator[None]:
+        """Let a KeyboardInterrupt end the block without an error, if there is something to return."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if not len(self):
+                raise
 
-def by_feasibility(values: Values, tolerance: float = 0.0) -> NDArray[np.intp]:
+    def result(
+        self, rows: Any, status: Ending, iterations: int, tolerance: float, runs: Sequence[Result] = ()
+    ) -> Result:
+        """Return designs by row; unless interrupted, the status holds only if one of them is feasible."""
+        values = self.values.take(rows)
+        if status is not Ending.INTERRUPTED and not values.feasible(tolerance).any():
+            status = Ending.EVALUATION_FAILED if values.failed.all() else Ending.INFEASIBLE
+        return Result(self.designs[rows], values, status, iterations, len(self), tuple(runs))
+
+
+def by_feasibility(values: Values, tolerance: float = 0.0) -> Indices:
     """Sort designs: feasible ones by the first objective, then infeasible ones by their violation, then failed ones.
+
+    K. Deb, An efficient constraint handling method for genetic algorithms, Computer Methods in Applied
+    Mechanics and Engineering 186 (2000) 311-338.
 
     Parameters
     ----------
@@ -73,11 +92,6 @@ def by_feasibility(values: Values, tolerance: float = 0.0) -> NDArray[np.intp]:
     -------
     (m,) array of int
         Rows, the best first; equal ones in their order.
-
-    Notes
-    -----
-    K. Deb, An efficient constraint handling method for genetic algorithms, Computer Methods in Applied
-    Mechanics and Engineering 186 (2000) 311-338.
     """
     feasible = values.feasible(tolerance)
     key = np.where(feasible, values.objectives[:, 0], values.violation)
@@ -86,14 +100,9 @@ def by_feasibility(values: Values, tolerance: float = 0.0) -> NDArray[np.intp]:
 
 def _finite_or_failed(values: Values) -> Values:
     """Mark rows that hold anything not finite as failed."""
-    failed = values.failed.copy()
-    for part in (values.inequalities, values.equalities):
-        failed |= ~np.isfinite(part).all(axis=1)
     unasked = np.isposinf(values.objectives) & (values.violation > 0.0)[:, None]
-    failed |= ~(np.isfinite(values.objectives) | unasked).all(axis=1)
-    return Values(
-        np.where(failed[:, None], np.inf, values.objectives),
-        np.where(failed[:, None], np.inf, values.inequalities),
-        np.where(failed[:, None], np.inf, values.equalities),
-        failed,
-    )
+    columns = values.objectives, values.inequalities, values.equalities
+    known = np.isfinite(np.hstack([np.where(unasked, 0.0, values.objectives), *columns[1:]]))
+    failed = values.failed | ~known.all(axis=1)
+    f, g, h = (np.where(failed[:, None], np.inf, column) for column in columns)
+    return Values(f, g, h, failed)

@@ -6,7 +6,6 @@ rules of J. Lampinen, A constraint handling approach for the differential evolut
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -16,7 +15,7 @@ from scipy.stats import qmc
 
 from linkages.files.toml import NonNegative, Table
 from optim.algorithms.archive import Archive
-from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 
 
 class DifferentialEvolution(Table):
@@ -38,22 +37,12 @@ class DifferentialEvolution(Table):
 
 
 def evolve(
-    problem: Problem,
-    settings: DifferentialEvolution,
-    seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
+    problem: Problem, settings: DifferentialEvolution, seed: int = 0, progress: Report | None = None
 ) -> Result:
     """Minimise one objective; whole generations are evaluated in one call.
 
-    Parameters
-    ----------
-    problem : Problem
-        With finite bounds. Its start is a member of the first generation, else a Latin hypercube.
-    settings : DifferentialEvolution
-    seed : int
-    progress : callable, optional
-        Called after each generation from the second on, with the state of the random generator; if it raises
-        KeyboardInterrupt, the best design so far is returned.
+    Parameters are those of `optim.minimise`. The first generation is a Latin hypercube, with the problem's start among
+    it; `progress` is called after each generation from the second on, with the state of the random generator.
     """
     archive = Archive(problem)
     random = np.random.default_rng(seed)
@@ -78,18 +67,15 @@ def evolve(
                 "random": random.bit_generator.state,
                 "population": intermediate_result.population.tolist(),
             }
-            progress(
-                Progress(
-                    generations, settings.generations, archive.designs[row], archive.values.take(row), state
-                )
-            )
+            best, values = archive.designs[row], archive.values.take(row)
+            progress(Progress(generations, settings.generations, best, values, state))
 
     first = lower + qmc.LatinHypercube(n, rng=random).random(settings.population) * (upper - lower)
     if problem.start is not None:
-        first[0] = np.clip(problem.start, lower, upper)
+        first[0] = problem.start
     constrained = bool(problem.inequalities or problem.equalities)
-    interrupted = converged = False
-    try:
+    status = Ending.INTERRUPTED
+    with archive.interruptible():
         result = differential_evolution(
             objective,
             Bounds(lower, upper),
@@ -106,19 +92,5 @@ def evolve(
             constraints=NonlinearConstraint(constraints, -np.inf, 0.0) if constrained else (),
             vectorized=True,
         )
-        converged = bool(result.success)
-    except KeyboardInterrupt:
-        if not len(archive):
-            raise  # there is nothing to return
-        interrupted = True
-    row = np.array([archive.best(settings.tolerance)])
-    values = archive.values.take(row)
-    if interrupted:
-        status = Ending.INTERRUPTED
-    elif values.failed[0]:
-        status = Ending.EVALUATION_FAILED
-    elif not values.feasible(settings.tolerance)[0]:
-        status = Ending.INFEASIBLE
-    else:
-        status = Ending.CONVERGED if converged else Ending.BUDGET_USED
-    return Result(archive.designs[row], values, status, generations, len(archive))
+        status = Ending.CONVERGED if result.success else Ending.BUDGET_USED
+    return archive.result([archive.best(settings.tolerance)], status, generations, settings.tolerance)

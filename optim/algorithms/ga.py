@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from dataclasses import InitVar, dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -26,11 +27,12 @@ from scipy.stats import qmc
 
 from linkages.files.toml import NonNegative, Positive, Table
 from optim.algorithms.archive import Archive, by_feasibility
-from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result, Values
-from optim.algorithms.pareto import Indices, by_domination, front
+from optim.algorithms.nlp import Array, Ending, Indices, Problem, Progress, Report, Result, Values
+from optim.algorithms.pareto import by_domination, front
 
 #: From an evaluation by genes, the pool and its children to the survivors, the best first.
 Survival = Callable[[Callable[[Array], Values], Array, Array], Array]
+Best = Callable[[Archive], Indices]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 # pygad prints what is raised while it runs; callers see the exceptions themselves
@@ -67,23 +69,11 @@ class NondominatedSorting(_Generations):
     mutation: Probability = Field(0.2, description="probability of each variable of a child to be mutated")
 
 
-def genetic(
-    problem: Problem,
-    settings: Genetic,
-    seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
-) -> Result:
+def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report | None = None) -> Result:
     """Minimise one objective; designs are ordered by the rules of feasibility.
 
-    Parameters
-    ----------
-    problem : Problem
-        With finite bounds. Its start is a member of the first generation.
-    settings : Genetic
-    seed : int
-    progress : callable, optional
-        Called after each generation, with the states of the random generators; if it raises
-        KeyboardInterrupt, the best design so far is returned.
+    Parameters are those of `optim.minimise`. The problem's start is a member of the first generation; `progress` is
+    called after each generation, with the states of the random generators.
 
     Returns
     -------
@@ -102,10 +92,7 @@ def genetic(
 
 
 def nondominated_sorting(
-    problem: Problem,
-    settings: NondominatedSorting,
-    seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
+    problem: Problem, settings: NondominatedSorting, seed: int = 0, progress: Report | None = None
 ) -> Result:
     """Find the front of several objectives: parents and children compete by constrained domination and crowding.
 
@@ -134,73 +121,51 @@ def statistics(result: Result) -> dict[str, float]:
     found = np.array([run.values.objectives[0, 0] for run in result.runs if run.status != Ending.INFEASIBLE])
     if len(found) == 0:
         return {}
-    return {
-        "best": float(found.min()),
-        "mean": float(found.mean()),
-        "worst": float(found.max()),
-        "standard deviation": float(found.std()),
-    }
+    names = "best", "mean", "worst", "standard deviation"
+    return dict(zip(names, map(float, (found.min(), found.mean(), found.max(), found.std())), strict=True))
 
 
 def _restarts(
     problem: Problem,
     settings: _Generations,
     seed: int,
-    progress: Callable[[Progress], None] | None,
+    progress: Report | None,
     survive: Survival,
-    best: Callable[[Archive], Indices],
+    best: Best,
 ) -> Result:
     """Run several times from seeds derived from one."""
     archive = Archive(problem)
     runs: list[Result] = []
     seeds = np.random.SeedSequence(seed).generate_state(settings.restarts)
     for i, own in enumerate(seeds):
-        run = _Run(problem, settings, int(own), i, progress, survive, best, archive)
-        runs.append(run.result())
+        runs.append(_Run(problem, settings, i, progress, survive, best, archive, int(own)).result())
         if runs[-1].status is Ending.INTERRUPTED:
             break
-    rows = best(archive)
-    return Result(
-        archive.designs[rows],
-        archive.values.take(rows),
-        _status(archive, rows, runs[-1].status is Ending.INTERRUPTED, settings.tolerance),
-        sum(run.iterations for run in runs),
-        len(archive),
-        tuple(runs),
-    )
+    status = Ending.INTERRUPTED if runs[-1].status is Ending.INTERRUPTED else Ending.BUDGET_USED
+    iterations = sum(run.iterations for run in runs)
+    return archive.result(best(archive), status, iterations, settings.tolerance, runs)
 
 
-def _status(archive: Archive, rows: Indices, interrupted: bool, tolerance: float) -> Ending:
-    """Why it stopped, or what is wrong with what it found."""
-    if interrupted:
-        return Ending.INTERRUPTED
-    if archive.values.failed[rows].all():
-        return Ending.EVALUATION_FAILED
-    return Ending.BUDGET_USED if archive.values.take(rows).feasible(tolerance).any() else Ending.INFEASIBLE
-
-
+@dataclass
 class _Run:
     """One run of pygad; genes are the variables relative to their bounds, in [0, 1]."""
 
-    def __init__(
-        self,
-        problem: Problem,
-        settings: _Generations,
-        seed: int,
-        number: int,
-        progress: Callable[[Progress], None] | None,
-        survive: Survival,
-        best: Callable[[Archive], Indices],
-        shared: Archive,
-    ) -> None:
-        self.problem, self.settings, self.number, self.progress = problem, settings, number, progress
-        self.survive, self.best = survive, best
-        self.shared = shared  # evaluates for all restarts
-        self.archive = Archive(_through(problem, shared))  # what this one saw
+    problem: Problem
+    settings: _Generations
+    number: int
+    progress: Report | None
+    survive: Survival
+    best: Best
+    shared: Archive  # evaluates for all restarts
+    seed: InitVar[int]
+
+    def __post_init__(self, seed: int) -> None:
+        problem, settings = self.problem, self.settings
+        self.archive = Archive(replace(problem, evaluate=self.shared))  # what this one saw
         self.pool = np.empty((0, problem.size))
         self.generation = 0
-        n = problem.size
-        first = qmc.LatinHypercube(n, rng=np.random.default_rng(seed)).random(settings.population)
+        random = np.random.default_rng(seed)
+        first = qmc.LatinHypercube(problem.size, rng=random).random(settings.population)
         if problem.start is not None:
             width = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
             first[0] = np.clip((problem.start - problem.lower) / width, 0.0, 1.0)
@@ -228,25 +193,15 @@ class _Run:
 
     def result(self) -> Result:
         """Run, and return what was found."""
-        interrupted = False
-        try:
+        status = Ending.INTERRUPTED
+        with self.archive.interruptible():
             self.pygad.run()
-        except KeyboardInterrupt:
-            if not len(self.archive):
-                raise  # there is nothing to return
-            interrupted = True
-        rows = self.best(self.archive)
-        return Result(
-            self.archive.designs[rows],
-            self.archive.values.take(rows),
-            _status(self.archive, rows, interrupted, self.settings.tolerance),
-            self.generation,
-            len(self.archive),
-        )
+            status = Ending.BUDGET_USED
+        return self.archive.result(self.best(self.archive), status, self.generation, self.settings.tolerance)
 
     def _designs(self, genes: Array) -> Array:
         lower, upper = self.problem.lower, self.problem.upper
-        return np.clip(lower + np.asarray(genes, dtype=float) * (upper - lower), lower, upper)
+        return np.clip(lower + genes * (upper - lower), lower, upper)
 
     def _fitness(self, ga: Any, genes: Array, indices: Any) -> list[float]:
         """Evaluate the children in one call, let the next pool survive; pygad's own order is not used."""
@@ -288,10 +243,3 @@ class _Run:
             self.shared.values.take(rows),
             state,
         )
-
-
-def _through(problem: Problem, archive: Archive) -> Problem:
-    """Return the problem, evaluated through an archive."""
-    return Problem(
-        problem.lower, problem.upper, archive, problem.objectives, problem.inequalities, problem.equalities
-    )

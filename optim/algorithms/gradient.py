@@ -26,19 +26,16 @@ their multipliers; here the bounds are part of the model, so that degenerate poi
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from pydantic import Field
 
 from linkages.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
-from optim.algorithms.line_search import Found, search
-from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result
-from optim.algorithms.phases import Phase, merit, phase_at
+from optim.algorithms.line_search import search
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
 from optim.algorithms.restoration import Restored, choose_partition
-from optim.algorithms.standard_form import Partition, Slopes, StandardForm
+from optim.algorithms.standard_form import Partition, Phase, Slopes, StandardForm
 
 #: First step, relative to the scales.
 FIRST_STEP = 0.1
@@ -68,37 +65,17 @@ class ReducedGradient(Table):
 
 
 def reduced_gradient(
-    problem: Problem,
-    settings: ReducedGradient,
-    seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
+    problem: Problem, settings: ReducedGradient, seed: int = 0, progress: Report | None = None
 ) -> Result:
     """Minimise the first objective from the problem's start (the middle of the bounds if it has none).
 
-    Parameters
-    ----------
-    problem : Problem
-        With finite bounds, or a start.
-    settings : ReducedGradient
-    seed : int
-        Not used: the method draws no random numbers.
-    progress : callable, optional
-        Called after each iteration; if it raises KeyboardInterrupt, the best design so far is returned.
+    Parameters are those of `optim.minimise`; the seed is not used: the method draws no random numbers.
     """
     run = _Search(problem, settings)
-    try:
+    status = Ending.INTERRUPTED
+    with run.archive.interruptible():
         status = run.run(progress)
-    except KeyboardInterrupt:
-        if not len(run.archive):
-            raise  # there is nothing to return
-        status = Ending.INTERRUPTED
-    return run.result(status)
-
-
-def start_of(problem: Problem) -> Array:
-    """Start of a local method: the problem's, within the bounds; else their middle."""
-    start = (problem.lower + problem.upper) / 2.0 if problem.start is None else problem.start
-    return np.clip(np.asarray(start, dtype=float), problem.lower, problem.upper)
+    return Result(run.x[None, :], run.archive(run.x), status, run.iteration, len(run.archive))
 
 
 class _Search:
@@ -110,7 +87,7 @@ class _Search:
     def __init__(self, problem: Problem, settings: ReducedGradient) -> None:
         self.problem, self.settings = problem, settings
         self.archive = Archive(problem)
-        self.x = start_of(problem)
+        self.x = problem.first
         self.iteration = 0
         self.error = np.inf  # in the conditions of optimality
         self.hessian: Array | None = None
@@ -119,7 +96,7 @@ class _Search:
         # nonbasic variables and reduced gradient of the last point, in the partition of this one
         self.last: tuple[Array, Array] | None = None
 
-    def run(self, progress: Callable[[Progress], None] | None) -> Ending:
+    def run(self, progress: Report | None) -> Ending:
         """Iterate until something ends the search."""
         if self.archive(self.x).failed[0]:
             return Ending.EVALUATION_FAILED
@@ -130,13 +107,13 @@ class _Search:
             slopes = form.slopes(self.point.y[: form.n])
             if slopes is None:
                 return Ending.EVALUATION_FAILED
-            phase = phase_at(form, self.point.y, slopes, self.settings.feasibility)
+            phase = form.phase(self.point.y, slopes, self.settings.feasibility)
             if first and not phase.first:
                 self.hessian = self.last = None
             first = phase.first
             if not first:  # violations below the tolerance are set on their bounds
                 self.point = self.point._replace(y=np.clip(self.point.y, phase.low, phase.high))
-            before = merit(form, phase, self.point.y, self.point.f)
+            before = form.merit(phase, self.point.y, self.point.f)
             status = self._iterate(slopes, phase)
             if status is Ending.INFEASIBLE and not pushed:
                 pushed = True
@@ -144,37 +121,28 @@ class _Search:
                 continue
             if status is not None:
                 return status
-            fall = before - merit(form, phase, self.point.y, self.point.f)
+            fall = before - form.merit(phase, self.point.y, self.point.f)
             still = still + 1 if fall <= STANDSTILL * (1.0 + abs(before)) else 0
             if still >= PATIENCE:
                 return Ending.INFEASIBLE if first else Ending.NO_PROGRESS
             self.iteration += 1
             self.x = form.design(self.point.y[: form.n])
             if progress is not None:
-                progress(self._progress(first))
+                basis = self.point.partition.basic.tolist()
+                state = {"phase": 1 if first else 2, "error": float(self.error), "basis": basis}
+                values = self.archive(self.x)
+                progress(Progress(self.iteration, self.settings.iterations, self.x[None, :], values, state))
         return Ending.BUDGET_USED
 
-    def result(self, status: Ending) -> Result:
-        """Return the current point."""
-        return Result(self.x[None, :], self.archive(self.x), status, self.iteration, len(self.archive))
-
-    def _progress(self, first: bool) -> Progress:
-        basis = self.point.partition.basic.tolist()
-        state = {"phase": 1 if first else 2, "error": float(self.error), "basis": basis}
-        return Progress(
-            self.iteration, self.settings.iterations, self.x[None, :], self.archive(self.x), state
-        )
-
-    def _place(self, x: Array) -> bool:
-        """Start at scaled variables, with the slacks as basis; False where there is no value."""
+    def _place(self, x: Array) -> None:
+        """Go to scaled variables, with the slacks as basis; where there is no value, stay."""
         n, m = self.form.n, self.form.m
         f, c = self.form.evaluate(x)
         if not np.isfinite(c if m else f).all():
-            return False
+            return
         slacks = Partition(np.arange(n, n + m), np.arange(n))
         self.point = Restored(np.concatenate([x, -c]), f, np.zeros(m), slacks)
         self.hessian = self.last = None
-        return True
 
     def _push(self) -> None:
         """Leave what may be a saddle of the violation, by unequal steps away from the nearer bounds."""
@@ -194,32 +162,25 @@ class _Search:
         low, high = np.minimum(phase.low - y, 0.0), np.maximum(phase.high - y, 0.0)
         for _ in range(2):
             H = self._model(Z, r, phase)[np.ix_(free, free)]
-            step = bounded_minimum(H, r[free], Z[:, free], low, high)
-            gaps = np.where(step.multipliers > 0.0, -low, high)
-            slack = np.where(step.multipliers != 0.0, gaps, 0.0) * np.abs(step.multipliers)
-            self.error = max(np.abs(H @ step.v).max(initial=0.0), slack.max(initial=0.0))
-            slope = float(r[free] @ step.v)
-            if phase.first and -slope <= self.settings.tolerance * merit(self.form, phase, y, self.point.f):
+            v, multipliers = bounded_minimum(H, r[free], Z[:, free], low, high)
+            gaps = np.where(multipliers > 0.0, -low, high)
+            slack = np.where(multipliers != 0.0, gaps, 0.0) * np.abs(multipliers)
+            self.error = max(np.abs(H @ v).max(initial=0.0), slack.max(initial=0.0))
+            slope = float(r[free] @ v)
+            if phase.first and -slope <= self.settings.tolerance * self.form.merit(phase, y, self.point.f):
                 return Ending.INFEASIBLE
             if not phase.first and self.error <= self.settings.tolerance * (1.0 + abs(self.point.f)):
                 return Ending.CONVERGED
-            direction = Z[:, free] @ step.v
+            direction = Z[:, free] @ v
             room = np.minimum(y + direction - phase.low, phase.high - y - direction)
             if phase.first:
                 room[phase.gradient != 0.0] = 1.0  # a violated slack need not stop at its bound
             partition = choose_partition(slopes.A, room, self.point.partition)
             found = search(
-                self.form,
-                slopes.A,
-                self.point,
-                partition,
-                direction,
-                slope,
-                phase,
-                self.settings.feasibility,
+                self.form, slopes.A, self.point, partition, direction, slope, phase, self.settings.feasibility
             )
             if found is not None:
-                self._move(found, Z, r)
+                self._move(*found, Z, r)
                 return None
             if self.fresh:
                 break
@@ -246,7 +207,7 @@ class _Search:
         self.fresh = phase.first or self.hessian is None
         if self.hessian is None or phase.first:
             if phase.first:
-                size = self.softness / merit(self.form, phase, self.point.y, self.point.f)
+                size = self.softness / self.form.merit(phase, self.point.y, self.point.f)
             else:
                 size = max(float(np.linalg.norm(r)) / FIRST_STEP, 1e-8)
             self.hessian = size * self._metric(Z)
@@ -273,12 +234,12 @@ class _Search:
         if not np.all(np.isfinite(self.hessian)) or np.linalg.cond(self.hessian) > WORST_CONDITION:
             self.hessian = None
 
-    def _move(self, found: Found, Z: Array, r: Array) -> None:
+    def _move(self, point: Restored, trials: int, Z: Array, r: Array) -> None:
         """Go to a new point; what was learnt goes over to the nonbasic variables of its partition."""
-        nonbasic = found.point.partition.nonbasic
+        nonbasic = point.partition.nonbasic
         T = np.linalg.inv(Z[nonbasic])
         if self.hessian is not None:
             self.hessian = T.T @ self.hessian @ T
         self.last = (self.point.y[nonbasic], T.T @ r)
-        self.point = found.point
-        self.softness = float(np.clip(self.softness * (10.0 if found.trials > 2 else 0.3), *SOFTNESS))
+        self.point = point
+        self.softness = float(np.clip(self.softness * (10.0 if trials > 2 else 0.3), *SOFTNESS))

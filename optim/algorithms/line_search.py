@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from optim.algorithms.nlp import Array
-from optim.algorithms.phases import Phase, merit
 from optim.algorithms.restoration import Restored, restore
-from optim.algorithms.standard_form import Partition, StandardForm
+from optim.algorithms.standard_form import Partition, Phase, StandardForm
 
 #: Sufficient decrease (Armijo) and trials.
 DECREASE, TRIALS = 1e-4, 30
@@ -18,18 +16,8 @@ DECREASE, TRIALS = 1e-4, 30
 NEARLY_STRAIGHT, LONGEST = 0.8, 1e6
 
 
-class Found(NamedTuple):
-    """A better point.
-
-    Attributes
-    ----------
-    point : Restored
-    trials : int
-        How many it took; 1 where the first one was good enough.
-    """
-
-    point: Restored
-    trials: int
+#: The point on the constraints at a part of the step, if there is one, and its merit.
+Trial = Callable[[float], tuple[Restored | None, float]]
 
 
 def search(
@@ -41,7 +29,7 @@ def search(
     slope: float,
     phase: Phase,
     tolerance: float,
-) -> Found | None:
+) -> tuple[Restored, int] | None:
     """Take the whole step, or shorten it by quadratic interpolation until the merit falls enough.
 
     Parameters
@@ -60,12 +48,17 @@ def search(
     phase : Phase
     tolerance : float
         Tolerance of the equations.
+
+    Returns
+    -------
+    Restored, int
+        The better point, and how many trials it took; None if there is none.
     """
     # remaining residuals of the equations spoil small differences of the objective: to first order by the
     # multipliers times the residual
     basic = at.partition.basic
     multipliers = np.zeros(form.m) if phase.first else np.linalg.solve(A[:, basic].T, phase.gradient[basic])
-    value = merit(form, phase, at.y, at.f) - float(multipliers @ at.residual)
+    value = form.merit(phase, at.y, at.f) - float(multipliers @ at.residual)
 
     def trial(length: float) -> tuple[Restored | None, float]:
         target = at.y + length * direction
@@ -74,13 +67,13 @@ def search(
         point = restore(form, A, y, partition, phase.keep_low, phase.keep_high, tolerance)
         if point is None:
             return None, np.inf
-        return point, merit(form, phase, point.y, point.f) - float(multipliers @ point.residual)
+        return point, form.merit(phase, point.y, point.f) - float(multipliers @ point.residual)
 
     length = 1.0
     for i in range(TRIALS):
         point, new = trial(length)
         if point is not None and new <= value + DECREASE * length * slope:
-            return Found(_extend(trial, point, new, value, slope) if i == 0 else point, i + 1)
+            return (_extend(trial, point, new, value, slope) if i == 0 else point), i + 1
         if point is None:
             length *= 0.3
         else:
@@ -89,13 +82,7 @@ def search(
     return None
 
 
-def _extend(
-    trial: Callable[[float], tuple[Restored | None, float]],
-    point: Restored,
-    new: float,
-    value: float,
-    slope: float,
-) -> Restored:
+def _extend(trial: Trial, point: Restored, new: float, value: float, slope: float) -> Restored:
     """Go farther while the merit falls almost as steeply as at first: the model's curvature is too large."""
     length = 1.0
     while new < value + NEARLY_STRAIGHT * length * slope and length < LONGEST:

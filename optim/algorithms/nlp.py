@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 
 class Ending(enum.StrEnum):
@@ -85,19 +86,12 @@ class Values:
         rows = np.asarray(rows)
         if rows.dtype != bool:
             rows = rows.astype(np.intp)  # also of an empty list
-        return Values(
-            self.objectives[rows], self.inequalities[rows], self.equalities[rows], self.failed[rows]
-        )
+        return Values(*(column[rows] for column in vars(self).values()))
 
     @staticmethod
     def join(parts: Sequence[Values]) -> Values:
         """Values of several populations, one below the other."""
-        return Values(
-            np.concatenate([part.objectives for part in parts]),
-            np.concatenate([part.inequalities for part in parts]),
-            np.concatenate([part.equalities for part in parts]),
-            np.concatenate([part.failed for part in parts]),
-        )
+        return Values(*map(np.concatenate, zip(*(vars(part).values() for part in parts), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -133,6 +127,12 @@ class Problem:
         """Number of variables."""
         return len(self.lower)
 
+    @property
+    def first(self) -> Array:
+        """Where a local method begins: the start, within the bounds; without one their middle."""
+        start = (self.lower + self.upper) / 2.0 if self.start is None else self.start
+        return np.clip(np.asarray(start, dtype=float), self.lower, self.upper)
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -156,6 +156,10 @@ class Progress:
     best: Array
     values: Values
     state: dict[str, Any] = field(default_factory=dict)
+
+
+#: Called after each iteration; if it raises KeyboardInterrupt, the best design so far is returned.
+Report = Callable[[Progress], None]
 
 
 @dataclass(frozen=True)

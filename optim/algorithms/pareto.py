@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from optim.algorithms.nlp import Array, Values
-
-Indices = NDArray[np.intp]
+from optim.algorithms.nlp import Array, Indices, Values
 
 
 def dominates(values: Values, tolerance: float = 0.0) -> NDArray[np.bool_]:
@@ -25,23 +23,10 @@ def dominates(values: Values, tolerance: float = 0.0) -> NDArray[np.bool_]:
     tolerance : float
         Violation up to which a constraint counts as satisfied.
     """
-    feasible = values.feasible(tolerance)
-    f, violation = values.objectives, values.violation
-    nowhere_worse = np.ones((len(f), len(f)), dtype=bool)
-    somewhere_better = np.zeros_like(nowhere_worse)
-    for column in f.T:
-        nowhere_worse &= column[:, None] <= column[None, :]
-        somewhere_better |= column[:, None] < column[None, :]
-    both = feasible[:, None] & feasible[None, :]
-    return np.where(
-        both,
-        nowhere_worse & somewhere_better,
-        np.where(
-            feasible[:, None] | feasible[None, :],
-            feasible[:, None] & ~feasible[None, :],
-            violation[:, None] < violation[None, :],
-        ),
-    )
+    f, feasible = values.objectives, values.feasible(tolerance)
+    better = np.all(f[:, None] <= f, axis=2) & np.any(f[:, None] < f, axis=2)
+    violation = np.where(feasible, -1.0, values.violation)  # of two feasible ones none is less
+    return (violation[:, None] < violation) | (feasible[:, None] & feasible & better)
 
 
 def ranks(values: Values, tolerance: float = 0.0) -> Indices:
@@ -125,16 +110,10 @@ def hypervolume(objectives: Array, reference: Array) -> float:
         return 0.0
     if inside.shape[1] == 1:
         return float(reference[0] - inside.min())
-    order = np.argsort(inside[:, -1], kind="stable")
-    inside = inside[order]
+    inside = inside[np.argsort(inside[:, -1], kind="stable")]
     heights = np.diff(np.append(inside[:, -1], reference[-1]))
-    return float(
-        sum(
-            height * hypervolume(inside[: i + 1, :-1], reference[:-1])
-            for i, height in enumerate(heights)
-            if height > 0.0
-        )
-    )
+    slices = [(height, inside[: i + 1, :-1]) for i, height in enumerate(heights) if height > 0.0]
+    return float(sum(height * hypervolume(area, reference[:-1]) for height, area in slices))
 
 
 def knee(objectives: Array) -> int | None:

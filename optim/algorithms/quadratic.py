@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
@@ -11,21 +9,7 @@ from scipy.optimize import nnls
 from optim.algorithms.nlp import Array
 
 
-class Step(NamedTuple):
-    """Minimum of a quadratic model.
-
-    Attributes
-    ----------
-    v : (k,) array
-    multipliers : (rows,) array
-        Multipliers of ``low <= Z v <= high``: positive where `low` holds the step back, negative where `high` does.
-    """
-
-    v: Array
-    multipliers: Array
-
-
-def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> Step:
+def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """Minimise ``r.v + v.H.v / 2`` subject to ``low <= Z v <= high``.
 
     Written in ``z = L^T v + L^-1 r`` with ``H = L L^T`` this is a least-distance problem, which is one of
@@ -39,9 +23,15 @@ def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> St
     Z : (rows, k) array
     low, high : (rows,) arrays
         ``low <= 0 <= high``: no step at all is allowed; infinite where there is no bound.
+
+    Returns
+    -------
+    v : (k,) array
+    multipliers : (rows,) array
+        Multipliers of ``low <= Z v <= high``: positive where `low` holds the step back, negative where `high` does.
     """
     if len(r) == 0 or not np.any(r):
-        return Step(np.zeros(len(r)), np.zeros(len(Z)))
+        return np.zeros(len(r)), np.zeros(len(Z))
     L = np.linalg.cholesky(H)
     free = solve_triangular(L, r, lower=True)  # z of v = 0: the farthest that the solution can be
     size = float(np.linalg.norm(free))
@@ -63,7 +53,7 @@ def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> St
     multipliers = np.zeros(len(Z))
     np.add.at(multipliers, below, u[: len(below)])
     np.subtract.at(multipliers, above, u[len(below) :])
-    return Step(v, multipliers)
+    return v, multipliers
 
 
 def damped_bfgs(H: Array, s: Array, y: Array) -> Array:

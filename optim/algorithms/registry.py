@@ -20,9 +20,9 @@ from linkages import InputError
 from linkages.errors import nearest
 from linkages.files.toml import Table, validate
 from optim.algorithms.archive import Archive, by_feasibility
-from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result, Values
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result, Values
 
-Solver = Callable[[Problem, Any, int, Callable[[Progress], None] | None], Result]
+Solver = Callable[[Problem, Any, int, Report | None], Result]
 #: Violation up to which a start's result counts as feasible when the best one is taken.
 TOLERANCE = 1e-6
 
@@ -51,14 +51,12 @@ class Algorithm(NamedTuple):
     @property
     def table(self) -> type[Table]:
         """Its settings."""
-        table: type[Table] = getattr(import_module(self.module), self.settings)
-        return table
+        return getattr(import_module(self.module), self.settings)
 
     @property
     def solver(self) -> Solver:
         """The function."""
-        solver: Solver = getattr(import_module(self.module), self.function)
-        return solver
+        return getattr(import_module(self.module), self.function)
 
 
 ALGORITHMS = {
@@ -115,7 +113,7 @@ def minimise(
     problem: Problem,
     settings: Table | Mapping[str, Any] | None = None,
     seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Report | None = None,
 ) -> Result:
     """Solve a problem by an algorithm.
 
@@ -124,12 +122,13 @@ def minimise(
     name : str
         Key of `ALGORITHMS`.
     problem : Problem
+        With finite bounds; a local method with a single start can do with `Problem.start` instead.
     settings : Table or mapping, optional
         Settings of this algorithm; what is left out has its default.
     seed : int
         Not negative.
     progress : callable, optional
-        Called after each iteration; may raise KeyboardInterrupt to stop.
+        Called after each iteration; if it raises KeyboardInterrupt, the best design so far is returned.
 
     Raises
     ------
@@ -151,13 +150,10 @@ def minimise(
     algorithm = _find(name, "algorithm")
     if not isinstance(settings, Table):
         settings = read_settings(name, settings or {})
-    if len(problem.objectives) > 1 and not algorithm.several:
+    no = len(problem.objectives)
+    if no > 1 and not algorithm.several:
         several = ", ".join(key for key, other in ALGORITHMS.items() if other.several)
-        raise InputError(
-            "algorithm",
-            name,
-            f"takes one objective and this problem has {len(problem.objectives)}: use {several}",
-        )
+        raise InputError("algorithm", name, f"takes one objective and this problem has {no}: use {several}")
     if seed < 0:
         raise InputError("seed", str(seed), "it should be 0 or a positive number")
     starts = getattr(settings, "starts", 1)
@@ -174,20 +170,12 @@ def minimise(
 
 def start_designs(problem: Problem, count: int, seed: int) -> Array:
     """Choose starts of a local method, (count, n): the nominal design or the middle, then a Latin hypercube."""
-    first = (problem.lower + problem.upper) / 2.0 if problem.start is None else problem.start
-    if count == 1:
-        return np.atleast_2d(first)
     sample = qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed)).random(count - 1)
-    return np.vstack([first, problem.lower + sample * (problem.upper - problem.lower)])
+    return np.vstack([problem.first, problem.lower + sample * (problem.upper - problem.lower)])
 
 
 def _multistart(
-    solver: Solver,
-    problem: Problem,
-    settings: Any,
-    starts: int,
-    seed: int,
-    progress: Callable[[Progress], None] | None,
+    solver: Solver, problem: Problem, settings: Any, starts: int, seed: int, progress: Report | None
 ) -> Result:
     """Run a local method from several starts, and take the best result."""
     archive = Archive(problem)  # of all starts: none evaluates what another one did
@@ -199,34 +187,20 @@ def _multistart(
         if runs[-1].status is Ending.INTERRUPTED:
             break
     best = runs[int(by_feasibility(Values.join([run.values for run in runs]), TOLERANCE)[0])]
-    return Result(
-        best.x,
-        best.values,
-        Ending.INTERRUPTED if runs[-1].status is Ending.INTERRUPTED else best.status,
-        sum(run.iterations for run in runs),
-        len(archive),
-        tuple(runs),
-    )
+    status = Ending.INTERRUPTED if runs[-1].status is Ending.INTERRUPTED else best.status
+    iterations = sum(run.iterations for run in runs)
+    return Result(best.x, best.values, status, iterations, len(archive), tuple(runs))
 
 
-def _report(
-    progress: Callable[[Progress], None], runs: list[Result], start: int, starts: int
-) -> Callable[[Progress], None]:
+def _report(progress: Report, runs: list[Result], start: int, starts: int) -> Report:
     """Progress of one start as that of all: the best of all, iterations as parts of all starts' budgets."""
 
     def report(step: Progress) -> None:
         values = Values.join([*(run.values for run in runs), step.values])
-        row = int(by_feasibility(values, TOLERANCE)[0])
-        designs = np.vstack([*(run.x for run in runs), np.atleast_2d(step.best)])
-        progress(
-            Progress(
-                start * step.iterations + step.iteration,
-                starts * step.iterations,
-                designs[[row]],
-                values.take([row]),
-                {"start": start, **step.state},
-            )
-        )
+        row = by_feasibility(values, TOLERANCE)[:1]
+        best = np.vstack([*(run.x for run in runs), step.best])[row]
+        iteration, state = start * step.iterations + step.iteration, {"start": start, **step.state}
+        progress(Progress(iteration, starts * step.iterations, best, values.take(row), state))
 
     return report
 

@@ -6,7 +6,6 @@ P. E. Gill, W. Murray, M. A. Saunders, SNOPT: An SQP algorithm for large-scale c
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,7 @@ from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 from linkages import RunError
 from linkages.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
-from optim.algorithms.gradient import start_of
-from optim.algorithms.nlp import Array, Ending, Problem, Progress, Result
+from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.standard_form import StandardForm
 
 #: Scaled value that stands for a failed evaluation: SNOPT knows no infinity, but backs off from a bad value.
@@ -39,41 +37,24 @@ class Snopt(Table):
     )
 
 
-def snopt(
-    problem: Problem,
-    settings: Snopt,
-    seed: int = 0,
-    progress: Callable[[Progress], None] | None = None,
-) -> Result:
+def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | None = None) -> Result:
     """Minimise the first objective from the problem's start (the middle of the bounds if it has none).
 
     Variables and constraints are scaled, and derivatives taken, as by the reduced gradient method.
 
-    Parameters
-    ----------
-    problem : Problem
-    settings : Snopt
-    seed : int
-        Not used: the method draws no random numbers.
-    progress : callable, optional
-        Called after each new point at which SNOPT asks for derivatives, which are its iterations; if it raises
-        KeyboardInterrupt, the best design so far is returned.
+    Parameters are those of `optim.minimise`; the seed is not used: the method draws no random numbers. `progress` is
+    called after each new point at which SNOPT asks for derivatives, which are its iterations.
     """
     search = _Search(problem, settings, progress)
-    try:
+    with search.archive.interruptible():
         return search.run()
-    except KeyboardInterrupt:
-        if not len(search.archive):
-            raise  # there is nothing to return
-        return search.result(None, Ending.INTERRUPTED)
+    return search.result(None, Ending.INTERRUPTED)
 
 
 class _Search:
     """One call of SNOPT, and the values and slopes that it asked for."""
 
-    def __init__(
-        self, problem: Problem, settings: Snopt, progress: Callable[[Progress], None] | None
-    ) -> None:
+    def __init__(self, problem: Problem, settings: Snopt, progress: Report | None) -> None:
         self.problem, self.settings, self.progress = problem, settings, progress
         self.archive = Archive(problem)
         self.iterations = 0
@@ -84,7 +65,7 @@ class _Search:
 
     def run(self) -> Result:
         """Solve."""
-        start = start_of(self.problem)
+        start = self.problem.first
         if self.archive(start).failed[0]:
             return self.result(start, Ending.EVALUATION_FAILED)
         if not np.isfinite(self.archive(start).objectives[0, 0]):  # to the constraints, then to the optimum
@@ -165,8 +146,8 @@ class _Search:
                 self._slopes[key] = np.vstack([slopes.f[:n], slopes.A[:, :n]])
             self.iterations += 1
             if self.progress is not None:
-                design = self.form.design(x)
+                design = self.form.design(x)[None, :]
                 self.progress(
-                    Progress(self.iterations, self.settings.iterations, design[None, :], self.archive(design))
+                    Progress(self.iterations, self.settings.iterations, design, self.archive(design))
                 )
         return self._slopes[key]

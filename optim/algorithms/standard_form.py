@@ -1,4 +1,7 @@
-"""A problem as the reduced gradient method sees it: scaled, and every constraint an equation with a slack."""
+"""A problem as the reduced gradient method sees it: scaled, every constraint an equation with a slack; two phases.
+
+Violations are minimised first (phase I), then the objective.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +28,29 @@ class Slopes(NamedTuple):
 
     f: Array
     A: Array
+
+
+class Phase(NamedTuple):
+    """The task at a point.
+
+    Attributes
+    ----------
+    first : bool
+        Phase I: some slack violates its bounds by more than the tolerance.
+    gradient : (n + m,) array
+        Gradient of the merit: in phase I of the sum of the violations, then of the objective.
+    low, high : (n + m,) arrays
+        Bounds of the step's model: a slack that violates a bound goes as far as that bound.
+    keep_low, keep_high : (n + m,) arrays
+        Bounds of the search: there it may pass.
+    """
+
+    first: bool
+    gradient: Array
+    low: Array
+    high: Array
+    keep_low: Array
+    keep_high: Array
 
 
 class StandardForm:
@@ -101,9 +127,27 @@ class StandardForm:
         f = np.concatenate([J[0] / self._objective_size, np.zeros(self.m)])
         return Slopes(f, np.hstack([J[len(self.problem.objectives) :] / self._size[:, None], np.eye(self.m)]))
 
-    def violation(self, s: Array) -> Array:
-        """By how much slacks violate their bounds: negative below, positive above, (m,)."""
-        low, high = self.lower[self.n :], self.upper[self.n :]
+    def phase(self, y: Array, slopes: Slopes, tolerance: float) -> Phase:
+        """Return the task at a point: whether it is feasible decides the phase."""
+        low, high = self.lower, self.upper
+        excess = np.append(np.zeros(self.n), self._violation(y))
+        if np.abs(excess).max() <= tolerance:
+            return Phase(False, slopes.f, low, high, low, high)
+        under, over = excess < 0.0, excess > 0.0
+        equal = (under | over) & (low == high)
+        keep_low = np.where(under | equal, -np.inf, low)
+        keep_high = np.where(over | equal, np.inf, high)
+        model_low = np.where(over, high, np.where(under, -np.inf, low))
+        model_high = np.where(under, low, np.where(over, np.inf, high))
+        return Phase(True, np.sign(excess), model_low, model_high, keep_low, keep_high)
+
+    def merit(self, phase: Phase, y: Array, f: float) -> float:
+        """Return the value that is minimised: the objective, in phase I the sum of the scaled violations."""
+        return float(np.abs(self._violation(y)).sum()) if phase.first else f
+
+    def _violation(self, y: Array) -> Array:
+        """By how much the slacks violate their bounds: negative below, positive above, (m,)."""
+        s, low, high = y[self.n :], self.lower[self.n :], self.upper[self.n :]
         return np.minimum(s - low, 0.0) + np.maximum(s - high, 0.0)
 
 
