@@ -156,8 +156,7 @@ class _Reader:
                 self._declare(element)
             elif element.tag in ("include", "model"):
                 raise self.error(_label(element), "nested models are not supported; write the links out")
-        static = self.model.findtext("static", "false").strip()
-        if static in ("true", "1"):
+        if self.model.findtext("static", "false").strip() in ("true", "1"):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
         self.places = {
             f"{element.tag}s.{name}.{key}": place
@@ -289,11 +288,9 @@ class _Reader:
         principal = np.linalg.eigvalsh(matrix)
         slack = 1e-9 * max(abs(principal[-1]), 1e-300)
         if principal[0] < -slack or principal[-1] > principal[0] + principal[1] + slack:
-            raise self.error(
-                spot,
-                f"no body has the principal moments {principal[0]:g}, {principal[1]:g}, {principal[2]:g} kg m2;"
-                " none may be negative and none larger than the sum of the others",
-            )
+            moments = ", ".join(f"{moment:g}" for moment in principal)
+            rule = "none may be negative and none larger than the sum of the others"
+            raise self.error(spot, f"no body has the principal moments {moments} kg m2; {rule}")
         rotated = centre.rotation @ matrix @ centre.rotation.T
         visuals = tuple(ET.tostring(v, encoding="unicode") for v in element.findall("visual"))
         pose = self._pose(name)
@@ -303,10 +300,8 @@ class _Reader:
         where = _label(element)
         kind = element.get("type", "")
         if kind not in JOINT_TYPES:
-            raise self.error(
-                where,
-                f'type "{kind}" is not supported; a planar linkage has revolute, prismatic and fixed joints',
-            )
+            known = "a planar linkage has revolute, prismatic and fixed joints"
+            raise self.error(where, f'type "{kind}" is not supported; {known}')
         ends = {end: element.findtext(end, "").strip() for end in ("parent", "child")}
         for end, link in ends.items():
             if not link:
@@ -333,11 +328,9 @@ class _Reader:
         if length < 1e-9:
             raise self.error(f"{where}/<axis>/<xyz>", "has no length; give a direction")
         for key in ("damping", "friction", "spring_stiffness"):
-            text = axis.findtext(f"dynamics/{key}", "0")
-            if float(text) != 0.0:
-                raise self.error(
-                    f"{where}/<axis>/<dynamics>/<{key}>", "is not supported; remove it or set it to 0"
-                )
+            if float(axis.findtext(f"dynamics/{key}", "0")) != 0.0:
+                spot = f"{where}/<axis>/<dynamics>/<{key}>"
+                raise self.error(spot, "is not supported; remove it or set it to 0")
         base = xyz.get("expressed_in", "")
         rotation = self._pose(base, where).rotation if base else pose.rotation
         return rotation @ (direction / length)
@@ -419,10 +412,8 @@ class _Place:
 
 def _places(element: ET.Element) -> Iterator[tuple[str, _Place]]:
     """Find every number of a link, joint or frame that a dotted path can name; a <pose> left out is added, empty."""
-    for holder, prefix, keys in (
-        (element, "pose", _POSE_KEYS),
-        (element.find("inertial"), "com", _POSE_KEYS[:3]),
-    ):
+    holders = (element, "pose", _POSE_KEYS), (element.find("inertial"), "com", _POSE_KEYS[:3])
+    for holder, prefix, keys in holders:
         if holder is None:
             continue
         pose = holder.find("pose")
@@ -462,9 +453,8 @@ def _find_model(path: Path) -> ET.Element:
         raise unreadable(path, problem) from None
 
     def refuse(*_: object) -> None:
-        raise InputError(
-            path, "<!DOCTYPE>", "document types and entities are refused; remove the declaration"
-        )
+        problem = "document types and entities are refused; remove the declaration"
+        raise InputError(path, "<!DOCTYPE>", problem)
 
     parser = expat.ParserCreate(namespace_separator=" ")
     parser.StartDoctypeDeclHandler = refuse
@@ -472,9 +462,8 @@ def _find_model(path: Path) -> ET.Element:
         parser.Parse(text, True)
         root = ET.fromstring(text)
     except (expat.ExpatError, ET.ParseError) as problem:
-        hint = ""
-        if "unbound prefix" in str(problem):
-            hint = '; declare xmlns:linkages="urn:linkages:sdf" on <sdf>'
+        unbound = "unbound prefix" in str(problem)
+        hint = '; declare xmlns:linkages="urn:linkages:sdf" on <sdf>' if unbound else ""
         raise InputError(path, "", f"is not well-formed XML: {problem}{hint}") from None
     if root.tag != "sdf":
         raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")

@@ -53,11 +53,8 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
     for path, value in overrides.items():
         parts = path.split(".")
         if not all(parts):
-            raise InputError(
-                origin,
-                f'"{path}"',
-                "is not a path; write keys with dots between them, such as joints.A.clearance",
-            )
+            problem = "is not a path; write keys with dots between them, such as joints.A.clearance"
+            raise InputError(origin, f'"{path}"', problem)
         table = data
         for part in parts[:-1]:
             table = table.setdefault(part, {})
@@ -76,10 +73,7 @@ def value_at(table: Table, path: str, source: Path) -> float:
     """
     here: Any = table
     for part in path.split("."):
-        if isinstance(here, BaseModel):
-            known: Mapping[str, Any] = {key: getattr(here, key) for key in type(here).model_fields}
-        else:
-            known = here if isinstance(here, Mapping) else {}
+        known = dict(here) if isinstance(here, BaseModel | Mapping) else {}
         if part not in known:
             raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
         here = known[part]
@@ -190,15 +184,11 @@ def _explain(model: type[BaseModel], error: Any) -> str:
         return f"is missing{meaning}"
     if kind == "value_error":
         return str(error["ctx"]["error"])
-    message = _plainly(error["msg"])
-    return f"is {value!r}; {message}{meaning}"
-
-
-def _plainly(message: str) -> str:
-    """Say what pydantic says in the words of TOML."""
-    message = re.sub(r"^(Input|List) should", "it should", message)
+    # what pydantic says, in the words of TOML
+    message = re.sub(r"^(Input|List) should", "it should", error["msg"])
     message = re.sub(r"a valid dictionary( or instance of \w+)?", "a table", message)
-    return message.replace("be a valid ", "be a ").replace(" after validation", "")
+    message = message.replace("be a valid ", "be a ").replace(" after validation", "")
+    return f"is {value!r}; {message}{meaning}"
 
 
 def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:

@@ -11,7 +11,7 @@ from linkages.laws import CONTACTS
 from linkages.model.experiment import QUANTITIES, Experiment
 from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
 from linkages.model.mechanism import Frame, Mechanism
-from linkages.model.tables import JointModel
+from linkages.model.tables import Drive, JointModel
 
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
@@ -22,110 +22,71 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     InputError
         One line with key and reason.
     """
-    source = experiment.source
     for kind in ("drives", "joints"):
         for name in getattr(experiment, kind):
             if name not in mechanism.joint:
-                raise InputError(
-                    source,
-                    f"{kind}.{name}",
-                    f"{mechanism.source.name} has no such joint; {nearest(name, mechanism.joint)}",
-                )
+                has_none = f"{mechanism.source.name} has no such joint; {nearest(name, mechanism.joint)}"
+                raise InputError(experiment.source, f"{kind}.{name}", has_none)
     for name, drive in experiment.drives.items():
-        where = f"drives.{name}"
-        if mechanism.joint[name].type == "fixed":
-            raise InputError(source, where, "a fixed joint cannot be driven")
-        if name in experiment.play:
-            raise InputError(source, where, "a joint with clearance cannot be driven; make it ideal")
-        if drive.times is not None and drive.times[-1] < experiment.duration:
-            raise InputError(
-                source,
-                f"{where}.times",
-                f"end at {drive.times[-1]:g} s, before the duration of {experiment.duration:g} s",
-            )
-    for name, joint in experiment.joints.items():
-        if not joint.has_play:
-            continue
-        _check_joint(mechanism, experiment, name, joint)
-    check_loads(mechanism, experiment)
-    for output in experiment.outputs:
-        point, _, quantity = output.rpartition(".")
-        if point not in mechanism.point:
-            raise InputError(
-                source,
-                f'outputs: "{output}"',
-                f'{mechanism.source.name} has no link or frame "{point}"; {nearest(point, mechanism.point)}',
-            )
-        if quantity not in QUANTITIES:
-            raise InputError(
-                source, f'outputs: "{output}"', f'"{quantity}" is unknown; {nearest(quantity, QUANTITIES)}'
-            )
-
-
-def _check_joint(mechanism: Mechanism, experiment: Experiment, name: str, model: JointModel) -> None:
-    """Check a joint with play against the machine's bearing or slot."""
-    source, joint, clearance = experiment.source, mechanism.joint[name], model.clearance or 0.0
-    needs = {"revolute": "bearing", "prismatic": "slot"}.get(joint.type)
-    if needs is None:
-        raise InputError(source, f"joints.{name}", "a fixed joint cannot have play")
-    if (joint.bearing or joint.slot) is None:
-        raise InputError(
-            source,
-            f"joints.{name}.model",
-            f'"{model.model}" needs a <linkages:{needs}> in <joint name="{name}"> of {mechanism.source.name}',
-        )
-    if joint.bearing is not None:
-        if clearance >= joint.bearing.radius:
-            raise InputError(
-                source,
-                f"joints.{name}.clearance",
-                f"is {clearance:g} m; it must be smaller than the bearing's radius of {joint.bearing.radius:g} m",
-            )
-        if sum(x * x for x in model.offset) >= clearance**2:
-            raise InputError(source, f"joints.{name}.offset", "must lie inside the clearance circle")
-        return
-    if model.model != "dry":
-        raise InputError(source, f"joints.{name}.model", f'is "{model.model}"; a guide with play is "dry"')
-    if model.contact is not None and (
-        model.contact.stiffness is None or CONTACTS[model.contact.law].conformal
-    ):
-        raise InputError(
-            source, f"joints.{name}.contact", "a corner at a wall needs a power law and its stiffness [N/m^n]"
-        )
-
-
-def check_loads(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Check that the names in the loads exist in the mechanism, and that tables cover the duration.
-
-    Raises
-    ------
-    InputError
-        One line with key and reason.
-    """
+        _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
+    for name in experiment.play:
+        _Check(mechanism, experiment, f"joints.{name}").play(name, experiment.joints[name])
     taken = {"world", *mechanism.point, *mechanism.joint}
     for table, name in experiment.loads:
-        check = _Check(mechanism, experiment, f"{table}.{name}")
+        load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
-            check.refuse("", "is also the name of a link, frame, joint or load; choose another one")
+            load.refuse("", "is also the name of a link, frame, joint or load; choose another one")
         if "." in name:
-            check.refuse("", "has a dot in its name; choose another one")
+            load.refuse("", "has a dot in its name; choose another one")
         taken.add(name)
         checks: dict[str, Callable[[Any], None]] = {
-            "forces": check.force,
-            "torques": check.torque,
-            "springs": check.spring,
-            "torsion_springs": check.torsion_spring,
+            "forces": load.force,
+            "torques": load.torque,
+            "springs": load.spring,
+            "torsion_springs": load.torsion_spring,
         }
         checks[table](getattr(experiment, table)[name])
+    for output in experiment.outputs:
+        _Check(mechanism, experiment, f'outputs: "{output}"').output(output)
 
 
 @dataclass(frozen=True)
 class _Check:
-    """Checks of one load at the dotted path `where`."""
+    """Checks of what the experiment has at the dotted path `where`."""
 
     mechanism: Mechanism
     experiment: Experiment
     where: str
+
+    def drive(self, name: str, drive: Drive) -> None:
+        if self.mechanism.joint[name].type == "fixed":
+            self.refuse("", "a fixed joint cannot be driven")
+        if name in self.experiment.play:
+            self.refuse("", "a joint with clearance cannot be driven; make it ideal")
+        self.covers(drive.times)
+
+    def play(self, name: str, model: JointModel) -> None:
+        """Check a joint with play against the machine's bearing or slot."""
+        joint, clearance = self.mechanism.joint[name], model.clearance or 0.0
+        if joint.type == "fixed":
+            self.refuse("", "a fixed joint cannot have play")
+        if joint.bearing is None and joint.slot is None:
+            part = "bearing" if joint.type == "revolute" else "slot"
+            where = f'in <joint name="{name}"> of {self.mechanism.source.name}'
+            self.refuse("model", f'"{model.model}" needs a <linkages:{part}> {where}')
+        if joint.bearing is not None:
+            radius = joint.bearing.radius
+            if clearance >= radius:
+                least = f"it must be smaller than the bearing's radius of {radius:g} m"
+                self.refuse("clearance", f"is {clearance:g} m; {least}")
+            if sum(x * x for x in model.offset) >= clearance**2:
+                self.refuse("offset", "must lie inside the clearance circle")
+            return
+        if model.model != "dry":
+            self.refuse("model", f'is "{model.model}"; a guide with play is "dry"')
+        contact = model.contact
+        if contact is not None and (contact.stiffness is None or CONTACTS[contact.law].conformal):
+            self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def force(self, load: Force) -> None:
         self.covers(load.times)
@@ -154,6 +115,14 @@ class _Check:
             self.known("links", link, ("world", *self.mechanism.link))
         if first == second:
             self.refuse("links", "are one and the same")
+
+    def output(self, name: str) -> None:
+        point, _, quantity = name.rpartition(".")
+        if point not in self.mechanism.point:
+            near = nearest(point, self.mechanism.point)
+            self.refuse("", f'{self.mechanism.source.name} has no link or frame "{point}"; {near}')
+        if quantity not in QUANTITIES:
+            self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, QUANTITIES)}')
 
     def covers(self, times: list[float] | None) -> None:
         """Check that a table lasts as long as the run."""

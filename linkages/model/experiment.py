@@ -1,8 +1,8 @@
 """What is done with a mechanism: drives, joint models, gravity, duration, tolerances; read from TOML.
 
-The comment that follows a value in the file is kept as its source ("Table 4", "assumed"), and shown in
-reports. Every value can be replaced by its dotted path, here and on the command line alike:
-``joints.A.clearance``, ``drives.O1.speed``; values of the SDF file are reached as ``sdf.links.link2.mass``.
+The comment that follows a value in the file is kept as its source ("Table 4", "assumed"), and shown in reports. Every
+value can be replaced by its dotted path, here and on the command line alike: ``joints.A.clearance``,
+``drives.O1.speed``; values of the SDF file are reached as ``sdf.links.link2.mass``.
 """
 
 from __future__ import annotations
@@ -130,8 +130,7 @@ class Experiment(Table):
         InputError
             If a path or value is not valid.
         """
-        data = self.model_dump(exclude_unset=True)
-        return _build(self._source, data, self._sources, overrides, origin)
+        return _build(self._source, self.model_dump(exclude_unset=True), self._sources, overrides, origin)
 
     def ideal(self) -> Experiment:
         """Return the same experiment with every joint ideal."""
@@ -180,11 +179,7 @@ def keys() -> Iterator[tuple[str, str]]:
 
 
 def _build(
-    source: Path,
-    data: dict[str, Any],
-    sources: Mapping[str, str],
-    overrides: Mapping[str, Any],
-    origin: str,
+    source: Path, data: dict[str, Any], sources: Mapping[str, str], overrides: Mapping[str, Any], origin: str
 ) -> Experiment:
     replace_values(data, overrides, origin)
     replaced = dict.fromkeys(overrides, origin)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -26,6 +26,7 @@ def _known(registry: Mapping[str, object]) -> AfterValidator:
     return AfterValidator(check_name)
 
 
+Fraction = Annotated[float, Field(gt=0, lt=1)]
 FilmName = Annotated[str, _known(FILMS)]
 ContactLaw = Annotated[str, _known(CONTACTS)]
 FrictionLaw = Annotated[str, _known(FRICTIONS)]
@@ -72,10 +73,9 @@ class Drive(Table):
         """Coordinate over time of a prescribed drive."""
         if self.angles is not None and self.times is not None:
             return motion.table(self.times, self.angles)
-        speed = self.speed or 0.0
         if self.ramp:
-            return motion.ramped_rate(self.angle, speed, self.ramp)
-        return motion.constant_rate(self.angle, speed)
+            return motion.ramped_rate(self.angle, self.speed or 0.0, self.ramp)
+        return motion.constant_rate(self.angle, self.speed or 0.0)
 
     def torque_history(self) -> Pieces:
         """Torque over time of a torque drive."""
@@ -91,9 +91,7 @@ class SmallEccentricity(Table):
     replicate the paper.
     """
 
-    ratio: Annotated[float, Field(gt=0, lt=1)] = Field(
-        description="eps_0, below which the correction acts [1]"
-    )
+    ratio: Fraction = Field(description="eps_0, below which the correction acts [1]")
     power: NonNegative = Field(description="m, 0 to 5 [1]")
 
 
@@ -153,7 +151,7 @@ class Mixed(Table):
     transition: Positive | None = Field(
         None, description="blend: penetration E_0 where only contact is left [m]"
     )
-    film_limit: Annotated[float, Field(gt=0, lt=1)] = Field(
+    film_limit: Fraction = Field(
         0.99, description="largest eccentricity ratio at which the film is evaluated [1]"
     )
     roughness: Positive | None = Field(
@@ -227,9 +225,7 @@ class JointModel(Table):
     @property
     def laws(self) -> tuple[str, ...]:
         """Names of the laws that act."""
-        contact = (self.contact.law,) if self.contact is not None else ()
-        friction = (self.friction.law,) if self.friction is not None else ()
-        return (self.film, *contact, *friction)
+        return (self.film, *(table.law for table in (self.contact, self.friction) if table is not None))
 
     @property
     def can_touch(self) -> bool:
@@ -249,17 +245,15 @@ class JointModel(Table):
 
 #: Integration schemes that an experiment can name: implicit ones for stiff equations, explicit ones. Drake has them
 #: all; the compiled engine takes its one of the same kind.
-IMPLICIT = ("radau3", "radau1", "implicit_euler")
-EXPLICIT = ("runge_kutta5", "runge_kutta3", "bogacki_shampine3")
+Implicit = Literal["radau3", "radau1", "implicit_euler"]
+Scheme = Literal[Implicit, "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
+IMPLICIT = get_args(Implicit)
 
 
 class Solver(Table):
     """Numerical settings; the defaults suit lubricated joints."""
 
-    integrator: (
-        Literal["radau3", "radau1", "implicit_euler", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
-        | None
-    ) = Field(
+    integrator: Scheme | None = Field(
         None,
         description="Drake's integration scheme; default radau3 with films or bristles, else runge_kutta5",
     )
