@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
@@ -13,20 +12,7 @@ from markupsafe import Markup
 from linkages.errors import InputError, RunError
 from linkages.files.writing import whole
 from linkages.report import tables, words
-from linkages.report.results import Results
-
-_CAPTIONS = {
-    "orbits": "Orbits of the journals' centres in their clearance circles; below, magnified.",
-    "impacts": "Peak force and approach speed of every contact, at the time of its start.",
-    "joint_forces": "Magnitudes of the joint forces, ideal joints beside clearance.",
-    "drive_torques": "Torques (forces) of the drives, ideal joints beside clearance.",
-}
-
-
-@dataclass(frozen=True)
-class _Figure:
-    caption: str
-    source: str  # data URI
+from linkages.report.results import FIGURES, Results
 
 
 def write_report(results: Results, path: Path) -> None:
@@ -61,6 +47,8 @@ def render(results: Results) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    versions = results.summary["provenance"]["versions"]
+    elsewhere = ("python", "linkages")  # not installed as the other packages are
     return environment.from_string(_own("page.html")).render(
         style=Markup(_own("page.css")),
         script=Markup(_own("page.js")),
@@ -76,10 +64,8 @@ def render(results: Results) -> str:
         parameters=tables.parameters(results),
         mechanism=results.experiment["mechanism"],
         provenance=[tables.provenance(results), tables.files(results)],
-        versions=[
-            f"{k}=={v}" for k, v in results.summary["provenance"]["versions"].items() if k not in _ELSEWHERE
-        ],
-        python=results.summary["provenance"]["versions"].get("python", ""),
+        versions=[f"{k}=={v}" for k, v in versions.items() if k not in elsewhere],
+        python=versions.get("python", ""),
         commands=words.commands(results),
         overrides=words.overrides(results),
         experiment_name=results.source,
@@ -87,16 +73,14 @@ def render(results: Results) -> str:
     )
 
 
-_ELSEWHERE = ("python", "linkages")  # not installed as the other packages are
-
-
-def _figure(path: Path) -> _Figure:
+def _figure(path: Path) -> dict[str, str]:
+    """Caption, and the picture as a data URI."""
     output = path.stem.removeprefix("output_")
-    caption = _CAPTIONS.get(path.stem, path.stem)
+    caption = FIGURES.get(path.stem, path.stem)
     if output != path.stem:
         caption = f"{output} over time, ideal joints beside clearance; below, their difference."
     data = base64.b64encode(path.read_bytes()).decode("ascii")
-    return _Figure(caption, f"data:image/png;base64,{data}")
+    return {"caption": caption, "source": f"data:image/png;base64,{data}"}
 
 
 def _own(name: str) -> str:

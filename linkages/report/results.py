@@ -13,20 +13,16 @@ from linkages.results.impacts import Impact
 
 # what a summary must have, see docs/outputs.md
 _KEYS = (
-    "engine",
-    "duration",
-    "status",
-    "mechanism",
-    "outputs",
-    "joints",
-    "drives",
-    "ideal",
-    "error",
-    "provenance",
-)
+    "engine", "duration", "status", "mechanism", "outputs", "joints", "drives", "ideal", "error", "provenance",
+)  # fmt: skip
 
-# figures in the order of reading; the outputs' come first
-_FIGURES = ("orbits", "impacts", "joint_forces", "drive_torques")
+#: Figures with their captions, in the order of reading; the outputs' come first.
+FIGURES = {
+    "orbits": "Orbits of the journals' centres in their clearance circles; below, magnified.",
+    "impacts": "Peak force and approach speed of every contact, at the time of its start.",
+    "joint_forces": "Magnitudes of the joint forces, ideal joints beside clearance.",
+    "drive_torques": "Torques (forces) of the drives, ideal joints beside clearance.",
+}
 
 
 @dataclass(frozen=True)
@@ -95,13 +91,8 @@ def load_results(folder: str | Path) -> Results:
     if not folder.is_dir():
         raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
     summary, animation = _summary(folder), folder / "animation.html"
-    return Results(
-        folder,
-        summary,
-        _figures(folder, list(summary["outputs"])),
-        animation if animation.is_file() else None,
-        _impacts(folder / "impacts.csv"),
-    )
+    figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder / "impacts.csv")
+    return Results(folder, summary, figures, animation if animation.is_file() else None, impacts)
 
 
 def _summary(folder: Path) -> dict[str, Any]:
@@ -120,13 +111,8 @@ def _summary(folder: Path) -> dict[str, Any]:
 
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
-    known = [*(f"output_{name}" for name in outputs), *_FIGURES]
-    return tuple(
-        sorted(
-            folder.glob("*.png"),
-            key=lambda path: (known.index(path.stem) if path.stem in known else len(known), path.name),
-        )
-    )
+    order = {stem: k for k, stem in enumerate([*(f"output_{name}" for name in outputs), *FIGURES])}
+    return tuple(sorted(folder.glob("*.png"), key=lambda path: (order.get(path.stem, len(order)), path.name)))
 
 
 def _impacts(path: Path) -> tuple[Impact, ...] | None:

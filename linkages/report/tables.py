@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass
 from typing import Any
 
 from linkages.files.toml import leaves
@@ -32,14 +32,14 @@ class Table:
     ----------
     caption : str
     head : tuple of str
-    rows : tuple of tuples of str
+    rows : sequence of tuples of str
     text : frozenset of int
         Columns that hold words, not numbers.
     """
 
     caption: str
     head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: Sequence[tuple[str, ...]]
     text: frozenset[int] = frozenset({0})
 
 
@@ -48,19 +48,14 @@ def outputs(results: Results) -> Table:
     rows = []
     for name, value in results.summary["outputs"].items():
         exact = results.summary["ideal"]["outputs"][name]
-        rows.append(
-            (
-                f"{name} [{unit(name)}]",
-                *(number(v) for v in (exact["min"], exact["max"], value["min"], value["max"])),
-                change(value["peak"], exact["peak"]),
-                error(results, f"{name}.peak"),
-            )
-        )
+        extremes = (exact["min"], exact["max"], value["min"], value["max"])
+        judged = (change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
+        rows.append((f"{name} [{unit(name)}]", *map(number, extremes), *judged))
     head = (
         "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
         "error of peak",
     )  # fmt: skip
-    return Table("Outputs", head, tuple(rows))
+    return Table("Outputs", head, rows)
 
 
 def joints(results: Results) -> Table:
@@ -73,9 +68,7 @@ def joints(results: Results) -> Table:
             (
                 name,
                 results.play.get(name, {}).get("model", "ideal"),
-                number(exact),
-                number(force["peak"]),
-                number(force["time"]),
+                *map(number, (exact, force["peak"], force["time"])),
                 change(force["peak"], exact),
                 error(results, f"{name}.force.peak"),
                 number(ratio["peak"]) if ratio else _NONE,
@@ -86,29 +79,21 @@ def joints(results: Results) -> Table:
         "joint", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
         "largest e/c", "in contact [% of time]",
     )  # fmt: skip
-    return Table("Joint forces and journals", head, tuple(rows), frozenset({0, 1}))
+    return Table("Joint forces and journals", head, rows, frozenset({0, 1}))
 
 
 def drives(results: Results) -> Table:
     """Tabulate drive torques (forces) and work."""
     rows = []
     for name, value in results.summary["drives"].items():
-        exact, ideal = value["torque"]["peak"], results.summary["ideal"]["drives"][name]
+        ideal, peak = results.summary["ideal"]["drives"][name], value["torque"]["peak"]
+        exact = ideal["torque"]["peak"]
+        judged = (change(peak, exact), error(results, f"{name}.torque.peak"))
         rows.append(
-            (
-                name,
-                number(ideal["torque"]["peak"]),
-                number(exact),
-                change(exact, ideal["torque"]["peak"]),
-                error(results, f"{name}.torque.peak"),
-                number(ideal["work"]),
-                number(value["work"]),
-            )
+            (name, number(exact), number(peak), *judged, number(ideal["work"]), number(value["work"]))
         )
-    head = (
-        "drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]",
-    )  # fmt: skip
-    return Table("Drives: torque [N m] of a revolute joint, force [N] of a prismatic one", head, tuple(rows))
+    head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
+    return Table("Drives: torque [N m] of a revolute joint, force [N] of a prismatic one", head, rows)
 
 
 def parameters(results: Results) -> Table:
@@ -120,7 +105,7 @@ def parameters(results: Results) -> Table:
         if path not in ("mechanism", "title", "outputs")
     ]
     head = ("parameter", "value", "meaning", "unit and source, from the file")
-    return Table("Parameters of the experiment", head, tuple(rows), frozenset({0, 2, 3}))
+    return Table("Parameters of the experiment", head, rows, frozenset({0, 2, 3}))
 
 
 def impacts(results: Results) -> Table | None:
@@ -136,7 +121,7 @@ def impacts(results: Results) -> Table | None:
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
         "peak penetration [µm]", "separation [m/s]",
     )  # fmt: skip
-    return Table(caption, head, tuple(_impact(row) for row in sorted(hardest, key=lambda row: row.start)))
+    return Table(caption, head, [_impact(row) for row in sorted(hardest, key=lambda row: row.start)])
 
 
 def provenance(results: Results) -> Table:
@@ -155,7 +140,7 @@ def provenance(results: Results) -> Table:
         if name != "engine"
     ]
     rows += [(f"version of {name}", str(value)) for name, value in made["versions"].items()]
-    return Table("Provenance", ("what", "value"), tuple(rows), frozenset({0, 1}))
+    return Table("Provenance", ("what", "value"), rows, frozenset({0, 1}))
 
 
 def files(results: Results) -> Table:
@@ -164,7 +149,7 @@ def files(results: Results) -> Table:
     for name, meaning in _FILES.items():
         path = results.folder / name
         rows.append((name, meaning, f"{path.stat().st_size / 1e3:.0f} kB" if path.is_file() else "not there"))
-    return Table("Files beside this page", ("file", "what it is", "size"), tuple(rows), frozenset({0, 1}))
+    return Table("Files beside this page", ("file", "what it is", "size"), rows, frozenset({0, 1}))
 
 
 def number(value: float) -> str:
@@ -181,12 +166,10 @@ def error(results: Results, key: str) -> str:
 
 
 def _impact(row: Impact) -> tuple[str, ...]:
-    values: Sequence[float] = [getattr(row, field.name) for field in fields(Impact)[1:]]
+    joint, *values = astuple(row)
     scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0)
-    return (
-        row.joint,
-        *(_NONE if math.isnan(v) else number(scale * v) for v, scale in zip(values, scales, strict=True)),
-    )
+    scaled = (scale * value for scale, value in zip(scales, values, strict=True))
+    return (joint, *(_NONE if math.isnan(value) else number(value) for value in scaled))
 
 
 def _plain(value: Any) -> str:

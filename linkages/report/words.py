@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections import defaultdict
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 import tomlkit
@@ -49,15 +51,11 @@ def answer(results: Results) -> list[str]:
         sentences.append(f"Peak of {name}: {value['peak']:.5g} {unit(name)}{beside}.")
     if summary["joints"]:
         name, value = max(summary["joints"].items(), key=lambda item: item[1]["force"]["peak"])
-        force = value["force"]
-        beside = _beside(results, force["peak"], ideal["joints"][name]["force"]["peak"], "N")
-        sentences.append(
-            f"The largest joint force is {force['peak']:.5g} N, in {name} at {force['time']:.4g} s{beside}."
-        )
-    for name, value in summary["joints"].items():
-        if "eccentricity_ratio" in value:
-            sentences.append(_used(name, value))
-    return sentences
+        peak, time = value["force"]["peak"], value["force"]["time"]
+        beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
+        sentences.append(f"The largest joint force is {peak:.5g} N, in {name} at {time:.4g} s{beside}.")
+    joints = summary["joints"].items()
+    return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
 
 
 def _beside(results: Results, value: float, exact: float, of: str) -> str:
@@ -68,9 +66,8 @@ def _beside(results: Results, value: float, exact: float, of: str) -> str:
 
 def _used(name: str, value: dict[str, Any]) -> str:
     """Say how much of its clearance a joint uses, and whether it touches."""
-    text = (
-        f"Joint {name} uses up to {100.0 * value['eccentricity_ratio']['peak']:.4g}\u00a0% of its clearance"
-    )
+    part = 100.0 * value["eccentricity_ratio"]["peak"]
+    text = f"Joint {name} uses up to {part:.4g}\u00a0% of its clearance"
     if value["model"] == "lubricated":
         return f"{text}."
     if not value["impacts"]:
@@ -85,7 +82,8 @@ def commands(results: Results) -> list[str]:
     out = f"results/{results.folder.resolve().name}"
     words = ["linkages", "simulate", results.source, "--engine", summary["engine"]]
     for path in overrides(results):
-        words += ["--set", f"{path}={toml_value(_at(results.experiment, path))}"]
+        value = reduce(getitem, path.split("."), results.experiment)
+        words += ["--set", f"{path}={toml_value(value)}"]
     if not summary["error"] and summary["status"] == Status.OK.value:
         words.append("--no-error-estimate")
     return [shlex.join([*words, "--out", out]), shlex.join(["linkages", "report", out])]
@@ -136,10 +134,3 @@ def listed(items: Any) -> str:
     """Join words: ``A, B and C``."""
     *first, last = items
     return f"{', '.join(first)} and {last}" if first else str(last)
-
-
-def _at(table: dict[str, Any], path: str) -> Any:
-    value: Any = table
-    for part in path.split("."):
-        value = value[part]
-    return value
