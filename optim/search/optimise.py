@@ -10,17 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optim.algorithms import pareto
 from optim.evaluate.evaluations import INFEASIBLE, Evaluations, finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import FEASIBLE, in_units, values_of
-from optim.problem.study import Study
+from optim.problem.study import Array, Study
 from optim.search.run import Observer, Outcome, run
 from optim.search.task import described, task_of
-
-Array = NDArray[np.float64]
 
 
 def optimise(

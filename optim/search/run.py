@@ -9,22 +9,21 @@ from __future__ import annotations
 import dataclasses
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import InputError, RunError
 from linkages.files.lock import Lock
 from linkages.files.toml import leaves
 from optim.algorithms import nlp
 from optim.evaluate.evaluations import Evaluations
+from optim.problem.study import Array
 from optim.store.store import Iteration, Store, create, open_store
-
-Array = NDArray[np.float64]
 
 Evaluate = Callable[[Array], Evaluations]
 Observer = Callable[[Iteration, nlp.Values], None]
@@ -136,7 +135,7 @@ def run(
         try:
             result = task.minimise(seen, recorder.progress)
         except _Leave as leave:
-            raise leave.why from None
+            raise leave.args[0] from None
         if result.status == "interrupted":  # an algorithm may end so at a second Ctrl-C
             raise KeyboardInterrupt
         found = recorder.evaluate(np.atleast_2d(result.x))
@@ -179,7 +178,8 @@ def _check_same(task: Task, store: Store) -> None:
     InputError
         Naming the first difference.
     """
-    old, new = _flat(store.meta("task")), _flat(json.loads(json.dumps(task.description)))
+    here = json.loads(json.dumps(task.description))
+    old, new = dict(leaves(store.meta("task"))), dict(leaves(here))
     for key in (*new, *old):
         if key not in old or key not in new or old[key] != new[key]:
             raise InputError(
@@ -200,10 +200,6 @@ def _check_same(task: Task, store: Store) -> None:
             )
 
 
-def _flat(data: dict[str, Any]) -> dict[str, Any]:
-    return dict(leaves(data))
-
-
 def _short(value: Any) -> str:
     text = "nothing" if value is None else json.dumps(value)
     return text if len(text) < 60 else text[:57] + "..."
@@ -212,9 +208,13 @@ def _short(value: Any) -> str:
 class _Leave(BaseException):
     """Carries an exception through algorithms and libraries that catch every `Exception`."""
 
-    def __init__(self, why: Exception) -> None:
-        super().__init__(str(why))
-        self.why = why
+
+@contextmanager
+def _leaving() -> Iterator[None]:
+    try:
+        yield
+    except Exception as why:
+        raise _Leave(why) from why
 
 
 @dataclass
@@ -243,9 +243,9 @@ class _Recorder:
         """Return evaluations of designs (m, n); those that are not known are made in one population."""
         designs = np.ascontiguousarray(designs, dtype=np.float64)
         keys = [design.tobytes() for design in designs]
-        fresh = {key: i for i, key in reversed(list(enumerate(keys))) if key not in self._known}
+        fresh = {key: row for key, row in zip(keys, designs, strict=True) if key not in self._known}
         if fresh:
-            rows = designs[sorted(fresh.values())]
+            rows = np.array(list(fresh.values()))
             found = self.task.evaluate(rows)
             self.store.add(rows, found, self.elapsed)
             self._remember(rows, found)
@@ -253,32 +253,18 @@ class _Recorder:
         f, g, status, reason = zip(*(self._known[key] for key in keys), strict=True)
         return Evaluations(np.array(f), np.array(g).reshape(len(keys), -1), status, reason)
 
+    @_leaving()
     def values(self, designs: Array) -> nlp.Values:
         """Evaluate for the algorithm."""
-        try:
-            return self.problem.evaluate(designs)
-        except Exception as why:
-            raise _Leave(why) from why
+        return self.problem.evaluate(designs)
 
+    @_leaving()
     def progress(self, at: nlp.Progress) -> None:
         """Store an iteration, or compare it with the stored one."""
-        try:
-            self._progress(at)
-        except Exception as why:
-            raise _Leave(why) from why
-
-    def _progress(self, at: nlp.Progress) -> None:
         self._steps += 1
-        row = Iteration(
-            self._steps,
-            at.iteration,
-            at.iterations,
-            len(self._asked),
-            np.atleast_2d(at.best),
-            at.values.objectives,
-            at.values.violation,
-            json.dumps(at.state, sort_keys=True),
-        )
+        best, state = np.atleast_2d(at.best), json.dumps(at.state, sort_keys=True)
+        asked, objectives, violation = len(self._asked), at.values.objectives, at.values.violation
+        row = Iteration(self._steps, at.iteration, at.iterations, asked, best, objectives, violation, state)
         kept = self.store.iteration(row.step)
         if kept is None:
             self.store.add_iteration(row, self.elapsed)

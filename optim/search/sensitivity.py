@@ -15,9 +15,8 @@ from linkages.files.versions import versions
 from optim.evaluate.evaluations import finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
-from optim.problem.study import Study
+from optim.problem.study import Array, Study
 
-Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
 
 #: Relative variation below which a quantity counts as independent of the variables: rounding.
@@ -76,22 +75,19 @@ def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: in
     from SALib.sample import sobol as sampling
 
     n = len(lower)
-    problem = {
-        "num_vars": n,
-        "names": [f"x{k}" for k in range(n)],
-        "bounds": np.column_stack([lower, upper]).tolist(),
-    }
+    bounds = np.column_stack([lower, upper]).tolist()
+    problem = {"num_vars": n, "names": [f"x{k}" for k in range(n)], "bounds": bounds}
     designs = sampling.sample(problem, samples, calc_second_order=False, seed=seed)
     values = evaluate(designs)
     good = np.isfinite(values).all(axis=1)
     whole = good.reshape(samples, n + 2).all(axis=1)
+    failed = int(np.sum(~good))
     if 2 * whole.sum() < samples:
         raise RunError(
-            f"{np.sum(~good)} of {len(designs)} designs failed: too many for indices; choose narrower bounds"
+            f"{failed} of {len(designs)} designs failed: too many for indices; choose narrower bounds"
         )
     kept = values[np.repeat(whole, n + 2)]
-    nq = kept.shape[1]
-    found = np.full((4, nq, n), np.nan)
+    found = np.full((4, kept.shape[1], n), np.nan)
     for k, y in enumerate(kept.T):
         if np.ptp(y) <= CONSTANT * np.abs(y).max():
             continue
@@ -100,16 +96,8 @@ def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: in
             result = analysis.analyze(problem, y, calc_second_order=False, seed=seed)
         found[:, k] = result["S1"], result["S1_conf"], result["ST"], result["ST_conf"]
     first, first_width, total, total_width = found
-    return Indices(
-        first,
-        first_width,
-        total,
-        total_width,
-        kept.mean(axis=0),
-        kept.std(axis=0),
-        len(designs),
-        int(np.sum(~good)),
-    )
+    mean, deviation = kept.mean(axis=0), kept.std(axis=0)
+    return Indices(first, first_width, total, total_width, mean, deviation, len(designs), failed)
 
 
 def one_at_a_time(
@@ -175,7 +163,6 @@ def sensitivity(
     evaluate = Evaluator(study) if evaluator is None else evaluator
     seed = study.file.seed if seed is None else seed
     nominal = evaluate(study.nominal[None])
-    names = [*study.file.objectives, *study.file.constraints]
 
     def values(designs: Array) -> Array:
         return np.column_stack(in_units(study, evaluate(designs), nominal))
@@ -184,7 +171,7 @@ def sensitivity(
     grid, found = one_at_a_time(values, study.lower, study.upper, study.nominal, _STEPS)
     unmoved = inert(found)
     quantities: dict[str, Any] = {}
-    for k, name in enumerate(names):
+    for k, name in enumerate([*study.file.objectives, *study.file.constraints]):
         quantities[name] = {
             "mean": float(indices.mean[k]),
             "standard_deviation": float(indices.deviation[k]),

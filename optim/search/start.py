@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import InputError
 from linkages.errors import nearest
-from optim.problem.study import Study
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, Study
 
 
 def start_of(study: Study, path: Path, source: str = "--start") -> Array:
@@ -53,17 +50,13 @@ def start_of(study: Study, path: Path, source: str = "--start") -> Array:
     found = _variables(file, source)
     for key in found:
         if key not in study.paths:
-            raise InputError(
-                source, str(file), f"varies {key}, {study.source.name} does not; {nearest(key, study.paths)}"
-            )
-    start = study.nominal.copy()
-    for k, key in enumerate(study.paths):
-        start[k] = found.get(key, start[k])
-        if not study.lower[k] <= start[k] <= study.upper[k]:
-            bounds = f"{study.lower[k]:g} and {study.upper[k]:g}"
-            raise InputError(
-                source, str(file), f"{key} is {start[k]:g}, in {study.source.name} between {bounds}"
-            )
+            near = nearest(key, study.paths)
+            raise InputError(source, str(file), f"varies {key}, {study.source.name} does not; {near}")
+    start = np.array([found.get(key, x) for key, x in zip(study.paths, study.nominal, strict=True)])
+    for key, x, lower, upper in zip(study.paths, start, study.lower, study.upper, strict=True):
+        if not lower <= x <= upper:
+            here = f"in {study.source.name} between {lower:g} and {upper:g}"
+            raise InputError(source, str(file), f"{key} is {x:g}, {here}")
     return start
 
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages import InputError
 from linkages.errors import nearest
 from linkages.files.toml import Table
@@ -15,10 +12,8 @@ from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import problem_of
 from optim.evaluate.screen import Screened
-from optim.problem.study import Study
+from optim.problem.study import Array, Study
 from optim.search.run import Task
-
-Array = NDArray[np.float64]
 
 
 def settings_of(study: Study) -> tuple[str, Table]:
@@ -66,13 +61,9 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
         As `settings_of`.
     """
     name, settings = settings_of(study)
+    given = None if start is None else start.tolist()
     return Task(
-        {
-            "algorithm": described(study),
-            "seed": seed,
-            "start": None if start is None else start.tolist(),
-            **study.description(),
-        },
+        {"algorithm": described(study), "seed": seed, "start": given, **study.description()},
         versions("pygad"),
         study.paths,
         tuple(study.file.objectives),

@@ -8,7 +8,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import System
 from optim.evaluate.drake_runs import run_on_drake
@@ -16,9 +15,7 @@ from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.evaluate.requests import Request, Statistics
-from optim.problem.study import Study
-
-Array = NDArray[np.float64]
+from optim.problem.study import Array, Study
 
 _TIGHTER = 0.1  # ratio of tolerances between a study's runs and those that check them
 _PHASES = 10
@@ -114,11 +111,9 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
     if not all(point.system.touching.any() and _turns(point.system, point.paths) for point in study.points):
         return None
     angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
-    runs = []
-    for angle in angles:
-        turned = study.replaced(partial(_turned, angle=angle))
-        runs.append(Evaluator(turned, threads=threads)(np.vstack([design, study.nominal])).objectives)
-    values = np.array(runs)  # (phases, 2, no)
+    turned = [study.replaced(partial(_turned, angle=angle)) for angle in angles]
+    designs = np.vstack([design, study.nominal])
+    values = np.array([Evaluator(one, threads=threads)(designs).objectives for one in turned])
     both = np.isfinite(values).all(axis=(1, 2))
     report: dict[str, Any] = {"angles": angles, "objectives": {}}
     for k, name in enumerate(study.file.objectives):
