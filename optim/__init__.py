@@ -36,9 +36,8 @@ if TYPE_CHECKING:
     from optim.problem.shipped import find_study
     from optim.problem.study import OperatingPoint, Study
     from optim.report.export import export
-    from optim.report.figures import write_front
+    from optim.report.figures import write_front, write_indices, write_one_at_a_time
     from optim.report.result import format_result
-    from optim.report.sensitivity_figures import write_indices, write_one_at_a_time
     from optim.search.optimise import optimise
     from optim.search.run import Stopped
     from optim.search.sensitivity import format_sensitivity, sensitivity
@@ -62,9 +61,8 @@ __all__, __getattr__ = loaded_on_use(
         "problem.shipped": ("find_study",),
         "problem.study": ("OperatingPoint", "Study"),
         "report.export": ("export",),
-        "report.figures": ("write_front",),
+        "report.figures": ("write_front", "write_indices", "write_one_at_a_time"),
         "report.result": ("format_result",),
-        "report.sensitivity_figures": ("write_indices", "write_one_at_a_time"),
         "search.optimise": ("optimise",),
         "search.run": ("Stopped",),
         "search.sensitivity": ("format_sensitivity", "sensitivity"),

@@ -90,7 +90,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:
-            from optim.report.sensitivity_figures import write_indices, write_one_at_a_time
+            from optim.report.figures import write_indices, write_one_at_a_time
 
             write_indices(study, report, folder / "sobol.png")
             write_one_at_a_time(study, report, folder / "one_at_a_time.png")

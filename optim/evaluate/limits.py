@@ -67,7 +67,6 @@ def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
         Evaluation of the nominal design alone.
     """
     objectives, constraints = in_units(study, found, nominal)
-    signs = [-1.0 if objective.maximise else 1.0 for objective in study.file.objectives.values()]
     columns: dict[bool, list[Array]] = {False: [], True: []}
     order = list(study.file.constraints)
     for key, name, limit, sign in limits(study):
@@ -77,7 +76,7 @@ def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
     failed = found.failed[:, None]
     empty = np.empty((len(found), 0))
     return Values(
-        np.where(failed | found.unrun[:, None], np.inf, objectives * signs),
+        np.where(failed | found.unrun[:, None], np.inf, objectives * study.signs),
         np.where(failed, np.inf, np.column_stack([empty, *columns[False]])),
         np.where(failed, np.inf, np.column_stack([empty, *columns[True]])),
         found.failed,

@@ -89,6 +89,11 @@ class Study:
             ("constraints", name, constraint) for name, constraint in self.file.constraints.items()
         ]
 
+    @property
+    def signs(self) -> list[float]:
+        """For each objective -1 if it is maximised, else 1."""
+        return [-1.0 if objective.maximise else 1.0 for objective in self.file.objectives.values()]
+
     def label(self, name: str) -> str:
         """Name of an objective or constraint, with its unit."""
         quantity = next(quantity for _, key, quantity in self.quantities if key == name)

@@ -1,10 +1,10 @@
-"""Figures of an optimisation."""
+"""Figures of an optimisation and of a sensitivity analysis, as PNG files that are written whole or not at all."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,44 +15,46 @@ from matplotlib.ticker import MaxNLocator
 from linkages.files.writing import whole
 from linkages.plots.style import COLORS, figure_style
 from optim.algorithms import pareto
-from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array, Study
 from optim.store.store import Iteration
 
 _BEST, _NOMINAL, *_DESIGNS = COLORS
 _KNEE = "#000000"
 _MARKERS = ("s", "^", "v", "P")
+_FIRST, _TOTAL = COLORS[5], COLORS[0]
 
 
-@dataclass(frozen=True)
-class Panel:
-    """An objective: its label with unit, -1 if it is maximised (else 1), the nominal design's value, minimised."""
-
-    label: str
-    sign: float
-    nominal: float
+@contextmanager
+def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
+    """Give a figure of this size [inches] to draw in, and write it."""
+    with figure_style():
+        figure = Figure(figsize=(width, height), layout="constrained")
+        yield figure
+        with whole(path) as partial:
+            figure.savefig(partial, format="png")
 
 
 def write_convergence(
-    title: str, panels: Sequence[Panel], iterations: Sequence[Iteration], path: Path
+    study: Study, title: str, iterations: Sequence[Iteration], nominal: Array, path: Path
 ) -> None:
-    """Draw the best value of each objective over the evaluations, as a PNG file; replaces the one before."""
-    with figure_style():
-        figure = Figure(figsize=(5.5, 1.2 + 2.0 * len(panels)), layout="constrained")
-        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    """Draw the best value of each objective over the evaluations; replaces the figure before.
+
+    The nominal design's objectives (no,) are those that the algorithm minimises.
+    """
+    names = list(study.file.objectives)
+    with _png(path, 5.5, 1.2 + 2.0 * len(names)) as figure:
+        axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         count = [row.evaluations for row in iterations]
-        for k, (ax, panel) in enumerate(zip(axes, panels, strict=True)):
-            best = panel.sign * np.array([_best(row, k) for row in iterations])
-            ax.step(count, best, where="post", color=_BEST, label="best")
-            if np.isfinite(panel.nominal):
-                ax.axhline(panel.sign * panel.nominal, color=_NOMINAL, linestyle="--", label="nominal")
-            ax.set_ylabel(panel.label)
+        best = np.array([row.best_feasible for row in iterations])
+        for k, (ax, name, sign) in enumerate(zip(axes, names, study.signs, strict=True)):
+            ax.step(count, sign * best[:, k], where="post", color=_BEST, label="best")
+            if np.isfinite(nominal[k]):
+                ax.axhline(sign * nominal[k], color=_NOMINAL, linestyle="--", label="nominal")
+            ax.set_ylabel(study.label(name))
         axes[0].set_title(title)
         axes[0].legend()
         axes[-1].set_xlabel("evaluations")
         axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
-        with whole(path) as partial:
-            figure.savefig(partial, format="png")
 
 
 def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
@@ -80,9 +82,8 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     """
     names = list(study.file.objectives)
     labels = [study.label(name) for name in names]
-    signs = [-1.0 if study.file.objectives[name].maximise else 1.0 for name in names]
     front = _objectives(result["front"], names)
-    marked = "compromise" if pareto.knee(front * signs) is None else "knee"
+    marked = "compromise" if pareto.knee(front * study.signs) is None else "knee"
     points = [
         ("front", front, {"marker": "o", "color": _BEST, "s": 12, "alpha": 0.7, "linewidths": 0}),
         (marked, _objectives([result["best"]], names), {"marker": "*", "color": _KNEE, "s": 110}),
@@ -94,14 +95,13 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     pairs = list(itertools.combinations(range(len(names)), 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
-    with figure_style():
-        figure = Figure(figsize=(3.4 * columns, 0.9 + 2.8 * rows), layout="constrained")
+    with _png(path, 3.4 * columns, 0.9 + 2.8 * rows) as figure:
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (i, j) in zip(axes, pairs, strict=False):
             for which, at, look in points:
                 ax.scatter(at[:, i], at[:, j], label=which, zorder=2 if which == "front" else 3, **look)
             for axis, k in ((ax.xaxis, i), (ax.yaxis, j)):
-                better = "larger" if signs[k] < 0.0 else "smaller"
+                better = "larger" if study.signs[k] < 0.0 else "smaller"
                 axis.set_label_text(f"{labels[k]}, {better} is better")
             ax.margins(0.06)
             ax.locator_params(nbins=4)
@@ -110,16 +110,90 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
             ax.set_visible(False)
         figure.suptitle(f"{study.title}: {len(front)} designs", fontsize=10)
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
-        with whole(path) as partial:
-            figure.savefig(partial, format="png")
+
+
+def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
+    """Draw Sobol's indices of every quantity with their 95 % confidence intervals, as a PNG file.
+
+    Parameters
+    ----------
+    study : Study
+    report : mapping
+        Content of ``sensitivity.json``.
+    path : Path
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.sensitivity(study, samples=2)
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "figure.png"
+    >>> optim.write_indices(study, report, file)
+    >>> file.exists()
+    True
+    """
+    quantities = report["quantities"]
+    places = np.arange(len(study.names))
+    with _png(path, 1.6 + 2.6 * len(quantities), 1.2 + 0.42 * len(places)) as figure:
+        axes = figure.subplots(1, len(quantities), sharey=True, squeeze=False)[0]
+        for ax, (name, entry) in zip(axes, quantities.items(), strict=True):
+            rows = entry["variables"].values()
+            for kind, shift, colour, text in (
+                ("first", -0.2, _FIRST, "first order: alone"),
+                ("total", 0.2, _TOTAL, "total: with interactions"),
+            ):
+                value, half = (
+                    np.array([row[key] for row in rows], dtype=float) for key in (kind, f"{kind}_confidence")
+                )
+                ax.barh(
+                    places + shift, value, 0.38, xerr=half, color=colour, label=text, error_kw={"lw": 1.0}
+                )
+            for place, row in zip(places, rows, strict=True):
+                if row["inert"]:
+                    ax.text(0.02, place, "inert", va="center", color="0.35")
+            ax.set_title(study.label(name), fontsize=9)
+            ax.set_xlabel("share of the variance [1]")
+            ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
+        axes[0].set_yticks(places, study.names)
+        axes[0].invert_yaxis()
+        figure.suptitle(f"{report['title']}: Sobol's indices, bars of 95 % confidence", fontsize=10)
+        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+
+
+def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> None:
+    """Draw every quantity over each variable between its bounds, the others nominal, as a PNG file.
+
+    Parameters are those of `write_indices`.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import optim
+    >>> study = optim.load_study(optim.find_study("sevenbar_force"))
+    >>> report = optim.sensitivity(study, samples=2)
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "figure.png"
+    >>> optim.write_one_at_a_time(study, report, file)
+    >>> file.exists()
+    True
+    """
+    quantities = report["quantities"]
+    shape = len(quantities), len(study.names)
+    with _png(path, 0.8 + 1.8 * shape[1], 0.6 + 1.9 * shape[0]) as figure:
+        axes = figure.subplots(*shape, sharex="col", sharey="row", squeeze=False)
+        for line, (name, entry) in zip(axes, quantities.items(), strict=True):
+            line[0].set_ylabel(study.label(name))
+            for k, (ax, row) in enumerate(zip(line, entry["variables"].values(), strict=True)):
+                grid = report["grid"][study.paths[k]]
+                ax.plot(grid, np.array(row["one_at_a_time"], dtype=float), color=_TOTAL)
+                ax.axvline(study.nominal[k], color=_NOMINAL, linestyle="--", linewidth=1.0)
+                ax.ticklabel_format(axis="both", style="sci", scilimits=(-2, 3), useOffset=False)
+                ax.margins(y=0.1)
+        for ax, name in zip(axes[-1], study.names, strict=True):
+            ax.set_xlabel(name)
+        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal), SI units", fontsize=10)
 
 
 def _objectives(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Array:
     """Objectives of designs of ``result.json``, (m, no); NaN where one failed."""
     return np.array([[entry["objectives"][name] for name in names] for entry in entries], dtype=np.float64)
-
-
-def _best(row: Iteration, k: int) -> float:
-    """Smallest value of objective k among the best designs that satisfy the constraints; NaN if none does."""
-    feasible = row.violation <= FEASIBLE
-    return float(row.objectives[feasible, k].min()) if feasible.any() else np.nan

@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
 from tqdm import tqdm
 
 from optim.algorithms.nlp import Values
-from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Study
 from optim.store.store import Iteration
 
@@ -28,10 +28,7 @@ class Observer:
 
     def __init__(self, study: Study, seed: int, figure: Path | None) -> None:
         self.title = f"{study.source.stem}, seed {seed}"
-        objectives = study.file.objectives
-        self.signs = [-1.0 if objective.maximise else 1.0 for objective in objectives.values()]
-        self.labels = [study.label(name) for name in objectives]
-        self.figure = figure
+        self.study, self.figure = study, figure
         self._drawn = time.monotonic()
         self._rows: list[Iteration] = []
 
@@ -62,19 +59,14 @@ class Observer:
             self._drawn = time.monotonic()
 
     def _best(self, row: Iteration) -> str:
-        feasible = row.objectives[row.violation <= FEASIBLE]
-        if len(feasible) == 0:
+        if np.isnan(row.best_feasible).all():
             return "no design satisfies the constraints yet"
-        best = zip(self.labels, self.signs, feasible.min(axis=0), strict=True)
-        return "best " + ", ".join(f"{name} {sign * value:.5g}" for name, sign, value in best)
+        best = zip(self.study.file.objectives, self.study.signs, row.best_feasible, strict=True)
+        return "best " + ", ".join(f"{self.study.label(name)} {sign * x:.5g}" for name, sign, x in best)
 
     def _draw(self) -> None:
         if self.figure is None or not self._rows:
             return
-        from optim.report.figures import Panel, write_convergence
+        from optim.report.figures import write_convergence
 
-        panels = [
-            Panel(name, sign, float(x))
-            for name, sign, x in zip(self.labels, self.signs, self._nominal, strict=True)
-        ]
-        write_convergence(self.title, panels, self._rows, self.figure)
+        write_convergence(self.study, self.title, self._rows, self._nominal, self.figure)
