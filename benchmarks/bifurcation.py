@@ -43,16 +43,13 @@ def diagram(values: int, revolutions: int, transient: int, threads: int | None):
     bar = tqdm(
         total=1.0, desc="bifurcation", disable=None, bar_format="{l_bar}{bar}| [{elapsed}<{remaining}]"
     )
+
+    def advance(done: float) -> None:
+        bar.update(done - bar.n)
+
     started = time.perf_counter(), time.process_time()
     result = sweep(
-        system,
-        "drives.O.speed",
-        speeds,
-        NAMES,
-        revolutions,
-        transient,
-        threads=threads,
-        progress=lambda done: bar.update(done - bar.n),
+        system, "drives.O.speed", speeds, NAMES, revolutions, transient, threads=threads, progress=advance
     )
     bar.close()
     return result, time.perf_counter() - started[0], time.process_time() - started[1]
@@ -61,11 +58,9 @@ def diagram(values: int, revolutions: int, transient: int, threads: int | None):
 def tables():
     """Print horizons and exponents for each friction; returns the exponents."""
     exponents = {}
-    print(
-        "\nfriction   revolutions together at accuracies a and 10 a, a = "
-        + ", ".join(f"{a:g}" for a in ACCURACIES)
-        + "   largest exponent [1/revolution]"
-    )
+    tolerances = ", ".join(f"{a:g}" for a in ACCURACIES)
+    print(f"\nfriction   revolutions together at accuracies a and 10 a, a = {tolerances}", end="")
+    print("   largest exponent [1/revolution]")
     for label, coefficient in FRICTION.items():
         system = load(FILE, {"joints.B.friction.coefficient": coefficient})
         found = [horizon(system.replaced({"solver.accuracy": accuracy}), 40.0) for accuracy in ACCURACIES]
@@ -78,47 +73,33 @@ def tables():
 
 def draw(result, exponents, folder: Path) -> None:
     """Draw the figures of docs/nonlinear.md."""
-    from linkages.plots import (
-        bifurcation_figure,
-        exponent_figure,
-        section_figure,
-        spectrum_figure,
-    )
+    from linkages.plots import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
 
     system = load(FILE)
     units = {name: unit(system, name) for name in NAMES}
-    figures = {
-        "bifurcation": bifurcation_figure(
-            result,
-            units,
-            "speed of the crank [r/min]",
-            (("B.ey", "strobe"), ("B.force", "peaks")),
-            scale=1.0 / RPM,
-            logarithmic=("B.force",),
-        ),
-        "exponents": exponent_figure(exponents),
-    }
     section = stroboscopic(system, ("B.ey", "B.sliding"), 3000, 50)
-    figures["section"] = section_figure(section.strobe, "B.ey", "B.sliding", ("m", "m/s"))
-    spectra = []
+    spectra = {}
     for label in ("0.03", "0.1"):
         case = system.replaced({"joints.B.friction.coefficient": FRICTION[label]})
         run = simulate(lasting(case, 60.0), "compiled")
-        found = spectrum(run, "slider.ax", 20.0 * section.period, 2**18, segments=4)
-        spectra.append((f"friction {label}", found))
-    figures["spectrum"] = spectrum_figure(
-        dict(spectra), unit(system, "slider.ax"), drive=1.0 / section.period
-    )
-    for name, figure in figures.items():
+        spectra[f"friction {label}"] = spectrum(run, "slider.ax", 20.0 * section.period, 2**18, segments=4)
+    rows, label = (("B.ey", "strobe"), ("B.force", "peaks")), "speed of the crank [r/min]"
+    for name, figure in {
+        "bifurcation": bifurcation_figure(
+            result, units, label, rows, scale=1.0 / RPM, logarithmic=("B.force",)
+        ),
+        "exponents": exponent_figure(exponents),
+        "section": section_figure(section.strobe, "B.ey", "B.sliding", ("m", "m/s")),
+        "spectrum": spectrum_figure(spectra, unit(system, "slider.ax"), drive=1.0 / section.period),
+    }.items():
         figure.savefig(folder / f"nonlinear_{name}.png")
 
 
 def main() -> None:
     """Print the times; draw and print more if asked."""
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
-    parser.add_argument("--values", type=int, default=300)
-    parser.add_argument("--revolutions", type=int, default=60)
-    parser.add_argument("--transient", type=int, default=40)
+    for name, default in {"--values": 300, "--revolutions": 60, "--transient": 40}.items():
+        parser.add_argument(name, type=int, default=default)
     parser.add_argument("--threads", type=int)
     parser.add_argument("--out", type=Path, help="folder for the figures of docs/nonlinear.md")
     options = parser.parse_args()

@@ -11,12 +11,12 @@ import argparse
 import statistics
 import sys
 import tempfile
-import time
+import timeit
+from functools import partial
 from pathlib import Path
 
 import numpy as np
-from seven_bar_reference import orbit_error
-from seven_bar_reference import reference as reference_orbit
+import seven_bar_reference
 
 from linkages import load
 from linkages.engines.compiled.equations import derivatives
@@ -55,12 +55,8 @@ def each(function, system, shape, count, repeat):
     problem, y = run.runner.aside(), run.steps.states[-1]
     out = np.zeros((len(y),) * shape)
     function(problem, y.copy(), out, 1)
-    walls = []
-    for _ in range(repeat):
-        begun = time.perf_counter()
-        function(problem, y.copy(), out, count)
-        walls.append((time.perf_counter() - begun) / count)
-    return 1e6 * statistics.median(walls)
+    walls = timeit.repeat(lambda: function(problem, y.copy(), out, count), repeat=repeat, number=1)
+    return 1e6 * statistics.median(walls) / count
 
 
 def chain(n, folder):
@@ -77,12 +73,8 @@ def chain(n, folder):
 def integration(system, repeat):
     """Median time of the integration alone, from the initial state [s]."""
     runner = Runner(system)
-    walls = []
-    for _ in range(repeat):
-        begun = time.perf_counter()
-        runner.run(0.0, runner.start, runner.first_step, 10**6)
-        walls.append(time.perf_counter() - begun)
-    return statistics.median(walls)
+    run = partial(runner.run, 0.0, runner.start, runner.first_step, 10**6)
+    return statistics.median(timeit.repeat(run, repeat=repeat, number=1))
 
 
 def main() -> None:
@@ -94,13 +86,11 @@ def main() -> None:
     print(f"seven-bar: right-hand side {each(evaluate, system, 1, 20_000, options.repeat):.2f} us")
     print(f"seven-bar: Jacobian        {each(differentiate, system, 2, 2_000, options.repeat):.2f} us")
     print("\nlinks of a chain   right-hand side [us]   in parts of the first")
-    first = None
     with tempfile.TemporaryDirectory() as folder:
-        for n in LINKS:
-            cost = each(evaluate, chain(n, Path(folder)), 1, 20_000 // n, options.repeat)
-            first = first or cost
-            print(f"{n:16d}{cost:23.2f}{cost / first:24.2f}")
-    exact = reference_orbit(system)
+        costs = [each(evaluate, chain(n, Path(folder)), 1, 20_000 // n, options.repeat) for n in LINKS]
+    for n, cost in zip(LINKS, costs, strict=True):
+        print(f"{n:16d}{cost:23.2f}{cost / costs[0]:24.2f}")
+    exact = seven_bar_reference.reference(system)
     print("\naccuracy    steps   wall [ms/s]   orbit error")
     for accuracy in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10):
         changed = system.replaced({"solver.accuracy": accuracy})
@@ -109,7 +99,7 @@ def main() -> None:
         times = np.linspace(0.0, 1.0, 501)
         columns = result.evaluate(times)
         orbit = np.array([[columns[f"{name}.ex"], columns[f"{name}.ey"]] for name in "AB"]).transpose(2, 0, 1)
-        error = orbit_error(orbit, exact(times))
+        error = seven_bar_reference.orbit_error(orbit, exact(times))
         print(f"{accuracy:8.0e}{result.provenance['steps']:9d}{wall:14.3f}{error:14.1e}")
 
 

@@ -15,8 +15,9 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from fourbar_methods import score, solve
+from fourbar_methods import HEADINGS, cells, score, solve
 from matplotlib.figure import Figure
+from replication.claims import table
 from replication.recorded import load_record
 from scipy.stats import qmc, spearmanr
 
@@ -28,10 +29,6 @@ PAGE, FIGURE = DOCS / "fourbar_landscape.md", DOCS / "figures" / "fourbar_way.pn
 STUDIES = ("fourbar_jitter", "fourbar_jitter_phases", "fourbar_jitter_steady")
 BOUNDS = ((0.8, 1.25), (0.5, 2.0), (1.0 / 3.0, 3.0), (0.25, 4.0))
 BUDGET = 400
-HEADINGS = (
-    "bounds, of the nominal lengths", "reduction", "at ten unseen starts", "at a tenth of the tolerance",
-    "ground, crank, coupler, follower",
-)  # fmt: skip
 POINTS = {"fourbar_jitter": 81, "fourbar_jitter_steady": 21}
 DESIGNS, REVOLUTIONS = 24, 3
 BESIDE, STARTS = 1e-7, 5
@@ -45,11 +42,9 @@ def bounds() -> list[dict[str, Any]]:
         other = dataclasses.replace(study, lower=low * study.nominal, upper=high * study.nominal)
         result = solve(other, "differential-evolution", 1, BUDGET)
         found.append({"low": low, "high": high, **result, "lengths": (result["x"] / study.nominal).tolist()})
-    scores = score(study, np.array([row["x"] for row in found]))
-    return [
-        row | {"unseen": float(unseen), "tighter": float(tighter)}
-        for row, unseen, tighter in zip(found, *scores, strict=True)
-    ]
+    for row, *scores in zip(found, *score(study, np.array([row["x"] for row in found])), strict=True):
+        row["unseen"], row["tighter"] = map(float, scores)
+    return found
 
 
 def nearby() -> list[float]:
@@ -122,15 +117,19 @@ def minima(values: list[float]) -> int:
 
 def page(found: dict[str, Any]) -> str:
     """Write the page."""
-    many, few = (POINTS[name] for name in ("fourbar_jitter", "fourbar_jitter_steady"))
-    first, steady = (
-        minima(found["line"][name]["value"]) for name in ("fourbar_jitter", "fourbar_jitter_steady")
-    )
+    many, few = POINTS.values()
     every = (many - 1) // (few - 1)
-    coarse = minima(found["line"]["fourbar_jitter"]["value"][::every])
+    values, means = (found["line"][name]["value"] for name in POINTS)
+    first, coarse, steady = minima(values), minima(values[::every]), minima(means)
     reductions = [100.0 * part for part in found["nearby"]]
     others = ", ".join(f"{part:.1f}" for part in sorted(reductions[1:]))
-    text = f"""# The patent's design problem from above
+    rows = [
+        [f"{row['low']:.3g} to {row['high']:.3g}", *cells(row, row["lengths"])] for row in found["bounds"]
+    ]
+    part, order = found["surrogate"], found["rank"]
+    lengths = ", ".join(f"{x:.2f}" for x in part["lengths"])
+    scores = [f"{100 * part[name]:.1f} %" for name in STUDIES]
+    return f"""# The patent's design problem from above
 
 What the results of [the methods compared](fourbar_methods.md) hang on. Written by
 `python benchmarks/fourbar_landscape.py`.
@@ -157,17 +156,7 @@ a step of the line search just meets, or just misses, decides the valley. So tak
 
 The patent's ranges of the lengths are lost with its table 1. Differential evolution, seed 1, {BUDGET} designs:
 
-| {" | ".join(HEADINGS)} |
-|{"---|" * len(HEADINGS)}
-"""
-    for row in found["bounds"]:
-        lengths = ", ".join(f"{x:.2f}" for x in row["lengths"])
-        cells = [f"{100 * part:.1f} %" for part in (1 - row["value"], row["unseen"], row["tighter"])]
-        text += f"| {row['low']:.3g} to {row['high']:.3g} | {' | '.join(cells)} | {lengths} |\n"
-    part, order = found["surrogate"], found["rank"]
-    lengths = ", ".join(f"{x:.2f}" for x in part["lengths"])
-    scores = [f"{100 * part[name]:.1f} %" for name in STUDIES]
-    text += f"""
+{table(("bounds, of the nominal lengths", *HEADINGS), rows)}
 The printed 77.5 % says as much of the bounds as of the method: a longer follower turns the same blow into less angular
 acceleration, and is heavier. (Within the widest bounds so few designs do not find what the third row has.)
 
@@ -183,7 +172,6 @@ lengths, and lowers
 - its mean over four starts by {scores[1]},
 - the steady one by {scores[2]}.
 """
-    return text
 
 
 def draw(found: dict[str, Any]) -> None:

@@ -12,10 +12,12 @@ import dataclasses
 import json
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from replication.claims import table
 from replication.patent_claims import UNSEEN, started_at
 from replication.recorded import write_record
 
@@ -61,6 +63,9 @@ OBJECTIVES = (
     Objective("fourbar_jitter_phases", "the same, mean over four starts", 250, 1e-5),
     Objective("fourbar_jitter_steady", "steady: ten revolutions after the second, four starts", 40, 0.02),
 )
+HEADINGS = (
+    "reduction", "at ten unseen starts", "at a tenth of the tolerance", "ground, crank, coupler, follower",
+)  # fmt: skip
 SEEDS = (1, 2)
 ALONE = "grg, one start"
 #: Starts and generations are more than the budget allows.
@@ -81,17 +86,15 @@ def settings(method: str, step: float) -> tuple[str, dict[str, Any]]:
 
 def solve(study: Study, method: str, seed: int, budget: int, step: float = 0.0) -> dict:
     """Search until the budget of evaluations is used (the iteration in which that happens is finished)."""
-    spent = 0
+    spent, run = 0, Evaluator(study)
     name, given = settings(method, step)
-    run = Evaluator(study)
 
     def counted(designs: np.ndarray) -> Evaluations:
         nonlocal spent
         spent += len(designs)
         return run(designs)
 
-    evaluate = Screened(study, counted, given.get("step"))
-    problem = problem_of(study, evaluate)
+    problem = problem_of(study, Screened(study, counted, given.get("step")))
 
     def stop(_: Progress) -> None:
         if spent >= budget:
@@ -108,21 +111,17 @@ def solve(study: Study, method: str, seed: int, budget: int, step: float = 0.0) 
     }
 
 
-def reductions(study: Study, designs: np.ndarray) -> np.ndarray:
-    """1 - objective/(nominal design's), (m,)."""
-    found = Evaluator(study)(np.vstack([study.nominal, designs])).objectives[:, 0]
-    return 1.0 - found[1:] / found[0]
-
-
 def score(study: Study, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Reductions of the mean over the unseen start angles, and at the tighter tolerance; (m,) each."""
     everything = np.vstack([study.nominal, designs])
+
+    def reductions(*variants: Study) -> np.ndarray:
+        means = np.mean([Evaluator(variant)(everything).objectives[:, 0] for variant in variants], axis=0)
+        return 1.0 - means[1:] / means[0]
+
     alone = dataclasses.replace(study, points=study.points[:1])
-    means = np.mean(
-        [Evaluator(started_at(alone, angle))(everything).objectives[:, 0] for angle in UNSEEN], axis=0
-    )
     tight = study.replaced(lambda system: {"solver.accuracy": TIGHTER * system.experiment.solver.accuracy})
-    return 1.0 - means[1:] / means[0], reductions(tight, designs)
+    return reductions(*(started_at(alone, angle) for angle in UNSEEN)), reductions(tight)
 
 
 def measure(path: Path) -> dict[str, dict]:
@@ -174,28 +173,28 @@ def page(found: dict[str, dict]) -> str:
     """Write the table."""
     text = HEAD
     for objective in OBJECTIVES:
-        rows = {
-            key: row
-            for key, row in found.items()
-            if key.startswith(objective.study + "/") and "unseen" in row
-        }
+        name = objective.study
+        rows = {key: row for key, row in found.items() if key.startswith(f"{name}/") and "unseen" in row}
+        text += f"\n## `{name}`\n\n"
         if not rows:
-            text += f"\n## `{objective.study}`\n\nNot measured.\n"
+            text += "Not measured.\n"
             continue
-        text += f"\n## `{objective.study}`\n\n{objective.meaning[0].upper()}{objective.meaning[1:]};"
+        text += f"{objective.meaning[0].upper()}{objective.meaning[1:]};"
         text += f" {objective.budget} designs, and what the last iteration took beyond.\n"
         text += f"Differences are of {objective.step:g} of the bounds' width.\n\n"
-        text += "| method | seed | designs | reduction | at ten unseen starts | at a tenth of the tolerance |"
-        text += " ground, crank, coupler, follower |\n"
-        text += "|---|---|---|---|---|---|---|\n"
-        nominal = load_study(find_study(objective.study)).nominal
-        for key, row in rows.items():
-            _, method, seed = key.split("/")
-            scores = [1.0 - row["value"], row["unseen"], row["tighter"]]
-            lengths = ", ".join(f"{x:.2f}" for x in np.array(row["x"]) / nominal)
-            text += f"| {method} | {seed} | {row['evaluations']} | "
-            text += " | ".join(f"{100 * x:.1f} %" for x in scores) + f" | {lengths} |\n"
+        nominal = load_study(find_study(name)).nominal
+        lines = [
+            [*key.split("/")[1:], str(row["evaluations"]), *cells(row, np.array(row["x"]) / nominal)]
+            for key, row in rows.items()
+        ]
+        text += table(("method", "seed", "designs", *HEADINGS), lines)
     return text
+
+
+def cells(row: dict[str, Any], lengths: Iterable[float]) -> list[str]:
+    """Write what was reached as the tables have it below `HEADINGS`."""
+    scores = (f"{100 * x:.1f} %" for x in (1.0 - row["value"], row["unseen"], row["tighter"]))
+    return [*scores, ", ".join(f"{x:.2f}" for x in lengths)]
 
 
 if __name__ == "__main__":
