@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.cluster.hierarchy import DisjointSet
 
 from linkages.errors import InputError
 from linkages.model.mechanism import Joint, Mechanism
@@ -130,25 +131,21 @@ class Tree:
             joint = self.mechanism.joint[name]
             bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
-                journal = self.marker(joint.child, joint.on_child)
-                rows.append((JOURNAL, bearing, journal, 0.0, 0.0, 0.0))
+                rows.append((JOURNAL, bearing, self.marker(joint.child, joint.on_child), 0.0, 0.0, 0.0))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
-                corner = joint.on_child + 0.5 * (
-                    x * joint.slot.length * along + y * joint.slot.height * across
-                )
-                marker = self.marker(joint.child, corner)
+                corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
+                marker = self.marker(joint.child, joint.on_child + corner)
                 rows.append((CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
         return np.array(rows, ENDS)
 
     @cached_property
     def joints(self) -> NDArray[np.record]:
         """Where the force in each of the mechanism's joints comes from, with play where there is."""
-        return self._joints(
-            self.loops, {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
-        )
+        first = {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
+        return self._joints(self.loops, first)
 
     @cached_property
     def ideal_joints(self) -> NDArray[np.record]:
@@ -188,8 +185,7 @@ class Tree:
     @cached_property
     def free_dofs(self) -> NDArray[np.int64]:
         """Coordinates that no drive prescribes, powered ones among them."""
-        driven = set(self.driven)
-        return np.array([i for i, name in enumerate(self.coordinates) if name not in driven], dtype=np.int64)
+        return np.setdiff1d(np.arange(self.size), self.driven_dofs)
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
@@ -204,9 +200,8 @@ class Tree:
     @cached_property
     def extent(self) -> float:
         """Length scale of the linkage: the diagonal of the box around its drawn joints [m]."""
-        points = np.array([p for j in self.mechanism.joints for p in (j.on_parent, j.on_child)])
-        size = float(np.linalg.norm(np.ptp(points, axis=0))) if len(points) else 0.0
-        return size or 1.0
+        points = [point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)]
+        return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if points else 1.0
 
     def marker(self, link: str, point: Array) -> tuple[int, float, float]:
         """Marker (a record of `linkages.planar.record_types.MARKER`) of a point drawn on `link` [m]."""
@@ -237,10 +232,7 @@ class Tree:
 
 
 def spanning_tree(
-    mechanism: Mechanism,
-    play: Collection[str] = (),
-    driven: Sequence[str] = (),
-    powered: Sequence[str] = (),
+    mechanism: Mechanism, play: Collection[str] = (), driven: Sequence[str] = (), powered: Sequence[str] = ()
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
@@ -261,40 +253,26 @@ def spanning_tree(
     InputError
         If the driven and powered joints alone already close a loop.
     """
-    group = {name: name for name in ["world", *mechanism.link]}
-
-    def root(name: str) -> str:
-        while group[name] != name:
-            group[name] = group[group[name]]
-            name = group[name]
-        return name
+    carried = DisjointSet(["world", *mechanism.link])
 
     def priority(joint: Joint) -> int:
-        return (
-            0 if joint.type == "fixed" else 1 if joint.name in driven else 2 if joint.name in powered else 3
-        )
+        return [joint.type == "fixed", joint.name in driven, joint.name in powered, True].index(True)
 
-    kept, loops = [], []
+    kept, loops = [], set()
     for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
-        ends = root(joint.parent), root(joint.child)
-        if ends[0] == ends[1]:
-            if joint.name in driven or joint.name in powered:
-                raise InputError(
-                    mechanism.source,
-                    f'<joint name="{joint.name}">',
-                    "is driven, and closes a loop of driven and fixed joints only; drive fewer joints",
-                )
-            loops.append(joint.name)
-        else:
-            group[ends[1]] = ends[0]
+        if carried.merge(joint.parent, joint.child):
             kept.append(joint)
-    builder = _Builder(mechanism, tuple(driven))
-    builder.grow("world", kept)
-    for link in mechanism.links:
-        if link.name not in builder.index:
-            builder.add_floating(link.name)
-            builder.grow(link.name, kept)
-    order = {joint.name: i for i, joint in enumerate(mechanism.joints)}
+            continue
+        loops.add(joint.name)
+        if joint.name in driven or joint.name in powered:
+            problem = "is driven, and closes a loop of driven and fixed joints only; drive fewer joints"
+            raise InputError(mechanism.source, f'<joint name="{joint.name}">', problem)
+    builder = _Builder(mechanism, tuple(driven), kept)
+    builder.grow("world")
+    for link in mechanism.link:
+        if link not in builder.index:
+            builder.add_floating(link)
+            builder.grow(link)
     return Tree(
         mechanism,
         np.array(builder.rows, BODY),
@@ -302,8 +280,8 @@ def spanning_tree(
         tuple(builder.coordinates),
         builder.edges,
         np.array(builder.drawn),
-        tuple(sorted(play, key=order.__getitem__)),
-        tuple(sorted(loops, key=order.__getitem__)),
+        tuple(name for name in mechanism.joint if name in play),
+        tuple(name for name in mechanism.joint if name in loops),
         tuple(driven),
         tuple(powered),
     )
@@ -312,9 +290,10 @@ def spanning_tree(
 class _Builder:
     """Collects the bodies of a tree while it grows from its root."""
 
-    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...]) -> None:
+    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...], joints: Sequence[Joint]) -> None:
         self.mechanism = mechanism
         self.driven = driven
+        self.joints = joints
         self.rows: list[tuple[Any, ...]] = [
             ((-1, 0.0, 0.0), FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         ]
@@ -323,11 +302,11 @@ class _Builder:
         self.coordinates: list[str] = []
         self.edges: dict[str, Edge] = {}
 
-    def grow(self, start: str, joints: Sequence[Joint]) -> None:
+    def grow(self, start: str) -> None:
         front = [start]
         while front:
             inner = front.pop(0)
-            for joint in joints:
+            for joint in self.joints:
                 if inner not in (joint.parent, joint.child):
                     continue
                 outer = joint.child if inner == joint.parent else joint.parent
@@ -337,57 +316,35 @@ class _Builder:
 
     def add_floating(self, name: str) -> None:
         """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
-        link = self.mechanism.link[name]
-        for kind, axis in (("x", (1.0, 0.0)), ("y", (0.0, 1.0))):
-            at = link.com if kind == "x" else np.zeros(2)
-            parent = 0 if kind == "x" else len(self.rows) - 1
-            self._add(f"{name}.{kind}", parent, PRISMATIC, 1.0, at, np.array(axis), link.com, None)
-        self._add(
-            f"{name}.angle", len(self.rows) - 1, REVOLUTE, 1.0, np.zeros(2), np.zeros(2), link.com, name
-        )
+        com, none = self.mechanism.link[name].com, np.zeros(2)
+        x_slide, y_slide = len(self.rows), len(self.rows) + 1
+        self._add(f"{name}.x", 0, PRISMATIC, 1.0, com, np.array([1.0, 0.0]), com, "")
+        self._add(f"{name}.y", x_slide, PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
+        self._add(f"{name}.angle", y_slide, REVOLUTE, 1.0, none, none, com, name)
 
     def _attach(self, joint: Joint, inner: str, outer: str) -> None:
         backwards = inner == joint.child
-        on_inner, on_outer = joint.on_parent, joint.on_child
-        if joint.type == "fixed":
-            on_inner = on_outer
-        elif backwards:
-            on_inner, on_outer = on_outer, on_inner
-        parent = self.index[inner]
-        sign = -1.0 if backwards else 1.0
         self.edges[outer] = Edge(joint.name, backwards)
-        self._add(
-            joint.name,
-            parent,
-            _TYPE[joint.type],
-            sign * joint.sign,
-            on_inner - self.drawn[parent],
-            sign * joint.direction,
-            on_outer,
-            outer,
-        )
+        on_outer = joint.on_parent if backwards and joint.type != "fixed" else joint.on_child
+        on_inner = joint.on_parent if not backwards and joint.type != "fixed" else joint.on_child
+        sign, parent = -1.0 if backwards else 1.0, self.index[inner]
+        at, axis = on_inner - self.drawn[parent], sign * joint.direction
+        self._add(joint.name, parent, _TYPE[joint.type], sign * joint.sign, at, axis, on_outer, outer)
 
     def _add(
-        self,
-        name: str,
-        parent: int,
-        kind: int,
-        sign: float,
-        at: Array,
-        direction: Array,
-        drawn: Array,
-        link_name: str | None,
+        self, name: str, parent: int, kind: int, sign: float, at: Array, axis: Array, drawn: Array, link: str
     ) -> None:
+        """Add a body, massless if it is no link, and the joint at `at` on its parent that carries it."""
         dof = -1
         if kind != FIXED:
             dof = len(self.coordinates)
             self.coordinates.append(name)
         motion = self.driven.index(name) if name in self.driven else -1
         mass, com, inertia = 0.0, np.zeros(2), 0.0
-        if link_name is not None:
-            link = self.mechanism.link[link_name]
-            mass, com, inertia = link.mass, link.com - drawn, link.inertia
-            self.index[link_name] = len(self.rows)
+        if link:
+            body = self.mechanism.link[link]
+            mass, com, inertia = body.mass, body.com - drawn, body.inertia
+            self.index[link] = len(self.rows)
         moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
-        self.rows.append(((parent, *at), kind, dof, motion, moving, sign, *direction, mass, *com, inertia))
+        self.rows.append(((parent, *at), kind, dof, motion, moving, sign, *axis, mass, *com, inertia))
         self.drawn.append(np.array(drawn))
