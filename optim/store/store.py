@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,8 @@ CREATE TABLE iterations (
     step INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, iterations INTEGER NOT NULL, evaluations INTEGER NOT NULL,
     best BLOB NOT NULL, objectives BLOB NOT NULL, violation BLOB NOT NULL, state TEXT NOT NULL);
 """
+
+_EVALUATION = "design, objectives, constraints, status, reason"
 
 
 @dataclass(frozen=True)
@@ -105,106 +107,62 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # -- the study itself -------------------------------------------------------------------------
-
     def meta(self, key: str) -> Any:
         """Return one of the values given to `create`."""
-        with guarded(self.path):
-            row = self._db.execute("SELECT value FROM meta WHERE key = ?", (key,)).fetchone()
-        if row is None:
+        rows = self._rows("SELECT value FROM meta WHERE key = ?", key)
+        if not rows:
             raise InputError(self.path, key, "is missing: the file is damaged")
-        return json.loads(row[0])
-
-    # -- evaluations -------------------------------------------------------------------------------
+        return json.loads(rows[0][0])
 
     def add(self, designs: Array, found: Evaluations, elapsed: float) -> None:
         """Store a population, whole or not at all; `elapsed` is the study's time so far [s]."""
-        rows = [
-            (_blob(x), _blob(f), _blob(g), status, reason)
-            for x, f, g, status, reason in zip(
-                designs, found.objectives, found.constraints, found.status, found.reason, strict=True
-            )
-        ]
-        with guarded(self.path), self._db:
-            self._db.executemany(
-                "INSERT INTO evaluations (design, objectives, constraints, status, reason) VALUES (?,?,?,?,?)",
-                rows,
-            )
-            self._set("elapsed", elapsed)
+        blobs = (map(_blob, numbers) for numbers in (designs, found.objectives, found.constraints))
+        rows = zip(*blobs, found.status, found.reason, strict=True)
+        self._insert(f"evaluations ({_EVALUATION}) VALUES (?,?,?,?,?)", rows, elapsed)
 
     def evaluations(self) -> tuple[Array, Evaluations]:
         """Every design (m, n), in the order of asking, and its evaluation."""
-        with guarded(self.path):
-            rows = self._db.execute(
-                "SELECT design, objectives, constraints, status, reason FROM evaluations ORDER BY id"
-            ).fetchall()
-        designs = self._matrix([row[0] for row in rows], len(self.variables))
-        return designs, self._evaluations([row[1:] for row in rows])
+        rows = self._rows(f"SELECT {_EVALUATION} FROM evaluations ORDER BY id")
+        *blobs, status, reason = ([row[k] for row in rows] for k in range(5))
+        widths = (len(names) for names in (self.variables, self.objectives, self.constraints))
+        designs, objectives, constraints = map(self._matrix, blobs, widths)
+        return designs, Evaluations(objectives, constraints, tuple(status), tuple(reason))
 
     def count(self) -> tuple[int, dict[str, int]]:
         """Count evaluations, and those that are not ok by status."""
-        with guarded(self.path):
-            rows = self._db.execute(
-                "SELECT status, COUNT(*) FROM evaluations GROUP BY status ORDER BY 1"
-            ).fetchall()
+        rows = self._rows("SELECT status, COUNT(*) FROM evaluations GROUP BY status ORDER BY 1")
         return sum(n for _, n in rows), {status: n for status, n in rows if status != OK}
-
-    # -- iterations --------------------------------------------------------------------------------
 
     def iteration(self, step: int) -> Iteration | None:
         """Return an iteration, if it is there."""
-        found = self._iterations("WHERE step = ?", (step,))
-        return found[0] if found else None
+        return next(iter(self._iterations("WHERE step = ?", step)), None)
 
     def add_iteration(self, row: Iteration, elapsed: float) -> None:
         """Store an iteration."""
-        values = (
-            row.step,
-            row.iteration,
-            row.iterations,
-            row.evaluations,
-            _blob(row.best),
-            _blob(row.objectives),
-            _blob(row.violation),
-            row.state,
-        )
-        with guarded(self.path), self._db:
-            self._db.execute("INSERT INTO iterations VALUES (?,?,?,?,?,?,?,?)", values)
-            self._set("elapsed", elapsed)
+        values = [_blob(x) if isinstance(x, np.ndarray) else x for x in vars(row).values()]
+        self._insert("iterations VALUES (?,?,?,?,?,?,?,?)", [values], elapsed)
 
     def iterations(self) -> list[Iteration]:
         """Every iteration, in order."""
-        return self._iterations("ORDER BY step", ())
+        return self._iterations("ORDER BY step")
 
-    # -- inside ------------------------------------------------------------------------------------
-
-    def _set(self, key: str, value: Any) -> None:
-        self._db.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, json.dumps(value)))
-
-    def _iterations(self, which: str, arguments: tuple[int, ...]) -> list[Iteration]:
+    def _rows(self, query: str, *arguments: Any) -> list[Any]:
         with guarded(self.path):
-            rows = self._db.execute(f"SELECT * FROM iterations {which}", arguments).fetchall()
-        return [
-            Iteration(
-                step,
-                number,
-                total,
-                count,
-                _array(best, self.path).reshape(-1, len(self.variables)),
-                _array(objectives, self.path).reshape(-1, len(self.objectives)),
-                _array(violation, self.path),
-                state,
-            )
-            for step, number, total, count, best, objectives, violation, state in rows
-        ]
+            return self._db.execute(query, arguments).fetchall()
 
-    def _evaluations(self, rows: Sequence[tuple[Any, ...]]) -> Evaluations:
-        return Evaluations(
-            self._matrix([row[0] for row in rows], len(self.objectives)),
-            self._matrix([row[1] for row in rows], len(self.constraints)),
-            tuple(row[2] for row in rows),
-            tuple(row[3] for row in rows),
-        )
+    def _insert(self, what: str, rows: Iterable[Sequence[Any]], elapsed: float) -> None:
+        with guarded(self.path), self._db:
+            self._db.executemany(f"INSERT INTO {what}", rows)
+            self._db.execute("INSERT OR REPLACE INTO meta VALUES ('elapsed', ?)", (json.dumps(elapsed),))
+
+    def _iterations(self, which: str, *arguments: int) -> list[Iteration]:
+        found, rows = [], self._rows(f"SELECT * FROM iterations {which}", *arguments)
+        for step, number, total, count, *blobs, state in rows:
+            best, objectives, violation = (_array(blob, self.path) for blob in blobs)
+            best = best.reshape(-1, len(self.variables))
+            objectives = objectives.reshape(-1, len(self.objectives))
+            found.append(Iteration(step, number, total, count, best, objectives, violation, state))
+        return found
 
     def _matrix(self, blobs: Sequence[bytes], width: int) -> Array:
         arrays = [_array(blob, self.path) for blob in blobs]
