@@ -61,8 +61,7 @@ def run(options: argparse.Namespace) -> int:
         from linkages.three_rrr.verify import verify
 
         poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
-        found = asdict(verify(robot, poses))
-        summary["verify"] = found
+        summary["verify"] = asdict(verify(robot, poses))
     with OutputFolder(out) as folder:
         (folder / "modes.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         if not options.no_plots:
@@ -75,16 +74,15 @@ def run(options: argparse.Namespace) -> int:
             write_animation(results, folder / "animation.html")
     print(format_table(summary))
     print(f"\n{written(out)}")
-    if results.branch.status is not Status.OK:
-        print(
-            "the branch ends at a fold (singularity of type 2) at "
-            f"t = {results.branch.singularities[-1].time:.6g} s, "
-            f"analysed up to {results.branch.times[-1]:.6g} s; "
-            "shorten the duration or follow another branch",
-            file=sys.stderr,
-        )
-        return 1
-    return 0
+    if results.branch.status is Status.OK:
+        return 0
+    fold, end = results.branch.singularities[-1].time, results.branch.times[-1]
+    print(
+        f"the branch ends at a fold (singularity of type 2) at t = {fold:.6g} s, analysed up to {end:.6g} s;"
+        " shorten the duration or follow another branch",
+        file=sys.stderr,
+    )
+    return 1
 
 
 def summarize(results: RobotResults) -> dict[str, Any]:
@@ -128,8 +126,8 @@ def format_table(result: dict[str, Any]) -> str:
     travel = result["branch"]["travel"]
     lines = [
         result["title"],
-        f"branch theta(0) = {degrees(result['branch']['theta']):.2f} deg, {result['duration']:.6g} s, status "
-        f"{result['status']}; {result['elements']} element(s) in each link",
+        f"branch theta(0) = {degrees(result['branch']['theta']):.2f} deg, {result['duration']:.6g} s,"
+        f" status {result['status']}; {result['elements']} element(s) in each link",
         "",
         f"{'assembly at t = 0':20s}{'theta [deg]':>14s}{'x [mm]':>12s}{'y [mm]':>12s}",
     ]
@@ -139,14 +137,13 @@ def format_table(result: dict[str, Any]) -> str:
     rows = zip(result["locked_frequencies"], result["ranges"], result["free_frequencies"], strict=False)
     for n, (now, (low, high), free) in enumerate(list(rows)[:8], 1):
         lines.append(f"mode {n:<15d}{now:14.2f}{low:12.2f}{high:12.2f}{free:12.2f}")
-    e = result["elastic_displacement"]
+    x, y, angle = (1e6 * value for value in result["elastic_displacement"].values())
     lines += [
         "",
-        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, "
-        f"pivots {travel['pivots']:.4f} m",
-        "quasi-static elastic displacement of the platform: "
-        f"x {1e6 * e['x']:.4f} um, y {1e6 * e['y']:.4f} um, "
-        f"turning {1e6 * e['angle']:.4f} urad",
+        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad,"
+        f" pivots {travel['pivots']:.4f} m",
+        "quasi-static elastic displacement of the platform:"
+        f" x {x:.4f} um, y {y:.4f} um, turning {angle:.4f} urad",
         "largest stress [MPa]: " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in result["stress"].items()),
     ]
     if "verify" in result:

@@ -30,13 +30,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default="lubricated",
         help="model of the joint with play; default: %(default)s",
     )
-    parser.add_argument(
-        "--out",
-        type=Path,
-        default=Path(),
-        metavar="DIR",
-        help="default: the current folder",
-    )
+    parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="default: the current folder")
 
 
 def run(options: argparse.Namespace) -> int:

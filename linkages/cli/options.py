@@ -48,32 +48,22 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     Raises
     ------
     InputError
-        If a file or a value is not valid.
+        If a file or a value is not valid, or an item of ``--set`` not ``PATH=VALUE``.
     """
     from linkages.files.shipped import find_file
     from linkages.model.experiment import COMMAND_LINE
     from linkages.system import load
 
-    return load(find_file(options.file), {**(defaults or {}), **overrides(options)}, COMMAND_LINE)
-
-
-def overrides(options: argparse.Namespace) -> dict[str, str | float]:
-    """Collect the values of ``--set`` and ``--duration`` by dotted path.
-
-    Raises
-    ------
-    InputError
-        If an item is not ``PATH=VALUE``.
-    """
-    result: dict[str, str | float] = {}
+    file = find_file(options.file)
+    values: dict[str, str | float] = dict(defaults or {})
     for item in options.set:
         path, equals, value = item.partition("=")
         if not equals or not path or not value:
             raise InputError("--set", item, "write PATH=VALUE, for instance joints.A.clearance=2e-4")
-        result[path.strip()] = value.strip()
+        values[path.strip()] = value.strip()
     if options.duration is not None:
-        result["duration"] = options.duration
-    return result
+        values["duration"] = options.duration
+    return load(file, values, COMMAND_LINE)
 
 
 def add_out(parser: argparse.ArgumentParser) -> None:

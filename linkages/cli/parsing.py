@@ -26,11 +26,10 @@ class Parser(argparse.ArgumentParser):
         options, extra = super().parse_known_args(args, namespace)
         for word in extra:
             if word.startswith("-"):
+                name = word.partition("=")[0]
                 # argparse has no public list of its options
-                known = [name for name in self._option_string_actions if name.startswith("--")]
-                raise InputError(
-                    self.prog, word.partition("=")[0], f"is unknown; {nearest(word.partition('=')[0], known)}"
-                )
+                known = [option for option in self._option_string_actions if option.startswith("--")]
+                raise InputError(self.prog, name, f"is unknown; {nearest(name, known)}")
         if extra:
             raise InputError(self.prog, extra[0], f"is one argument too many; see {self.prog} --help")
         return options, extra

@@ -78,18 +78,9 @@ def run(options: argparse.Namespace) -> int:
     names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
     if not names:
         raise InputError(experiment.source, "outputs", "are none; name one with --output")
-    result = sweep(
-        system,
-        path,
-        values,
-        names,
-        options.revolutions,
-        options.transient,
-        options.drive,
-        horizons=True,
-        threads=options.threads,
-        progress=stages(options, 1.0, "")("sweep"),
-    )
+    turns = (options.revolutions, options.transient, options.drive)
+    bar = stages(options, 1.0, "")("sweep")
+    result = sweep(system, path, values, names, *turns, horizons=True, threads=options.threads, progress=bar)
     units = {name: unit(system, name) for name in names}
     with OutputFolder(out) as folder:
         _write_table(result, folder / "sweep.csv")
@@ -140,14 +131,10 @@ def statistics(point: Point, name: str) -> dict[str, float]:
     if section is None or not len(section.times):
         return dict.fromkeys(_STATISTICS, float("nan"))
     peaks = section.peaks(name)
-    return {
-        "min": float(section.low[name].min()),
-        "max": float(section.high[name].max()),
-        "peak_mean": float(peaks.mean()),
-        "peak_std": float(np.std(peaks, ddof=1)) if len(peaks) > 1 else float("nan"),
-        "peak_min": float(peaks.min()),
-        "peak_max": float(peaks.max()),
-    }
+    deviation = np.std(peaks, ddof=1) if len(peaks) > 1 else np.nan
+    extremes = (section.low[name].min(), section.high[name].max())
+    values = (*extremes, peaks.mean(), deviation, peaks.min(), peaks.max())
+    return dict(zip(_STATISTICS, map(float, values), strict=True))
 
 
 def _write_table(result: Sweep, path: Path) -> None:
@@ -159,9 +146,8 @@ def _write_table(result: Sweep, path: Path) -> None:
         for point in result.points:
             numbers = [value for name in result.names for value in statistics(point, name).values()]
             done = len(point.section.times) if point.section is not None else 0
-            horizon = "" if point.horizon is None else point.horizon
             cells = ["" if number != number else number for number in numbers]
-            writer.writerow([point.value, point.status.value, done, horizon, *cells])
+            writer.writerow([point.value, point.status.value, done, point.horizon, *cells])
 
 
 def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
@@ -169,15 +155,11 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
     points: list[dict[str, Any]] = []
     for point in result.points:
         entry: dict[str, Any] = {"value": point.value, "status": point.status.value, "horizon": point.horizon}
-        if point.section is not None:
-            section = point.section
+        if (section := point.section) is not None:
+            columns = {"strobe": section.strobe, "min": section.low, "max": section.high}
             entry["period"] = section.period
             entry["outputs"] = {
-                name: {
-                    "strobe": section.strobe[name].tolist(),
-                    "min": section.low[name].tolist(),
-                    "max": section.high[name].tolist(),
-                }
+                name: {what: column[name].tolist() for what, column in columns.items()}
                 for name in result.names
             }
         points.append(entry)
@@ -189,13 +171,11 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     count = len(result.points)
     shown = sorted({round(k * (count - 1) / 11) for k in range(12)}) if count > 12 else range(count)
     width = max(16, *(len(name) + len(units[name]) + 5 for name in result.names))
-    header = f"{'peak: mean, spread':22s}" + "".join(
-        f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names
-    )
+    heads = [f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names]
     lines = [
         f"{result.path}: {count} values; mean of the revolutions' peaks, and their standard deviation",
         "",
-        header,
+        "".join([f"{'peak: mean, spread':22s}", *heads]),
     ]
     for k in shown:
         point = result.points[k]
