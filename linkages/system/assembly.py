@@ -56,8 +56,8 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
     InputError
         If more joints are driven than the linkage has degrees of freedom, or a spring has no direction at t = 0.
     """
-    held = np.concatenate([tree.driven_dofs, tree.powered_dofs]).astype(np.int64)
-    free = tree.free_dofs[[tree.coordinates[i] not in tree.powered for i in tree.free_dofs]]
+    held = np.concatenate([tree.driven_dofs, tree.powered_dofs])
+    free = np.setdiff1d(tree.free_dofs, held)
     value, rate, _ = motions(np.zeros(1))
     powered = [experiment.drives[name] for name in tree.powered]
     start = np.concatenate([value[0], [drive.angle for drive in powered]])
@@ -73,14 +73,11 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}")
     mobility = _mobility(tree, q)
     if len(held) > mobility:
-        raise InputError(
-            experiment.source,
-            "drives",
-            f"{len(held)} joints are driven, but {tree.mechanism.name} has {mobility} degrees of freedom; drive fewer",
-        )
+        freedoms = f"{tree.mechanism.name} has {mobility} degrees of freedom"
+        problem = f"{len(held)} joints are driven, but {freedoms}; drive fewer"
+        raise InputError(experiment.source, "drives", problem)
     offset = np.zeros(len(rows))
-    for k, name in enumerate(tree.play):
-        offset[2 * k : 2 * k + 2] = experiment.joints[name].offset
+    offset[: 2 * len(tree.play)] = [x for name in tree.play for x in experiment.joints[name].offset]
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
     check_lengths(tree, experiment, loads, q)

@@ -50,28 +50,18 @@ class IdealMotion:
 
     def _follow_branch(self) -> None:
         tree = self.system.tree
+        rows, free, size = tree.closure_rows, tree.free_dofs, tree.extent
         q, v, a = self._prescribed(self.times)
         quality = np.zeros(len(self.times))
-        free = tree.free_dofs
-        none = np.zeros((1, len(tree.closure_rows)))
+        none = np.zeros((1, len(rows)))
         q[0, free] = self.system.assembly.q[free]
         step = self.times[1] - self.times[0]
         for k in range(len(self.times)):
             if k:  # second-order prediction from the last position
                 guess = q[k - 1] + step * (v[k - 1] + 0.5 * step * a[k - 1])
                 q[k, free] = guess[free]
-            line = slice(k, k + 1)
-            done = follow(
-                tree.bodies,
-                tree.closure_rows,
-                none,
-                free,
-                tree.extent,
-                q[line],
-                v[line],
-                a[line],
-                quality[line],
-            )
+            line = (x[k : k + 1] for x in (q, v, a, quality))
+            done = follow(tree.bodies, rows, none, free, size, *line)
             if done < 1 or quality[k] < SINGULAR:
                 self.status = Status.NO_ASSEMBLY if done < 1 else Status.SINGULAR
                 self.times, q, v, a, quality = self.times[:k], q[:k], v[:k], a[:k], quality[:k]
@@ -80,12 +70,10 @@ class IdealMotion:
 
     def _prescribed(self, times: Array) -> tuple[Array, Array, Array]:
         tree = self.system.tree
-        result = []
-        for values in self.system.motions(times):
-            table = np.zeros((len(times), tree.size))
+        q, v, a = np.zeros((3, len(times), tree.size))
+        for table, values in zip((q, v, a), self.system.motions(times), strict=True):
             table[:, tree.driven_dofs] = values
-            result.append(table)
-        return result[0], result[1], result[2]
+        return q, v, a
 
     def states(self, times: Array, offset: Array | None = None) -> tuple[Array, Array, Array]:
         """Coordinates, rates and accelerations (nt, n) at any times within the table.
@@ -110,11 +98,10 @@ class IdealMotion:
         guess = self.q[near] + step * (self.v[near] + 0.5 * step * self.a[near])
         free = tree.free_dofs
         q[:, free] = guess[:, free]
+        rows = tree.closure_rows
         if offset is None:
-            offset = np.zeros((len(times), len(tree.closure_rows)))
-        done = follow(
-            tree.bodies, tree.closure_rows, offset, free, tree.extent, q, v, a, np.zeros(len(times))
-        )
+            offset = np.zeros((len(times), len(rows)))
+        done = follow(tree.bodies, rows, offset, free, tree.extent, q, v, a, np.zeros(len(times)))
         if done < len(times):
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at t = {times[done]:.6g} s")
         return q, v, a

@@ -35,16 +35,14 @@ def law_parameters(tree: Tree, models: Sequence[JointModel]) -> NDArray[np.recor
 
 def film_tables(tree: Tree, models: Sequence[JointModel]) -> Array:
     """Load the maps of the finite films, one line for each contact; empty lines where there is none needed."""
-    tables = []
-    for (name, _), joint in zip(tree.contacts, models, strict=True):
+    tables: dict[int, Array] = {}
+    for k, ((name, _), joint) in enumerate(zip(tree.contacts, models, strict=True)):
         bearing = tree.mechanism.joint[name].bearing
         if bearing is not None and joint.has_film and FILMS[joint.film].force is None:
-            tables.append(load_map(0.5 * bearing.length / bearing.radius, joint.cavitation))
-        else:
-            tables.append(np.zeros(0))
-    result = np.zeros((len(tables), max((len(t) for t in tables), default=0)))
-    for line, table in zip(result, tables, strict=True):
-        line[: len(table)] = table
+            tables[k] = load_map(0.5 * bearing.length / bearing.radius, joint.cavitation)
+    result = np.zeros((len(models), max(map(len, tables.values()), default=0)))
+    for k, table in tables.items():
+        result[k, : len(table)] = table
     return result
 
 
@@ -84,7 +82,7 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
             record[key] = getattr(friction, key)
     else:  # numbers that the laws can divide by
         record["mu_d"] = record["mu_s"] = record["v_1"] = record["bristle_stiffness"] = 1.0
-    if joint.mixed is not None and joint.model == "mixed":
+    if joint.mixed is not None and joint.contact is not None and joint.model == "mixed":
         record["film_limit"] = joint.mixed.film_limit
         if joint.mixed.law == "blend":
             record["transition"] = joint.mixed.transition
@@ -103,22 +101,16 @@ def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, cleara
         return
     journal = bearing.radius - clearance
     record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)
-    if contact.stiffness is None and contact.youngs_modulus is not None:
-        modulus = _modulus(contact)
-        if law.conformal:
-            record["stiffness"] = line_stiffness(bearing.length, modulus)
-        else:
-            record["stiffness"] = hertz_stiffness(bearing.radius, journal, modulus)
+    if contact.stiffness is None and law.conformal:
+        record["stiffness"] = line_stiffness(bearing.length, _modulus(contact))
+    elif contact.stiffness is None:
+        record["stiffness"] = hertz_stiffness(bearing.radius, journal, _modulus(contact))
 
 
-def _fill_asperities(record: Any, mixed: Mixed, contact: Contact | None) -> None:
-    if contact is None or contact.youngs_modulus is None:
-        raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
-    sigma = mixed.roughness or 0.0
+def _fill_asperities(record: Any, mixed: Mixed, contact: Contact) -> None:
+    sigma, density, radius = mixed.roughness or 0.0, mixed.density or 0.0, mixed.tip_radius or 0.0
     record["roughness"] = np.hypot(sigma, sigma)
-    record["asperity_pressure"] = asperity_pressure(
-        sigma, sigma, mixed.density or 0.0, mixed.tip_radius or 0.0, _modulus(contact)
-    )
+    record["asperity_pressure"] = asperity_pressure(sigma, sigma, density, radius, _modulus(contact))
 
 
 def _modulus(contact: Contact) -> float:

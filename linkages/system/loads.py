@@ -18,13 +18,7 @@ _COINCIDENT = 1e-9  # of the linkage's size: points closer than this have no dir
 
 
 def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
-    """Pack the loads for `linkages.planar.loads`: records, and the values of forces and torques over time.
-
-    Parameters
-    ----------
-    tree : Tree
-    experiment : Experiment
-    """
+    """Pack the loads for `linkages.planar.loads`: records, and the values of forces and torques over time."""
     mechanism = tree.mechanism
     records: NDArray[np.record] = np.zeros(len(experiment.loads), LOAD)
     following = iter(records)
@@ -49,12 +43,12 @@ def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
     for torsion in experiment.torsion_springs.values():
         record = next(following)
         record["kind"], record["motion"] = TORSION, -1
-        links, sign = torsion.links or [], 1.0
+        links, record["sign"] = torsion.links or [], 1.0
         if torsion.joint is not None:
             joint = mechanism.joint[torsion.joint]
-            links, sign = [joint.parent, joint.child], joint.sign
+            links, record["sign"] = [joint.parent, joint.child], joint.sign
         record["a"]["body"], record["b"]["body"] = (tree.index[link] for link in links)
-        record["sign"], record["stiffness"], record["free"] = sign, torsion.stiffness, torsion.free_angle
+        record["stiffness"], record["free"] = torsion.stiffness, torsion.free_angle
         record["damping"] = torsion.damping
     return records, *Motions(motions).arrays
 
@@ -85,12 +79,10 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
     pose, outputs = np.empty((nb, 5)), np.empty((len(names), len(LOAD_OUTPUTS)))
     body_positions(tree.bodies, q, pose)
     load_outputs(loads, 0.0, pose, np.zeros((nb, 3)), outputs)
-    length = {name: outputs[k, 1] for k, (table, name) in enumerate(names) if table == "springs"}
-    for name, spring in experiment.springs.items():
-        if spring.free_length > 0.0 and length[name] <= _COINCIDENT * tree.extent:
-            raise InputError(
-                experiment.source,
-                f"springs.{name}",
-                "its points coincide at t = 0, where a spring with a free length has no direction;"
-                " set free_length = 0 or start elsewhere",
-            )
+    for (table, name), (_, length, *_) in zip(names, outputs, strict=True):
+        if table != "springs" or experiment.springs[name].free_length == 0.0:
+            continue
+        if length <= _COINCIDENT * tree.extent:
+            problem = "its points coincide at t = 0, where a spring with a free length has no direction;"
+            remedy = "set free_length = 0 or start elsewhere"
+            raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
