@@ -25,7 +25,7 @@ from linkages.flexible.beam import Beam, chain_dofs
 from linkages.flexible.rotation import BEAM, TRIANGLE, functions, rotated
 from linkages.flexible.triangle import Triangle
 from linkages.three_rrr.geometry import LEGS
-from linkages.three_rrr.kinematics import Motion, arms, motion, turned, unit
+from linkages.three_rrr.kinematics import Motion, arms, legwise, motion, turned, unit
 from linkages.three_rrr.robot import KINDS, Kind, Robot
 
 Index = NDArray[np.int64]
@@ -86,18 +86,12 @@ class FiniteElementModel:
         self.full = 3 * self.leg
         self.rigid = robot.model.platform == "rigid"
         self.roots = self.leg * np.arange(3)
-        base = self.leg * np.arange(3)[:, None]
-        self.b = base + 3 * self.count - 2 + np.array([0, 1])
-        self.c = base + 6 * self.count - 1 + np.array([0, 1])
+        self.b = self.roots[:, None] + 3 * self.count - 2 + np.arange(2)
+        self.c = self.roots[:, None] + 6 * self.count - 1 + np.arange(2)
+        self.lengths = np.column_stack([self.geometry.crank, self.geometry.coupler]).ravel()
         self.links = tuple(self._link(kind, leg) for leg in range(3) for kind in KINDS)
-        material = robot.material
-        self.triangle = Triangle(
-            self.geometry.platform,
-            robot.sections.platform_thickness,
-            material.youngs_modulus,
-            material.poisson,
-            material.density,
-        )
+        thickness, m = robot.sections.platform_thickness, robot.material
+        self.triangle = Triangle(self.geometry.platform, thickness, m.youngs_modulus, m.poisson, m.density)
         dropped = self.roots if robot.drives.roots == "locked" else np.array([], dtype=int)
         if self.rigid:
             dropped = np.concatenate([dropped, self.c.ravel()])
@@ -108,12 +102,12 @@ class FiniteElementModel:
         robot, n, start = self.robot, self.count, self.leg * leg
         area, inertia = robot.rod(kind)
         e, rho, nu = robot.material.youngs_modulus, robot.material.density, robot.material.poisson
-        length = float((self.geometry.crank if kind == "crank" else self.geometry.coupler)[leg])
+        angle = 2 * leg + KINDS.index(kind)
         shear, rotary = np.inf, 0.0
         if robot.model.beam == "timoshenko":
             kappa = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)  # Cowper's coefficient of a round section
             shear, rotary = kappa * e / (2 + 2 * nu) * area, rho * inertia
-        beam = Beam(length, e * area, e * inertia, rho * area, shear, rotary)
+        beam = Beam(float(self.lengths[angle]), e * area, e * inertia, rho * area, shear, rotary)
         inner = np.arange(3 * n).reshape(n, 3)
         if kind == "crank":
             nodes = np.vstack([[-1, -1, start], start + 1 + inner])
@@ -121,29 +115,27 @@ class FiniteElementModel:
             end_b = start + 3 * n - 2
             nodes = np.vstack([[end_b, end_b + 1, start + 3 * n + 1], start + 3 * n + 2 + inner])
         dofs = nodes.ravel()[chain_dofs(n)]
-        return LinkElements(f"{kind}{LEGS[leg]}", 2 * leg + KINDS.index(kind), beam.piece(n), dofs)
+        return LinkElements(f"{kind}{LEGS[leg]}", angle, beam.piece(n), dofs)
 
     # -- matrices ----------------------------------------------------------------------------------
 
     @cached_property
     def _pattern(self) -> tuple[Index, Index, Array, Array]:
         """Rows, columns (sorted) and the coefficients (29, nnz) of K and M on them."""
-        entries: list[tuple[Index, Index, int, Array, Array]] = []
-        for link in self.links:
-            k, m = rotated(link.beam.stiffness(), BEAM), rotated(link.beam.mass(), BEAM)
-            for dofs in link.dofs:
-                entries.append((*_grid(dofs), link.angle, k.reshape(5, 36), m.reshape(5, 36)))
-        k = rotated(self.triangle.stiffness() * (0.0 if self.rigid else 1.0), TRIANGLE)
-        m = rotated(self.triangle.mass(), TRIANGLE)
-        entries.append((*_grid(self.c.ravel()), _PLATFORM, k.reshape(5, 36), m.reshape(5, 36)))
-        key = np.concatenate([np.where((r < 0) | (c < 0), -1, r * self.full + c) for r, c, *_ in entries])
-        unique, place = np.unique(key, return_inverse=True)
-        k_table, m_table = np.zeros((29, len(unique))), np.zeros((29, len(unique)))
-        for index, (_, _, angle, k, m) in enumerate(entries):
-            at = place[36 * index : 36 * index + 36]
-            rows = np.array([0, 1 + angle, 8 + angle, 15 + angle, 22 + angle])
-            np.add.at(k_table, (rows[:, None], at), k)
-            np.add.at(m_table, (rows[:, None], at), m)
+        bodies: list[tuple[Index, int, tuple[int, ...], Array, Array]] = [
+            (link.dofs, link.angle, BEAM, link.beam.stiffness(), link.beam.mass()) for link in self.links
+        ]
+        stiffness = np.zeros((6, 6)) if self.rigid else self.triangle.stiffness()
+        bodies.append((self.c.reshape(1, 6), _PLATFORM, TRIANGLE, stiffness, self.triangle.mass()))
+        pairs = [np.broadcast_arrays(dofs[:, :, None], dofs[:, None]) for dofs, *_ in bodies]
+        keys = [np.where((r < 0) | (c < 0), -1, r * self.full + c).reshape(-1, 36) for r, c in pairs]
+        unique = np.unique(np.concatenate(keys))
+        k_table, m_table = np.zeros((2, 29, len(unique)))
+        for key, (_, angle, turning, k, m) in zip(keys, bodies, strict=True):
+            rows = np.array([0, 1 + angle, 8 + angle, 15 + angle, 22 + angle])[:, None, None]
+            at = rows, np.searchsorted(unique, key)
+            np.add.at(k_table, at, rotated(k, turning).reshape(5, 1, 36))
+            np.add.at(m_table, at, rotated(m, turning).reshape(5, 1, 36))
         keep = unique >= 0
         row, column = np.divmod(unique[keep], self.full)
         k_table, m_table = k_table[:, keep], m_table[:, keep]
@@ -156,14 +148,11 @@ class FiniteElementModel:
 
     def full_matrices(self, state: Motion) -> tuple[Array, Array]:
         """Stiffness and mass (N, full, full) with free roots and the platform's corners independent."""
-        row, column, *tables = self._pattern
+        row, column, k_table, m_table = self._pattern
         table = functions(state.angles)
-        result = []
-        for coefficients in tables:
-            matrix = np.zeros((len(state), self.full, self.full))
-            matrix[:, row, column] = table @ coefficients
-            result.append(matrix)
-        return result[0], result[1]
+        k, m = np.zeros((2, len(state), self.full, self.full))
+        k[:, row, column], m[:, row, column] = table @ k_table, table @ m_table
+        return k, m
 
     def matrices(self, state: Motion) -> tuple[Array, Array]:
         """Stiffness and mass (N, size, size), dense."""
@@ -172,8 +161,6 @@ class FiniteElementModel:
             g = self.reduction(state)
             transposed = np.swapaxes(g, 1, 2)
             return transposed @ k @ g, transposed @ m @ g
-        if self.size == self.full:
-            return k, m
         grid = np.ix_(np.arange(len(state)), self.kept, self.kept)
         return k[grid], m[grid]
 
@@ -184,11 +171,11 @@ class FiniteElementModel:
             one = state.part(slice(n, n + 1))
             table = functions(one.angles)[0]
             g = sparse.csc_matrix(self.reduction(one)[0])
-            pair = []
-            for coefficients in (k_table, m_table):
-                matrix = sparse.csr_matrix((table @ coefficients, (row, column)), (self.full, self.full))
-                pair.append((g.T @ matrix @ g).tocsc())
-            yield pair[0], pair[1]
+            k, m = (
+                sparse.csr_matrix((table @ part, (row, column)), (self.full, self.full))
+                for part in (k_table, m_table)
+            )
+            yield (g.T @ k @ g).tocsc(), (g.T @ m @ g).tocsc()
 
     def reduction(self, state: Motion) -> Array:
         """Matrices (N, full, size) that give all displacements from the unknowns."""
@@ -196,9 +183,8 @@ class FiniteElementModel:
         g[:, self.kept, np.arange(len(self.kept))] = 1.0
         if self.rigid:
             r = turned(self.platform_arms(state))
-            for axis in range(2):
-                g[:, self.c[:, axis], -3] = r[..., axis]
-                g[:, self.c[:, axis], -2 + axis] = 1.0
+            g[:, self.c, -3] = r
+            g[:, self.c, [-2, -1]] = 1.0
         return g
 
     def platform_arms(self, state: Motion) -> Array:
@@ -210,45 +196,32 @@ class FiniteElementModel:
 
     def rigid_velocity(self, state: Motion) -> Array:
         """Velocities (N, full) of all nodes in the rigid motion."""
-        return self._field(state, state.dphi, state.dpsi)
+        return self._field(state, legwise(state.dphi, state.dpsi), np.zeros((len(state), 6)))
 
     def rigid_acceleration(self, state: Motion) -> Array:
         """Accelerations (N, full) of all nodes in the rigid motion."""
-        return self._field(state, state.ddphi, state.ddpsi, centripetal=True)
+        squares = legwise(state.dphi, state.dpsi) ** 2
+        return self._field(state, legwise(state.ddphi, state.ddpsi), squares)
 
-    def _field(self, state: Motion, crank: Array, coupler: Array, centripetal: bool = False) -> Array:
-        """Velocities or accelerations of all nodes from the angular ones (N, 3) of cranks and couplers."""
-        g, n = self.geometry, self.count
-        field = np.zeros((len(state), self.full))
-        along = np.arange(1, n + 1) / n
-        for r in range(3):
-            start = np.zeros((len(state), 2))
-            base = self.leg * r
-            for length, angle, speed, rate, place in (
-                (g.crank[r], state.phi[:, r], state.dphi[:, r], crank[:, r], base),
-                (g.coupler[r], state.psi[:, r], state.dpsi[:, r], coupler[:, r], base + 3 * n + 1),
-            ):
-                e = unit(angle)
-                end = length * rate[:, None] * turned(e)
-                if centripetal:
-                    end = end - length * (speed**2)[:, None] * e
-                nodes = np.empty((len(state), n, 3))
-                nodes[:, :, :2] = start[:, None] + along[:, None] * end[:, None]
-                nodes[:, :, 2] = rate[:, None]
-                field[:, place] = rate
-                field[:, place + 1 : place + 1 + 3 * n] = nodes.reshape(len(state), -1)
-                start = start + end
+    def _field(self, state: Motion, rates: Array, squares: Array) -> Array:
+        """Velocities or accelerations of all nodes, from the links' angular ones and squared speeds (N, 6)."""
+        field, end = np.zeros((len(state), self.full)), np.zeros((len(state), 2))
+        along = np.arange(1, self.count + 1)[:, None] / self.count
+        for link, length in zip(self.links, self.lengths, strict=True):
+            e, rate = unit(state.angles[:, link.angle]), rates[:, link.angle, None]
+            start = end if link.angle % 2 else np.zeros_like(end)
+            grown = length * (rate * turned(e) - squares[:, link.angle, None] * e)
+            end = start + grown
+            field[:, link.dofs[0, 2]] = rate[:, 0]
+            field[:, link.dofs[:, 3:5]] = start[:, None] + along * grown[:, None]
+            field[:, link.dofs[:, 5]] = rate
         return field
 
     def rigid_modes(self, state: Motion) -> Array:
         """Nodal velocities (N, full, 3) for a unit speed of each crank: the rigid velocity space."""
-        columns = []
-        for r in range(3):
-            speed = np.zeros_like(state.phi)
-            speed[:, r] = 1.0
-            one = motion(self.geometry, state.time, state.phi, speed, np.zeros_like(speed), state.x)
-            columns.append(self.rigid_velocity(one))
-        return np.stack(columns, axis=-1)
+        g, still = self.geometry, np.zeros_like(state.phi)
+        motions = [motion(g, state.time, state.phi, still + speed, still, state.x) for speed in np.eye(3)]
+        return np.stack([self.rigid_velocity(one) for one in motions], axis=-1)
 
     def full_load(self, state: Motion) -> Array:
         """Inertia load -M a of the rigid motion and the platform's load, on all displacements (N, full).
@@ -269,10 +242,7 @@ class FiniteElementModel:
 
     def load(self, state: Motion) -> Array:
         """Load on the unknowns (N, size)."""
-        return self.restrict(state, self.full_load(state))
-
-    def restrict(self, state: Motion, load: Array) -> Array:
-        """Load on the unknowns (N, size) from one on all displacements (N, full)."""
+        load = self.full_load(state)
         if not self.rigid:
             return load[:, self.kept]
         return np.einsum("nfs,nf->ns", self.reduction(state), load)
@@ -295,8 +265,3 @@ class FiniteElementModel:
     def drive_torques(self, state: Motion) -> Array:
         """Torques (N, 3) of the drives in the rigid motion [N m], by virtual power of the loads."""
         return -np.einsum("nfr,nf->nr", self.rigid_modes(state), self.full_load(state))
-
-
-def _grid(dofs: Index) -> tuple[Index, Index]:
-    row, column = np.meshgrid(dofs, dofs, indexing="ij")
-    return row.ravel(), column.ravel()

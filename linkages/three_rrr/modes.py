@@ -18,7 +18,7 @@ _BATCH = 64  # poses solved together by the dense solver
 
 def frequencies(model: FiniteElementModel, state: Motion, count: int | None = None) -> Array:
     """Natural frequencies (N, count) at each pose, rising [Hz]; all of them without a count."""
-    return _solve(model, state, count, vectors=False)[0]
+    return modes(model, state, count, vectors=False)[0]
 
 
 def modes(
@@ -26,18 +26,9 @@ def modes(
     state: Motion,
     count: int | None = None,
     progress: Callable[[float], None] | None = None,
+    vectors: bool = True,
 ) -> tuple[Array, Array]:
-    """Frequencies (N, count) [Hz] and shapes (N, size, count), with unit modal mass."""
-    return _solve(model, state, count, True, progress)
-
-
-def _solve(
-    model: FiniteElementModel,
-    state: Motion,
-    count: int | None,
-    vectors: bool,
-    progress: Callable[[float], None] | None = None,
-) -> tuple[Array, Array]:
+    """Frequencies (N, count) [Hz] and shapes (N, size, count), with unit modal mass; no shapes without `vectors`."""
     count = model.size if count is None else min(count, model.size)
     sparse_pays = model.size > DENSE and count < model.size // 4
     values = np.empty((len(state), count))

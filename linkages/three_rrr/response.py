@@ -90,8 +90,7 @@ def recursion(
     """
     _require_held(model)
     state = branch.motion(times)
-    u, v = np.zeros((2, len(times), model.size))
-    a = np.zeros_like(u)
+    u, v, a = np.zeros((3, len(times), model.size))
     u[0], v[0] = _start(model, branch, start)
     alpha, beta = model.robot.damping.mass, model.robot.damping.stiffness
     load = model.load(state)

@@ -74,24 +74,13 @@ def analyse(
     model = FiniteElementModel(held)
     count = model.size if model.size <= DENSE else 24
     values, shapes = modes(model, state, count, progress)
-    tracked, forms, quality = tracked_modes(
-        model, branch, state, values, shapes[:, :, : TRACKED + _SPARE], TRACKED
-    )
-    free = FiniteElementModel(changed(robot, drives={"roots": "free"}))
+    followed = shapes[:, :, : TRACKED + _SPARE]
+    tracked, forms, quality = tracked_modes(model, branch, state, values, followed, TRACKED)
+    loose = FiniteElementModel(changed(robot, drives={"roots": "free"}))
+    free = frequencies(loose, state.part(slice(0, 1)), count)[0]
     static = quasi_static_response(model, state)
+    stress = link_stress(model, static)
     error = float(np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))))
     return RobotResults(
-        held,
-        model,
-        found,
-        branch,
-        state,
-        error,
-        values,
-        tracked,
-        forms,
-        quality,
-        frequencies(free, state.part(slice(0, 1)), count)[0],
-        static,
-        link_stress(model, static),
+        held, model, found, branch, state, error, values, tracked, forms, quality, free, static, stress
     )

@@ -86,7 +86,9 @@ def speed_sweep(
         still = model.platform_displacement(result.motion, quasi_static(model, result.motion))
         rows.append([*_peaks(still), *_peaks(result.platform)])
         static, static_turn, dynamic, dynamic_turn = np.array(rows).T
-        peak = _first_peak(dynamic / static)
+        r = dynamic / static
+        inner = range(1, len(r) - 1)
+        peak = next((i for i in inner if r[i] >= RESONANCE and r[i - 1] <= r[i] > r[i + 1]), None)
         if progress is not None:
             progress(1.0 if peak is not None else (index + 1) / len(factors))
         if peak is not None:
@@ -96,13 +98,6 @@ def speed_sweep(
 
 def _peaks(platform: Array) -> tuple[float, float]:
     return float(np.max(np.hypot(platform[:, 0], platform[:, 1]))), float(np.max(np.abs(platform[:, 2])))
-
-
-def _first_peak(ratio: Array) -> int | None:
-    for i in range(1, len(ratio) - 1):
-        if ratio[i] >= RESONANCE and ratio[i] >= ratio[i - 1] and ratio[i] > ratio[i + 1]:
-            return i
-    return None
 
 
 def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 24) -> tuple[Array, Array]:

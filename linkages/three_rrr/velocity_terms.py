@@ -58,9 +58,8 @@ def _reduced(model: FiniteElementModel, state: Motion, gyro: Array, stiff: Array
     g = model.reduction(state)
     r = model.platform_arms(state)
     once, twice = np.zeros_like(g), np.zeros_like(g)
-    for axis in range(2):
-        once[:, model.c[:, axis], -3] = -r[..., axis]
-        twice[:, model.c[:, axis], -3] = -turned(r)[..., axis]
+    once[:, model.c, -3] = -r
+    twice[:, model.c, -3] = -turned(r)
     omega, alpha = state.dx[:, 0, None, None], state.ddx[:, 0, None, None]
     back = np.swapaxes(g, 1, 2)
     first, second = omega * once, alpha * once + omega**2 * twice

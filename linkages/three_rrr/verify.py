@@ -63,7 +63,6 @@ class RigidPlant:
     """Drake's plant of the robot, with the loops closed by Newton's method."""
 
     def __init__(self, robot: Robot) -> None:
-        self.geometry = robot.geometry
         mechanism = load_mechanism(robot.mechanism_path, robot.rigid_properties())
         drives = [f"A{leg}" for leg in LEGS]
         self.tree = spanning_tree(mechanism, (), drives)
@@ -81,14 +80,10 @@ class RigidPlant:
         self.drawn = drawn_angles(mechanism)
         self.link_angle = {link.name: link.angle for link in mechanism.links}
         self.world = self.plant.world_frame()
+        joints = [mechanism.joint[name] for name in self.tree.loops]
         self.cuts = [
-            (
-                self._frame(j.parent),
-                self._point(j.parent, j.on_parent),
-                self._frame(j.child),
-                self._point(j.child, j.on_child),
-            )
-            for j in (mechanism.joint[name] for name in self.tree.loops)
+            ((j.parent, self._point(j.parent, j.on_parent)), (j.child, self._point(j.child, j.on_child)))
+            for j in joints
         ]
 
     def _frame(self, link: str) -> Any:
@@ -123,12 +118,9 @@ class RigidPlant:
 
     def _loops(self) -> tuple[Array, Array, Array]:
         """Gaps (m,), their Jacobian (m, 7) and bias accelerations (m,) of the cut joints."""
-        gaps, rows, biases = [], [], []
-        for parent, p, child, c in self.cuts:
-            names = parent.name(), child.name()
-            gaps.append(self.position(names[1], c) - self.position(names[0], p))
-            rows.append((self.jacobian(names[1], c) - self.jacobian(names[0], p))[:2])
-            biases.append((self.bias(names[1], c) - self.bias(names[0], p))[:2])
+        gaps = [self.position(*child) - self.position(*parent) for parent, child in self.cuts]
+        rows = [(self.jacobian(*child) - self.jacobian(*parent))[:2] for parent, child in self.cuts]
+        biases = [(self.bias(*child) - self.bias(*parent))[:2] for parent, child in self.cuts]
         return np.concatenate(gaps), np.vstack(rows), np.concatenate(biases)
 
     def solve(self, phi: Array, dphi: Array, ddphi: Array, guess: dict[str, float]) -> tuple[Array, Array]:
@@ -141,15 +133,12 @@ class RigidPlant:
         """
         q = np.zeros(self.plant.num_positions())
         q[self.driven] = phi - self.drawn
+        angles = guess | {f"crank{leg}": phi[leg - 1] for leg in LEGS}
+        turn = {link: angle - self.link_angle[link] for link, angle in angles.items()}
         for name, place in zip(self.tree.coordinates, self.order, strict=True):
-            edge_link = next(link for link, edge in self.tree.edges.items() if edge.joint == name)
             if place not in self.driven:
                 joint = self.tree.mechanism.joint[name]
-                inner = joint.parent if edge_link == joint.child else joint.child
-                sign = joint.sign if edge_link == joint.child else -joint.sign
-                reference = {**guess, **{f"crank{leg}": phi[leg - 1] for leg in LEGS}}
-                drawn = self.link_angle[edge_link] - self.link_angle[inner]
-                q[place] = sign * (reference[edge_link] - reference[inner] - drawn)
+                q[place] = joint.sign * (turn[joint.child] - turn[joint.parent])
         for _ in range(20):
             self.plant.SetPositions(self.context, q)
             gap, rows, _ = self._loops()
@@ -158,13 +147,11 @@ class RigidPlant:
             if np.max(np.abs(step)) < 1e-15:
                 break
         self.plant.SetPositions(self.context, q)
-        _, rows, _ = self._loops()
-        v, a = np.zeros(len(q)), np.zeros(len(q))
-        v[self.driven], a[self.driven] = dphi, ddphi
-        v[self.free] = np.linalg.solve(rows[:, self.free], -rows[:, self.driven] @ dphi)
+        space = self.velocity_space()
+        v, a = space @ dphi, space @ ddphi
         self.plant.SetVelocities(self.context, v)
         _, rows, bias = self._loops()
-        a[self.free] = np.linalg.solve(rows[:, self.free], -rows[:, self.driven] @ ddphi - bias)
+        a[self.free] -= np.linalg.solve(rows[:, self.free], bias)
         return v, a
 
     def velocity_space(self) -> Array:
@@ -183,22 +170,15 @@ class RigidPlant:
     def nodal_jacobian(self, model: FiniteElementModel) -> Array:
         """Velocities (full, 7) of the model's nodes per generalised velocity, from Drake's Jacobians."""
         result = np.zeros((model.full, self.plant.num_velocities()))
-        n = model.count
-        for leg in range(3):
-            base = model.leg * leg
-            for kind, length, place in (
-                ("crank", self.geometry.crank[leg], base),
-                ("coupler", self.geometry.coupler[leg], base + 3 * n + 1),
-            ):
-                link = f"{kind}{leg + 1}"
-                joint = self.tree.mechanism.joint[f"{'A' if kind == 'crank' else 'B'}{leg + 1}"]
-                root = self._point(link, joint.on_child)
-                nxt = self.tree.mechanism.joint[f"{'B' if kind == 'crank' else 'C'}{leg + 1}"]
-                axis = (self._point(link, nxt.on_parent) - root) / length
-                result[place] = self.jacobian(link, root)[2]
-                for node in range(1, n + 1):
-                    at = place + 3 * node - 2
-                    result[at : at + 3] = self.jacobian(link, root + axis * length * node / n)
+        joint = self.tree.mechanism.joint
+        for link, length in zip(model.links, model.lengths, strict=True):
+            leg, coupler = divmod(link.angle, 2)
+            root, end = joint[f"{'AB'[coupler]}{LEGS[leg]}"], joint[f"{'BC'[coupler]}{LEGS[leg]}"]
+            start = self._point(link.name, root.on_child)
+            axis = (self._point(link.name, end.on_parent) - start) / length
+            result[link.dofs[0, 2]] = self.jacobian(link.name, start)[2]
+            for node, dofs in enumerate(link.dofs[:, 3:], 1):
+                result[dofs] = self.jacobian(link.name, start + axis * length * node / model.count)
         return result
 
 
@@ -207,9 +187,8 @@ def verify(robot: Robot, state: Motion) -> Verification:
     free = changed(robot, drives={"roots": "free"}, model={"platform": "triangle", "beam": "euler-bernoulli"})
     model = FiniteElementModel(free)
     plant = RigidPlant(robot)
-    torques = FiniteElementModel(changed(free, load={"force": [0.0, 0.0], "moment": 0.0})).drive_torques(
-        state
-    )
+    unloaded = FiniteElementModel(changed(free, load={"force": [0.0, 0.0], "moment": 0.0}))
+    torques = unloaded.drive_torques(state)
     counts: list[int] = []
     worst: dict[str, float] = {}
     for n in range(len(state)):
@@ -217,7 +196,7 @@ def verify(robot: Robot, state: Motion) -> Verification:
         guess["platform"] = float(state.x[n, 0])
         v, a = plant.solve(state.phi[n], state.dphi[n], state.ddphi[n], guess)
         found = _kinematics(plant, state, n, v, a)
-        found["torque"] = float(np.max(np.abs(plant.drive_torques(a) - torques[n])))
+        found["torque"] = _largest(plant.drive_torques(a) - torques[n])
         count, modal = _modal(plant, model, state.part(slice(n, n + 1)))
         counts.append(count)
         worst = {key: max(worst.get(key, 0.0), value) for key, value in (found | modal).items()}
@@ -226,24 +205,17 @@ def verify(robot: Robot, state: Motion) -> Verification:
 
 def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) -> dict[str, float]:
     """Largest differences of position, velocity and acceleration at one pose."""
-    origin = np.zeros(3)
-    platform = plant.jacobian("platform", origin)
-    angle = np.array([plant.angle(f"coupler{leg}") for leg in LEGS] + [plant.angle("platform")])
-    turn = np.angle(np.exp(1j * (angle - np.append(state.psi[n], state.x[n, 0]))))
-    rates = [plant.jacobian(f"coupler{leg}", origin)[2] for leg in LEGS]
-    speeds = np.array([row @ v for row in rates] + [platform[2] @ v, *(platform[:2] @ v)])
-    biases = [plant.bias(f"coupler{leg}", origin)[2] for leg in LEGS]
-    own = plant.bias("platform", origin)
-    accelerations = [row @ a + b for row, b in zip(rates, biases, strict=True)]
-    accelerations += [platform[2] @ a + own[2], *(platform[:2] @ a + own[:2])]
+    links, origin = [*(f"coupler{leg}" for leg in LEGS), "platform"], np.zeros(3)
+    jacobians = [plant.jacobian(link, origin) for link in links]
+    biases = [plant.bias(link, origin) for link in links]
+    rows = np.vstack([*(j[2] for j in jacobians), jacobians[-1][:2]])
+    bias = np.array([*(b[2] for b in biases), *biases[-1][:2]])
+    angles = [plant.angle(link) for link in links]
+    turn = np.angle(np.exp(1j * (angles - np.append(state.psi[n], state.x[n, 0]))))
     return {
-        "position": float(
-            max(np.max(np.abs(turn)), np.max(np.abs(plant.position("platform", origin) - state.x[n, 1:])))
-        ),
-        "velocity": float(np.max(np.abs(speeds - np.append(state.dpsi[n], state.dx[n])))),
-        "acceleration": float(
-            np.max(np.abs(np.array(accelerations) - np.append(state.ddpsi[n], state.ddx[n])))
-        ),
+        "position": max(_largest(turn), _largest(plant.position("platform", origin) - state.x[n, 1:])),
+        "velocity": _largest(rows @ v - np.append(state.dpsi[n], state.dx[n])),
+        "acceleration": _largest(rows @ a + bias - np.append(state.ddpsi[n], state.ddx[n])),
     }
 
 
@@ -261,15 +233,14 @@ def _modal(plant: RigidPlant, model: FiniteElementModel, state: Motion) -> tuple
     space = plant.velocity_space()
     rigid = plant.nodal_jacobian(model) @ space
     unit, _ = np.linalg.qr(rigid / scale[:, None])
-    softness = float(np.max(np.abs(unit.T @ scaled @ unit)) / values[-1])
+    softness = _largest(unit.T @ scaled @ unit) / float(values[-1])
     kernel = vectors[:, np.argsort(np.abs(values))[:3]] * scale[:, None]
-    angle = float(np.max(subspace_angles(_scaled(kernel, m), _scaled(rigid, m))))
+    energy = np.linalg.cholesky(m).T  # measured by kinetic energy the angle does not depend on units
+    angle = float(np.max(subspace_angles(energy @ kernel, energy @ rigid)))
     drake = space.T @ plant.plant.CalcMassMatrix(plant.context) @ space
-    ours = rigid.T @ m @ rigid
-    mass = float(np.max(np.abs(ours - drake)) / np.max(np.abs(drake)))
+    mass = _largest(rigid.T @ m @ rigid - drake) / _largest(drake)
     return count, {"zero_eigenvalue": softness, "principal_angle": angle, "mass_error": mass}
 
 
-def _scaled(space: Array, mass: Array) -> Array:
-    """Displacements measured by kinetic energy, so that the angle between spaces does not depend on units."""
-    return np.linalg.cholesky(mass).T @ space
+def _largest(values: Array) -> float:
+    return float(np.max(np.abs(values)))
