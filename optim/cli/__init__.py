@@ -4,5 +4,4 @@
 |-----------|---------------------------------------------------------------------------------|
 | optimise  | ``linkages optimise``: solve design studies                                     |
 | study     | ``linkages study show``, ``export``, ``sensitivity``                            |
-| interrupt | Ctrl-C once stops after the iteration, twice at once                            |
 """

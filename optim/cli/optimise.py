@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import signal
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
@@ -45,6 +47,30 @@ class Job:
     folder: Path
 
 
+class Interrupt:
+    """A context in which the first Ctrl-C sets `wanted` and the second raises KeyboardInterrupt."""
+
+    def __init__(self) -> None:
+        self.wanted = False
+
+    def __call__(self) -> bool:
+        """Whether Ctrl-C was pressed."""
+        return self.wanted
+
+    def __enter__(self) -> Interrupt:
+        self._before = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        signal.signal(signal.SIGINT, self._before)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self.wanted:
+            raise KeyboardInterrupt
+        self.wanted = True
+        print("\nstopping after this iteration; Ctrl-C again to stop now", file=sys.stderr, flush=True)
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
@@ -72,7 +98,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve every study with every seed; returns the exit status."""
-    from optim.cli.interrupt import Interrupt
     from optim.search.run import Stopped
 
     if options.threads is not None and options.threads < 1:
@@ -100,7 +125,7 @@ def run(options: argparse.Namespace) -> int:
             print("what was computed is kept; continue with --resume", file=sys.stderr)
             return 130
     if len(jobs) > 1:
-        from optim.report.table import format_table, write_table
+        from optim.report.result import format_table, write_table
 
         write_table(results, root / TABLE)
         print(format_table(results) + "\n")

@@ -53,13 +53,11 @@ def run(options: argparse.Namespace) -> int:
     """Run the action that was chosen; returns the exit status."""
     if options.action == "sensitivity":
         return _sensitivity(options)
-    from optim.report.export import export
+    from optim.report.export import export, format_store
     from optim.store.store import read_store
 
     with read_store(options.file) as store:
         if options.action == "show":
-            from optim.report.show import format_store
-
             print(format_store(store))
             return 0
         out = options.out or options.file.with_name("evaluations.csv")

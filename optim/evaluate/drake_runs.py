@@ -90,11 +90,10 @@ def _signals(run: Trajectory, exact: Trajectory, outputs: tuple[str, ...]) -> Ca
     assert run.evaluate is not None
     assert exact.evaluate is not None
     of_run, of_exact = run.evaluate, exact.evaluate
-    jitter = any(name.endswith(JITTER) for name in outputs)
 
     def evaluate(times: Array) -> Columns:
         real = run.columns if times is run.time else of_run(times)  # at the steps they are known
-        smooth = of_exact(times) if jitter else {}
+        smooth = of_exact(times) if exact is not run else {}
         found = {"time": times}
         for name in outputs:
             plain = name.removesuffix(JITTER)

@@ -73,17 +73,12 @@ class Evaluator:
         study = self.study
         points = self._run(designs) if self.outputs else []
         table = np.column_stack(
-            [
-                self._formula(name, designs) if quantity.terms is None else self._quantity(quantity, points)
-                for _, name, quantity in study.quantities
-            ]
+            [self._quantity(name, quantity, designs, points) for _, name, quantity in study.quantities]
         )
         status, reason = zip(*(self._verdict(i, row, points) for i, row in enumerate(table)), strict=True)
         table[[state != OK for state in status]] = np.nan
         split = len(study.file.objectives)
         return Evaluations(table[:, :split], table[:, split:], status, reason)
-
-    # -- runs --------------------------------------------------------------------------------------
 
     def _run(self, designs: Array) -> list[Statistics]:
         """Run designs at every operating point."""
@@ -115,12 +110,12 @@ class Evaluator:
         start = sum(counts[:k])
         return slice(start, start + counts[k])
 
-    # -- numbers -----------------------------------------------------------------------------------
-
-    def _quantity(self, quantity: Quantity, points: Sequence[Statistics]) -> Array:
-        """Weighted terms, summed or the extreme one, (m,)."""
-        terms = quantity.terms or ()
-        columns = [[term.weight * x for x in self._term(term, points)] for term in terms]
+    def _quantity(self, name: str, quantity: Quantity, designs: Array, points: Sequence[Statistics]) -> Array:
+        """Weighted terms, summed or the extreme one, or a formula, (m,)."""
+        if quantity.terms is None:
+            formula = self.study.formulas[name]
+            return np.array([formula(self.study.named(design)) for design in designs])
+        columns = [[term.weight * x for x in self._term(term, points)] for term in quantity.terms]
         return np.array([_aggregate(quantity.over_terms, row) for row in zip(*columns, strict=True)])
 
     def _term(self, term: Term, points: Sequence[Statistics]) -> list[float]:
@@ -134,10 +129,6 @@ class Evaluator:
                 values = _FUNCTIONALS[term.functional](statistics, spans)
             by_point.append([_aggregate(term.over_windows, row) for row in values])
         return [_aggregate(term.over_points, row) for row in zip(*by_point, strict=True)]
-
-    def _formula(self, name: str, designs: Array) -> Array:
-        found = self.study.formulas[name]
-        return np.array([found(self.study.named(design)) for design in designs])
 
     def _verdict(self, i: int, row: Array, points: Sequence[Statistics]) -> tuple[str, str]:
         """Status and reason of design i."""

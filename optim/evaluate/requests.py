@@ -60,14 +60,10 @@ def run_compiled(request: Request) -> Statistics:
     """Run the designs of a request as a batch of the compiled engine."""
     from linkages import simulate_batch
 
+    point = request.point
     with _ONE_AT_A_TIME:
         found = simulate_batch(
-            request.point.system,
-            request.point.paths,
-            request.values,
-            outputs=request.outputs,
-            windows=request.windows,
-            threads=request.threads,
+            point.system, point.paths, request.values, request.outputs, request.windows, request.threads
         )
     values = np.stack([found.statistics[name] for name in STATISTICS])
     return Statistics(values, [state.value for state in found.status], found.reason)

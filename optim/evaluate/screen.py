@@ -31,10 +31,8 @@ class Screened:
         self, study: Study, evaluate: Callable[[Array], Evaluations], step: float | None = None
     ) -> None:
         self.study, self.evaluate = study, evaluate
-        steps = np.zeros((0, study.lower.size))
-        if step is not None:
-            steps = np.vstack([k * step * np.diag(study.upper - study.lower) for k in (-2, -1, 1, 2)])
-        self._steps = steps
+        spans = np.diag(study.upper - study.lower)
+        self._steps = [] if step is None else [k * step * span for k in (-2, -1, 1, 2) for span in spans]
         self._names = [name for _, name, _ in study.quantities]
         self._scales = {
             name: study.formulas[name](study.named(study.nominal)) if quantity.relative else 1.0
@@ -54,8 +52,8 @@ class Screened:
         if rows:
             found = self.evaluate(designs[rows])
             objectives[rows], constraints[rows] = found.objectives, found.constraints
-            for i, *verdict in zip(rows, found.status, found.reason, strict=True):
-                verdicts[i] = (verdict[0], verdict[1])
+            for i, state, why in zip(rows, found.status, found.reason, strict=True):
+                verdicts[i] = state, why
         status, reason = zip(*verdicts, strict=True)
         return Evaluations(objectives, constraints, status, reason)
 
@@ -67,8 +65,7 @@ class Screened:
         for name, value in values.items():
             if not np.isfinite(value):
                 return NO_VALUE, f"{name} has no finite value"
-        for k, name in enumerate(self._names):
-            row[k] = values.get(name, np.nan)
+        row[:] = [values.get(name, np.nan) for name in self._names]
         violated = self._violated(values)
         if not violated or self._near(design, violated):
             return OK, ""
@@ -77,7 +74,7 @@ class Screened:
     def _near(self, design: Array, violated: list[str]) -> bool:
         """Whether differences at a feasible design may ask for one that violates some limits."""
         hard = any(self.study.file.constraints[key.rpartition(".")[0]].hard for key in violated)
-        return not hard and any(not self._violated(self._values(near)) for near in design + self._steps)
+        return not hard and any(not self._violated(self._values(design + step)) for step in self._steps)
 
     def _values(self, design: Array) -> dict[str, float]:
         """Objectives and constraints by formula."""

@@ -1,10 +1,9 @@
 """Results of a study for readers: text, tables, files, figures (matplotlib is imported here alone).
 
-| module       | responsibility                                                    |
-|--------------|-------------------------------------------------------------------|
-| result       | ``result.json``, and the same as a table                          |
-| table        | several results as one table                                      |
-| show, export | a store as text, CSV or Parquet                                   |
-| observe      | progress bar and convergence while an algorithm runs              |
-| figures      | convergence, front, Sobol's indices, one variable at a time       |
+| module  | responsibility                                                     |
+|---------|--------------------------------------------------------------------|
+| result  | ``result.json``, and the same as text; several results as a table  |
+| export  | a store as text, CSV or Parquet                                    |
+| observe | progress bar and convergence while an algorithm runs               |
+| figures | convergence, front, Sobol's indices, one variable at a time        |
 """

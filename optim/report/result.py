@@ -1,13 +1,20 @@
-"""``result.json``, and what it holds as a table for the terminal."""
+"""``result.json``, and what it holds as text; several results as one table: for the terminal, and as CSV."""
 
 from __future__ import annotations
 
+import csv
 import json
+import statistics
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from linkages.files.writing import whole
 from optim.problem.study import Study
+
+Result = dict[str, Any]  # content of ``result.json``
+
+_COLUMNS = ("study", "seed", "status", "evaluations", "failed", "iterations", "wall_time")
 
 
 def write_json(path: Path, content: Any) -> None:
@@ -16,7 +23,7 @@ def write_json(path: Path, content: Any) -> None:
         partial.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
 
-def format_result(study: Study, result: dict[str, Any]) -> str:
+def format_result(study: Study, result: Result) -> str:
     """Format a result as lines of text: nominal design beside the best one.
 
     Parameters
@@ -66,8 +73,46 @@ def format_result(study: Study, result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _cell(value: float | None, width: int) -> str:
-    return f"{'-':>{width}s}" if value is None else f"{value:{width}.5g}"
+def format_table(results: Sequence[Result]) -> str:
+    """Format results as lines of text: a line for each run, and the spread over seeds for each study."""
+    lines = []
+    for study in dict.fromkeys(result["study"] for result in results):
+        runs = [result for result in results if result["study"] == study]
+        names = list(runs[0]["best"]["objectives"])
+        head = f"{'seed':>8s}" + "".join(f"{name:>22s}" for name in names)
+        lines += [study, head + f"{'feasible':>10s}{'evaluations':>13s}{'failed':>8s}{'time [s]':>10s}"]
+        for run in runs:
+            cells = "".join(_cell(run["best"]["objectives"][name], 22, 6) for name in names)
+            feasible = "yes" if run["best"]["feasible"] else "no"
+            counts = f"{feasible:>10s}{run['evaluations']:13d}{run['failed']:8d}{run['wall_time']:10.1f}"
+            lines.append(f"{run['seed']:8d}{cells}{counts}")
+        good = [run["best"]["objectives"] for run in runs if run["best"]["feasible"]]
+        if len(good) > 1:
+            columns = [[run[name] for run in good] for name in names]
+            for label, reduce in (("mean", statistics.fmean), ("std", statistics.stdev)):
+                lines.append(f"{label:>8s}" + "".join(_cell(reduce(column), 22, 6) for column in columns))
+        lines.append("")
+    return "\n".join(lines).rstrip()
+
+
+def write_table(results: Sequence[Result], path: Path) -> None:
+    """Write a CSV file: a line for each run."""
+    rows = []
+    for result in results:
+        best = result["best"]
+        row = {key: result[key] for key in _COLUMNS} | {"feasible": best["feasible"]}
+        for kind in ("objective", "constraint", "variable"):
+            row |= {f"{kind}:{name}": value for name, value in best[f"{kind}s"].items()}
+        rows.append(row)
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with whole(path) as partial, open(partial, "w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _cell(value: float | None, width: int, digits: int = 5) -> str:
+    return f"{'-':>{width}s}" if value is None else f"{value:{width}.{digits}g}"
 
 
 def _change(before: float | None, after: float | None) -> str:
