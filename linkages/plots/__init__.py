@@ -12,34 +12,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from linkages.lazy import loaded_on_use
+
+# ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
-    from linkages.plots.animation.recording import write_animation as write_animation
-    from linkages.plots.attractors import bifurcation_figure as bifurcation_figure
-    from linkages.plots.attractors import exponent_figure as exponent_figure
-    from linkages.plots.attractors import section_figure as section_figure
-    from linkages.plots.attractors import spectrum_figure as spectrum_figure
-    from linkages.plots.histories import write_figures as write_figures
-    from linkages.plots.style import COLORS as COLORS
-    from linkages.plots.style import LINES as LINES
-    from linkages.plots.style import figure_style as figure_style
+    from linkages.plots.animation.recording import write_animation
+    from linkages.plots.attractors import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
+    from linkages.plots.histories import write_figures
+    from linkages.plots.style import COLORS, LINES, figure_style
 
 #: Modules and their public names, loaded on first use: the animation needs Drake, the palette nothing.
-_NAMES = {
-    "animation.recording": ("write_animation",),
-    "attractors": ("bifurcation_figure", "exponent_figure", "section_figure", "spectrum_figure"),
-    "histories": ("write_figures",),
-    "style": ("COLORS", "LINES", "figure_style"),
-}
-_HOME = {name: module for module, names in _NAMES.items() for name in names}
-
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module 'linkages.plots' has no attribute '{name}'")
-    import importlib
-
-    return getattr(importlib.import_module(f"linkages.plots.{_HOME[name]}"), name)
+__all__, __getattr__ = loaded_on_use(
+    __name__,
+    {
+        "animation.recording": ("write_animation",),
+        "attractors": ("bifurcation_figure", "exponent_figure", "section_figure", "spectrum_figure"),
+        "histories": ("write_figures",),
+        "style": ("COLORS", "LINES", "figure_style"),
+    },
+)
