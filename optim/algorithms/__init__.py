@@ -13,6 +13,5 @@
 | gradient      | generalised reduced gradient                                                     |
 | standard_form | its problem: scaled, with slacks, in two phases; basic and nonbasic variables    |
 | quadratic     | its model: minimum within bounds, quasi-Newton update                            |
-| line_search   | how far along a step                                                             |
-| restoration   | its return to the constraints, exchanges of basic variables                      |
+| line_search   | how far along a step, with its return to the constraints                         |
 """

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optim.algorithms.nlp import Array, Problem, Values
 
@@ -44,28 +43,27 @@ def jacobian(
     """
     if problem.jacobian is not None:
         return np.asarray(problem.jacobian(x), dtype=float)
-    near, far = _offsets(x, problem.lower, problem.upper, step * scale)
-    moving = np.flatnonzero(near != far)
-    designs = np.repeat(x[None, :], 2 * len(moving) + 1, axis=0)
+    offsets = _offsets(x, problem.lower, problem.upper, step * scale)
+    moving = np.flatnonzero(offsets[0] != offsets[1])
     rows = np.arange(len(moving))
-    designs[1 + rows, moving] += near[moving]
-    designs[1 + len(moving) + rows, moving] += far[moving]
-    # the offsets as they are after rounding
-    near, far = designs[1 + rows, moving] - x[moving], designs[1 + len(moving) + rows, moving] - x[moving]
+    moved = np.tile(x, (2, len(moving), 1))
+    moved[:, rows, moving] += offsets[:, moving]
+    offsets = moved[:, rows, moving] - x[moving]  # as they are after rounding
+    designs = np.vstack([x, *moved])
     values = evaluate(designs)
-    table = stack(values)
-    table[~np.isfinite(table)] = np.nan
-    centre, at_near, at_far = table[0], table[1 : 1 + len(moving)], table[1 + len(moving) :]
     if values.failed[0]:
         return None
+    table = stack(values)
+    table[~np.isfinite(table)] = np.nan
+    centre, (at_near, at_far) = table[0], np.split(table[1:], 2)
     with np.errstate(invalid="ignore"):
-        a, b = near[:, None], far[:, None]
+        a, b = offsets[:, :, None]
         slopes = (at_near * b**2 - at_far * a**2 - centre * (b**2 - a**2)) / (a * b * (b - a))
         slopes = np.where(np.isnan(at_near), (at_far - centre) / b, slopes)
         slopes = np.where(np.isnan(at_far), (at_near - centre) / a, slopes)
     slopes[:, np.isnan(centre)] = 0.0
     for k in np.flatnonzero(~np.isfinite(slopes).all(axis=1)):
-        beside = _beside(evaluate, designs[1:], table[1:], int(moving[k]), np.array([near[k], far[k]]))
+        beside = _beside(evaluate, designs[1:], table[1:], int(moving[k]), offsets[:, k])
         if beside is None:
             return None
         slopes[k] = np.where(np.isfinite(slopes[k]), slopes[k], beside)
@@ -89,8 +87,8 @@ def _beside(
     return np.asarray(slopes[good[0]]) if len(good) else None
 
 
-def _offsets(x: Array, lower: Array, upper: Array, step: Array) -> tuple[NDArray[np.float64], Array]:
-    """Two offsets of each variable that stay within its bounds; equal ones where it is fixed."""
+def _offsets(x: Array, lower: Array, upper: Array, step: Array) -> Array:
+    """Two offsets of each variable that stay within its bounds, (2, n); equal ones where it is fixed."""
     step = np.minimum(step, (upper - lower) / 4.0)  # so that two steps fit on one side
     near, far = -step, step.copy()
     at_lower, at_upper = x - step < lower, x + step > upper
@@ -98,4 +96,4 @@ def _offsets(x: Array, lower: Array, upper: Array, step: Array) -> tuple[NDArray
     near[at_upper], far[at_upper] = -step[at_upper], -2.0 * step[at_upper]
     fixed = upper <= lower
     near[fixed] = far[fixed] = 0.0
-    return near, far
+    return np.array([near, far])

@@ -2,11 +2,8 @@
 
 pygad supplies the generations, simulated binary crossover, polynomial mutation and two random generators of its own.
 The choice between designs is ours and enters through its callable operators: pygad orders by finite scalar fitness,
-knows no constraints, and in its NSGA-II parents and children do not compete. Its probabilities:
-
-- crossover: pygad's is that of a parent to be eligible, so nearly every child is crossed; here it is the probability
-  that a child is crossed at all, else it is a copy of its first parent (the usual meaning);
-- mutation: pygad's is that of each gene, and so it is here.
+knows no constraints, and in its NSGA-II parents and children do not compete. Its probability of mutation is that of
+each gene, and so it is here.
 
 K. Deb, R. B. Agrawal, Simulated binary crossover for continuous search space, Complex Systems 9 (1995) 115-148.
 K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Transactions on Evolutionary
@@ -32,7 +29,6 @@ from optim.algorithms.pareto import by_domination, front
 
 #: From an evaluation by genes, the pool and its children to the survivors, the best first.
 Survival = Callable[[Callable[[Array], Values], Array, Array], Array]
-Best = Callable[[Archive], Indices]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 # pygad prints what is raised while it runs; callers see the exceptions themselves
@@ -85,10 +81,7 @@ def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report
         candidates = np.vstack([pool[: settings.elites], children])
         return candidates[by_feasibility(evaluate(candidates), settings.tolerance)[: settings.population]]
 
-    def best(archive: Archive) -> Indices:
-        return np.array([archive.best(settings.tolerance)])
-
-    return _restarts(problem, settings, seed, progress, survive, best)
+    return _restarts(problem, settings, seed, progress, survive)
 
 
 def nondominated_sorting(
@@ -110,10 +103,7 @@ def nondominated_sorting(
             candidates = np.vstack([pool, children])
         return candidates[by_domination(evaluate(candidates), settings.tolerance)[: settings.population]]
 
-    def best(archive: Archive) -> Indices:
-        return front(archive.values, settings.tolerance)
-
-    return _restarts(problem, settings, seed, progress, survive, best)
+    return _restarts(problem, settings, seed, progress, survive)
 
 
 def statistics(result: Result) -> dict[str, float]:
@@ -126,24 +116,19 @@ def statistics(result: Result) -> dict[str, float]:
 
 
 def _restarts(
-    problem: Problem,
-    settings: _Generations,
-    seed: int,
-    progress: Report | None,
-    survive: Survival,
-    best: Best,
+    problem: Problem, settings: _Generations, seed: int, progress: Report | None, survive: Survival
 ) -> Result:
     """Run several times from seeds derived from one."""
     archive = Archive(problem)
     runs: list[Result] = []
     seeds = np.random.SeedSequence(seed).generate_state(settings.restarts)
     for i, own in enumerate(seeds):
-        runs.append(_Run(problem, settings, i, progress, survive, best, archive, int(own)).result())
+        runs.append(_Run(problem, settings, i, progress, survive, archive, int(own)).result())
         if runs[-1].status is Ending.INTERRUPTED:
             break
     status = Ending.INTERRUPTED if runs[-1].status is Ending.INTERRUPTED else Ending.BUDGET_USED
-    iterations = sum(run.iterations for run in runs)
-    return archive.result(best(archive), status, iterations, settings.tolerance, runs)
+    rows = front(archive.values, settings.tolerance)  # of one objective the best design
+    return archive.result(rows, status, sum(run.iterations for run in runs), settings.tolerance, runs)
 
 
 @dataclass
@@ -155,7 +140,6 @@ class _Run:
     number: int
     progress: Report | None
     survive: Survival
-    best: Best
     shared: Archive  # evaluates for all restarts
     seed: InitVar[int]
 
@@ -197,17 +181,18 @@ class _Run:
         with self.archive.interruptible():
             self.pygad.run()
             status = Ending.BUDGET_USED
-        return self.archive.result(self.best(self.archive), status, self.generation, self.settings.tolerance)
+        rows = front(self.archive.values, self.settings.tolerance)
+        return self.archive.result(rows, status, self.generation, self.settings.tolerance)
 
-    def _designs(self, genes: Array) -> Array:
+    def _values(self, genes: Array) -> Values:
         lower, upper = self.problem.lower, self.problem.upper
-        return np.clip(lower + genes * (upper - lower), lower, upper)
+        return self.archive(np.clip(lower + genes * (upper - lower), lower, upper))
 
     def _fitness(self, ga: Any, genes: Array, indices: Any) -> list[float]:
         """Evaluate the children in one call, let the next pool survive; pygad's own order is not used."""
         genes = np.asarray(genes, dtype=float)
-        self.archive(self._designs(genes))
-        self.pool = self.survive(lambda genes: self.archive(self._designs(genes)), self.pool, genes)
+        self._values(genes)
+        self.pool = self.survive(self._values, self.pool, genes)
         self.generation += 1
         if self.progress is not None:
             self.progress(self._progress(ga))
@@ -219,14 +204,19 @@ class _Run:
         return self.pool[rows], rows
 
     def _cross(self, parents: Array, size: tuple[int, int], ga: Any) -> Array:
-        """Cross each parent with the next one, or copy it."""
+        """Cross each parent with the next one, or copy it.
+
+        The probability is that of a child to be crossed, as usual; pygad's is that of a parent to be eligible, so
+        that nearly every child is crossed.
+        """
         children = ga.sbx_crossover(parents, size)
         copied = ga.numpy_random_generator.random(size[0]) >= self.settings.crossover
         children[copied] = parents[np.flatnonzero(copied) % len(parents)]
         return np.asarray(children)
 
     def _progress(self, ga: Any) -> Progress:
-        rows = self.best(self.shared)
+        rows, count = front(self.shared.values, self.settings.tolerance), self.settings.generations
+        done, total = self.number * count + self.generation, self.settings.restarts * count
         kind, keys, *rest = ga.numpy_random_generator.get_state()
         version, words, gauss = ga.python_random_generator.getstate()
         state = {
@@ -236,10 +226,4 @@ class _Run:
             "numpy": [kind, keys.tolist(), *rest],
             "python": [version, list(words), gauss],
         }
-        return Progress(
-            self.number * self.settings.generations + self.generation,
-            self.settings.restarts * self.settings.generations,
-            self.shared.designs[rows],
-            self.shared.values.take(rows),
-            state,
-        )
+        return Progress(done, total, self.shared.designs[rows], self.shared.values.take(rows), state)

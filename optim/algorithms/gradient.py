@@ -1,12 +1,8 @@
-"""Generalised reduced gradient method.
+"""Generalised reduced gradient method; docs/optimisation_algorithms.md derives it.
 
-Of the variables and slacks ``y``, as many as there are constraints are basic: they follow from the others by the
-equations ``c(x) + s = 0``. What remains is a problem in the nonbasic variables, whose gradient is the *reduced
-gradient*
-
-    r = g_N - A_N^T (B^-T g_B) = Z^T g,    Z = [I; -B^-1 A_N]
-
-with the Jacobian ``A = [B A_N]``. Each iteration
+Of the variables and slacks, as many as there are constraints are basic: they follow from the others by the equations
+``c(x) + s = 0`` with the Jacobian ``A = [B A_N]``. With ``Z = [I; -B^-1 A_N]`` the gradient with respect to the
+nonbasic ones is the *reduced gradient* ``r = Z^T g``. Each iteration
 
 1. minimises the model ``r.v + v.H.v / 2`` over the steps v of the nonbasic variables that keep all variables
    within their bounds to first order; `H` is a BFGS approximation of the reduced Hessian,
@@ -31,10 +27,9 @@ from pydantic import Field
 
 from linkages.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
-from optim.algorithms.line_search import search
+from optim.algorithms.line_search import Restored, search
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
-from optim.algorithms.restoration import Restored, choose_partition
 from optim.algorithms.standard_form import Partition, Phase, Slopes, StandardForm
 
 #: First step, relative to the scales.
@@ -175,7 +170,7 @@ class _Search:
             room = np.minimum(y + direction - phase.low, phase.high - y - direction)
             if phase.first:
                 room[phase.gradient != 0.0] = 1.0  # a violated slack need not stop at its bound
-            partition = choose_partition(slopes.A, room, self.point.partition)
+            partition = self.point.partition.improved(slopes.A, room)
             found = search(
                 self.form, slopes.A, self.point, partition, direction, slope, phase, self.settings.feasibility
             )
@@ -195,7 +190,7 @@ class _Search:
             n, m = self.form.n, self.form.m
             room = np.minimum(self.point.y - phase.low, phase.high - self.point.y)
             slacks = Partition(np.arange(n, n + m), np.arange(n))
-            self.point = self.point._replace(partition=choose_partition(slopes.A, room, slacks))
+            self.point = self.point._replace(partition=slacks.improved(slopes.A, room))
             self.hessian = self.last = None
             return self.point.partition.tangents(slopes.A)
 

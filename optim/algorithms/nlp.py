@@ -75,17 +75,11 @@ class Values:
 
     def feasible(self, tolerance: float = 0.0) -> NDArray[np.bool_]:
         """Where every constraint holds within a tolerance, in its own unit, (m,)."""
-        largest = np.zeros(len(self))
-        for residuals in (self.inequalities, np.abs(self.equalities)):
-            if residuals.shape[1]:
-                largest = np.maximum(largest, residuals.max(axis=1))
-        return ~self.failed & (largest <= tolerance)
+        residuals = np.hstack([self.inequalities, np.abs(self.equalities)])
+        return ~self.failed & (residuals.max(axis=1, initial=0.0) <= tolerance)
 
     def take(self, rows: Any) -> Values:
-        """Values of some of the designs, by index or mask."""
-        rows = np.asarray(rows)
-        if rows.dtype != bool:
-            rows = rows.astype(np.intp)  # also of an empty list
+        """Values of some of the designs, by a list or array of indices, or a mask."""
         return Values(*(column[rows] for column in vars(self).values()))
 
     @staticmethod

@@ -181,8 +181,8 @@ def _multistart(
     archive = Archive(problem)  # of all starts: none evaluates what another one did
     problem = dataclasses.replace(problem, evaluate=archive)
     runs: list[Result] = []
-    for i, start in enumerate(start_designs(problem, starts, seed)):
-        report = None if progress is None else _report(progress, runs, i, starts)
+    report = None if progress is None else _report(progress, runs, starts)
+    for start in start_designs(problem, starts, seed):
         runs.append(solver(dataclasses.replace(problem, start=start), settings, seed, report))
         if runs[-1].status is Ending.INTERRUPTED:
             break
@@ -192,14 +192,14 @@ def _multistart(
     return Result(best.x, best.values, status, iterations, len(archive), tuple(runs))
 
 
-def _report(progress: Report, runs: list[Result], start: int, starts: int) -> Report:
-    """Progress of one start as that of all: the best of all, iterations as parts of all starts' budgets."""
+def _report(progress: Report, runs: list[Result], starts: int) -> Report:
+    """Progress of the next start as that of all: the best of all, iterations as parts of all starts' budgets."""
 
     def report(step: Progress) -> None:
         values = Values.join([*(run.values for run in runs), step.values])
         row = by_feasibility(values, TOLERANCE)[:1]
         best = np.vstack([*(run.x for run in runs), step.best])[row]
-        iteration, state = start * step.iterations + step.iteration, {"start": start, **step.state}
+        iteration, state = len(runs) * step.iterations + step.iteration, {"start": len(runs), **step.state}
         progress(Progress(iteration, starts * step.iterations, best, values.take(row), state))
 
     return report

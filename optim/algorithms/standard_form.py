@@ -8,22 +8,20 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optim.algorithms.archive import Archive
 from optim.algorithms.derivatives import jacobian
-from optim.algorithms.nlp import Array, Problem
+from optim.algorithms.nlp import Array, Indices, Problem
+
+#: A basis is kept while no exchange makes a weighted pivot so many times larger.
+GAIN = 10.0
 
 
 class Slopes(NamedTuple):
     """First derivatives at a point, scaled.
 
-    Attributes
-    ----------
-    f : (n + m,) array
-        Gradient of the objective with respect to variables and slacks (zero there).
-    A : (m, n + m) array
-        Jacobian ``[J I]`` of the equations ``c(x) + s = 0``.
+    The gradient `f` of the objective with respect to variables and slacks (zero there), (n + m,), and the Jacobian
+    ``A = [J I]`` of the equations ``c(x) + s = 0``, (m, n + m).
     """
 
     f: Array
@@ -86,14 +84,11 @@ class StandardForm:
         self.m = len(problem.inequalities) + len(problem.equalities)
         width = problem.upper - problem.lower
         known = np.isfinite(width) & (width > 0.0)
-        self.width = np.where(known, np.where(known, width, 1.0), np.maximum(1.0, np.abs(start)))
+        self.width = np.where(known, width, np.maximum(1.0, np.abs(start)))
         self._size, self._objective_size = np.ones(self.m), 1.0
-        ni = len(problem.inequalities)
-        slack_upper = np.where(np.arange(self.m) < ni, np.inf, 0.0)
+        slack_upper = np.where(np.arange(self.m) < len(problem.inequalities), np.inf, 0.0)
         self.lower = np.concatenate([problem.lower / self.width, np.zeros(self.m)])
         self.upper = np.concatenate([problem.upper / self.width, slack_upper])
-        # scaling must not move a design off its bounds: the scaled bounds are mapped back to the given ones
-        self._x_lower, self._x_upper = problem.lower, problem.upper
         slopes = self.slopes(start / self.width)
         if slopes is not None:
             largest = np.abs(slopes.A[:, : self.n]).max(axis=1, initial=0.0)
@@ -101,10 +96,9 @@ class StandardForm:
             self._objective_size = float(np.abs(slopes.f).max()) or 1.0
 
     def design(self, x: Array) -> Array:
-        """Unscaled design (n,) of scaled variables."""
-        design = x * self.width
-        design = np.where(x <= self.lower[: self.n], self._x_lower, design)
-        return np.where(x >= self.upper[: self.n], self._x_upper, design)
+        """Unscaled design (n,) of scaled variables; scaling does not move it off its bounds."""
+        design = np.where(x <= self.lower[: self.n], self.problem.lower, x * self.width)
+        return np.where(x >= self.upper[: self.n], self.problem.upper, design)
 
     def evaluate(self, x: Array) -> tuple[float, Array]:
         """Scaled objective and constraints (m,) of scaled variables.
@@ -152,22 +146,40 @@ class StandardForm:
 
 
 class Partition(NamedTuple):
-    """Basic variables, which the equations determine, and the others.
+    """Indices of the basic variables, which the equations determine, (m,), and of the others, (n,)."""
 
-    Attributes
-    ----------
-    basic : (m,) array of int
-    nonbasic : (n,) array of int
-    """
-
-    basic: NDArray[np.intp]
-    nonbasic: NDArray[np.intp]
+    basic: Indices
+    nonbasic: Indices
 
     def exchange(self, row: int, column: int) -> Partition:
         """Swap the basic variable of a row with the nonbasic one of a column."""
         basic, nonbasic = self.basic.copy(), self.nonbasic.copy()
         basic[row], nonbasic[column] = nonbasic[column], basic[row]
         return Partition(basic, nonbasic)
+
+    def improved(self, A: Array, room: Array) -> Partition:
+        """Choose basic variables that are independent and far from their bounds.
+
+        Columns of the Jacobian are weighted by the room of their variables. As long as there is an exchange that
+        makes the weighted determinant of the basis more than ten times larger, the largest one is made; so the
+        partition stays while it is good, and there is an end to it.
+
+        Parameters
+        ----------
+        A : (m, n + m) array
+            With a regular basis.
+        room : (n + m,) array
+            Scaled distance of each variable to the nearer bound.
+        """
+        current, weights = self, np.clip(room, 1e-8, 1.0)
+        while len(current.basic):
+            pivots = np.abs(current.tangents(A)[current.basic])
+            gains = pivots * weights[current.nonbasic] / weights[current.basic, None]
+            row, column = np.unravel_index(np.argmax(gains), gains.shape)
+            if not gains[row, column] > GAIN:
+                break
+            current = current.exchange(int(row), int(column))
+        return current
 
     def tangents(self, A: Array) -> Array:
         """Directions that keep the equations to first order, (n + m, n): unity in the nonbasic variables."""

@@ -111,12 +111,8 @@ def run(
     task : Task
     path : Path
         The store, ``study.sqlite``.
-    resume : bool
-        Whether the store may exist; it must be of the same task.
-    observe : callable, optional
-        Called after every iteration, with it and the values of the nominal design.
-    stop : callable, optional
-        Asked after every iteration whether to stop.
+    resume, observe, stop
+        As of `optim.optimise`.
 
     Raises
     ------
@@ -159,11 +155,8 @@ def _opened(task: Task, path: Path, resume: bool) -> Store:
     try:
         _check_same(task, store)
         if not resume:
-            raise InputError(
-                path,
-                "",
-                f"holds {store.count()[0]} evaluations of this study; continue with --resume, or give another --out",
-            )
+            problem = f"holds {store.count()[0]} evaluations of this study"
+            raise InputError(path, "", f"{problem}; continue with --resume, or give another --out")
     except BaseException:
         store.close()
         raise
@@ -182,22 +175,14 @@ def _check_same(task: Task, store: Store) -> None:
     old, new = dict(leaves(store.meta("task"))), dict(leaves(here))
     for key in (*new, *old):
         if key not in old or key not in new or old[key] != new[key]:
-            raise InputError(
-                store.path,
-                key,
-                f"belongs to another study: there {_short(old.get(key))}, here {_short(new.get(key))};"
-                " give another --out",
-            )
+            problem = f"belongs to another study: there {_short(old.get(key))}, here {_short(new.get(key))}"
+            raise InputError(store.path, key, f"{problem}; give another --out")
     there = store.meta("versions")
     for package in sorted({*there, *task.versions}):
         a, b = there.get(package, "not there"), task.versions.get(package, "not there")
         if a != b and package != "python":
-            raise InputError(
-                store.path,
-                "",
-                f"was written with {package} {a}, this is {b}, and the numbers would be mixed; install that version,"
-                " or give another --out",
-            )
+            problem = f"was written with {package} {a}, this is {b}, and the numbers would be mixed"
+            raise InputError(store.path, "", f"{problem}; install that version, or give another --out")
 
 
 def _short(value: Any) -> str:

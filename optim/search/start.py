@@ -66,9 +66,8 @@ def _variables(file: Path, source: str) -> dict[str, float]:
         best: Any = json.loads(file.read_text(encoding="utf-8"))["best"]
         found = {key: float(value) for key, value in best["variables"].items()}
     except OSError:
-        raise InputError(
-            source, str(file), "cannot be read; give the output folder of a finished linkages optimise"
-        ) from None
+        problem = "cannot be read; give the output folder of a finished linkages optimise"
+        raise InputError(source, str(file), problem) from None
     except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(source, str(file), "is not a result.json of linkages optimise") from None
     if not all(map(math.isfinite, found.values())):
