@@ -16,8 +16,7 @@ _EXAMPLES = """examples:
   linkages new press --model dry --out machines
 """
 
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
-_RESERVED = ("world",)  # SDFormat
+_NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat keeps "world" for itself
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Write the files; returns the exit status."""
     name: str = options.name
-    if not _NAME.fullmatch(name) or name in _RESERVED:
+    if not _NAME.fullmatch(name):
         raise InputError(
             "name", name, "must begin with a letter, contain only letters, digits, - and _, and not be world"
         )

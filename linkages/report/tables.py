@@ -64,17 +64,12 @@ def joints(results: Results) -> Table:
     for name, value in results.summary["joints"].items():
         exact, force = results.summary["ideal"]["joints"][name]["force"]["peak"], value["force"]
         ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
-        rows.append(
-            (
-                name,
-                results.play.get(name, {}).get("model", "ideal"),
-                *map(number, (exact, force["peak"], force["time"])),
-                change(force["peak"], exact),
-                error(results, f"{name}.force.peak"),
-                number(ratio["peak"]) if ratio else _NONE,
-                f"{100.0 * inside:.3g}" if inside is not None else _NONE,
-            )
-        )
+        model = results.play.get(name, {}).get("model", "ideal")
+        numbers = map(number, (exact, force["peak"], force["time"]))
+        judged = (change(force["peak"], exact), error(results, f"{name}.force.peak"))
+        most = number(ratio["peak"]) if ratio else _NONE
+        share = f"{100.0 * inside:.3g}" if inside is not None else _NONE
+        rows.append((name, model, *numbers, *judged, most, share))
     head = (
         "joint", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
         "largest e/c", "in contact [% of time]",
@@ -89,9 +84,8 @@ def drives(results: Results) -> Table:
         ideal, peak = results.summary["ideal"]["drives"][name], value["torque"]["peak"]
         exact = ideal["torque"]["peak"]
         judged = (change(peak, exact), error(results, f"{name}.torque.peak"))
-        rows.append(
-            (name, number(exact), number(peak), *judged, number(ideal["work"]), number(value["work"]))
-        )
+        work = map(number, (ideal["work"], value["work"]))
+        rows.append((name, number(exact), number(peak), *judged, *work))
     head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
     return Table("Drives: torque [N m] of a revolute joint, force [N] of a prismatic one", head, rows)
 
@@ -184,8 +178,6 @@ def _plain(value: Any) -> str:
 def _meaning(path: str, meanings: dict[str, str]) -> str:
     """Look a key up; ``NAME`` in the list of keys stands for any drive, joint or load."""
     parts = path.split(".")
-    for place in range(len(parts)):
-        general = ".".join([*parts[:place], "NAME", *parts[place + 1 :]])
-        if general in meanings:
-            return meanings[general]
-    return meanings.get(path, "value of the SDF file, replaced" if parts[0] == "sdf" else "")
+    general = (".".join([*parts[:k], "NAME", *parts[k + 1 :]]) for k in range(len(parts)))
+    unknown = "value of the SDF file, replaced" if parts[0] == "sdf" else ""
+    return next((meanings[key] for key in (*general, path) if key in meanings), unknown)

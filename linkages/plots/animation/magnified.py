@@ -23,7 +23,7 @@ GAP = 0.4  # drawn clearance over the view's radius
 REACH = 1.3  # length of the longest arrow over the view's radius
 _HEAD = 0.28  # length of an arrow's head over the view's radius
 
-WALL, BODY = Rgba(0.78, 0.80, 0.83, 1.0), Rgba(0.62, 0.66, 0.72, 1.0)
+WALL, BODY, GROUND = Rgba(0.78, 0.80, 0.83, 1.0), Rgba(0.62, 0.66, 0.72, 1.0), Rgba(0.25, 0.25, 0.25, 1.0)
 FLOOR, DARK = Rgba(1.0, 1.0, 1.0, 1.0), Rgba(0.15, 0.15, 0.15, 1.0)
 _FORCE, _TOUCH = Rgba(0.84, 0.37, 0.0, 1.0), Rgba(0.95, 0.85, 0.1, 1.0)
 

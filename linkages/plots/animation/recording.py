@@ -7,15 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import (
-    Box,
-    Cylinder,
-    Meshcat,
-    MeshcatParams,
-    MeshcatVisualizer,
-    MeshcatVisualizerParams,
-    Rgba,
-)
+from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
@@ -25,7 +17,7 @@ from linkages.errors import AssemblyError
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
-from linkages.plots.animation.magnified import View, joint_axes, rounded
+from linkages.plots.animation.magnified import GROUND, View, joint_axes, rounded
 from linkages.results.summary import Study
 from linkages.system.ideal_motion import IdealMotion
 
@@ -196,7 +188,7 @@ def _draw_ground(study: Study, meshcat: Meshcat) -> None:
         else:
             continue
         pose = RigidTransform(RotationMatrix(joint_axes(mechanism, joint)), position)
-        meshcat.SetObject(f"/ground/{joint.name}", shape, Rgba(0.25, 0.25, 0.25, 1.0))
+        meshcat.SetObject(f"/ground/{joint.name}", shape, GROUND)
         meshcat.SetTransform(f"/ground/{joint.name}", pose)
 
 
