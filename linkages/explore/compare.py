@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 #: Two solutions have parted when a journal's places differ by this part of its clearance.
 PARTED = 1e-3
 
-_LOOSER = 10.0  # ratio of the tolerances of the two runs of one engine
 _IMPACTS = 2  # contacts of each joint that are compared one by one
 
 
@@ -76,10 +75,7 @@ class Comparison:
         return bool(self.until < min(run.time[-1] for run in self.runs.values()))
 
 
-def compare(
-    system: System,
-    progress: Callable[[str], Progress] | None = None,
-) -> Comparison:
+def compare(system: System, progress: Callable[[str], Progress] | None = None) -> Comparison:
     """Run an experiment on both engines and compare them.
 
     Each engine runs a second time, at a ten times looser tolerance, if joints can touch: that gives the horizon.
@@ -93,7 +89,7 @@ def compare(
     Returns
     -------
     Comparison
-        Both runs, their horizons [s], the largest differences up to the earlier one, the first contacts side by side.
+        Both runs, their horizons, the largest differences up to the earlier one, the first contacts side by side.
 
     Raises
     ------
@@ -116,53 +112,43 @@ def compare(
         runs[engine] = simulate(system, engine, stage(engine))
         horizons[engine] = float(runs[engine].time[-1])
         if system.touching.any():
-            accuracy = min(_LOOSER * system.experiment.solver.accuracy, 0.1)
-            looser = system.replaced({"solver.accuracy": accuracy})
-            other = simulate(looser, engine, stage(f"{engine}, looser"))
+            other = simulate(looser(system), engine, stage(f"{engine}, looser"))
             horizons[engine] = horizon(runs[engine], other, system)
     until = min(horizons.values())
     found = differences(runs["compiled"], runs["drake"], names(system), until)
     return Comparison(runs, horizons, found, _contacts(runs["compiled"], runs["drake"], system, until))
 
 
+def looser(system: System) -> System:
+    """Return the same system with a ten times looser accuracy."""
+    return system.replaced({"solver.accuracy": min(10.0 * system.experiment.solver.accuracy, 0.1)})
+
+
 def names(system: System) -> list[str]:
     """Name what is compared: outputs, force and eccentricity of joints with play, drive torques."""
-    experiment = system.experiment
-    of_joints = [f"{joint}.{what}" for joint in experiment.play for what in ("force", "eccentricity_ratio")]
-    of_drives = [f"{drive}.torque" for drive in experiment.drives]
-    return [*experiment.outputs, *of_joints, *of_drives]
+    joints, drives = system.experiment.play, system.experiment.drives
+    of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
+    return [*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)]
 
 
 def differences(
     run: Trajectory, other: Trajectory, columns: list[str], until: float
 ) -> dict[str, Difference]:
-    """Largest differences of the named columns up to a time, at the steps of `other` and at that time.
-
-    Parameters
-    ----------
-    run, other : Trajectory
-        `run` has dense output.
-    columns : list of str
-    until : float
-        [s]
-    """
+    """Largest differences of columns up to a time [s], at the steps of `other`; `run` has dense output."""
     inside = other.time <= until
     times = other.time[inside]
     exact = dense(run)(times)
     result = {}
     for name in columns:
-        apart = np.abs(exact[name] - other[name][inside])
+        pair = exact[name], other[name][inside]
+        apart = np.abs(pair[0] - pair[1])
         worst = int(np.argmax(apart))
-        peak = float(max(np.abs(exact[name]).max(), np.abs(other[name][inside]).max()))
-        result[name] = Difference(float(apart[worst]), float(times[worst]), peak)
+        result[name] = Difference(float(apart[worst]), float(times[worst]), float(np.abs(pair).max()))
     return result
 
 
 def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Time up to which the journals of two runs stay within `PARTED` clearances of each other [s].
-
-    Looked at at the steps of `other`, of which every contact has many.
-    """
+    """Time up to which the journals of two runs stay together within `PARTED`, at the steps of `other` [s]."""
     end = min(run.time[-1], other.time[-1])
     times = other.time[other.time <= end]
     exact = dense(run)(times)
@@ -191,9 +177,8 @@ def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
         If the run was loaded from a file.
     """
     if run.evaluate is None:
-        raise InputError(
-            "argument", "trajectory", "was loaded from a file and has no dense output; run it anew"
-        )
+        problem = "was loaded from a file and has no dense output; run it anew"
+        raise InputError("argument", "trajectory", problem)
     return run.evaluate
 
 

@@ -13,7 +13,6 @@ from linkages.errors import InputError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED
 from linkages.model.experiment import Experiment
 from linkages.outputs.columns import Columns, columns
-from linkages.outputs.registry import pack
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.system import System
 
@@ -31,8 +30,6 @@ class Flow:
         Time reached [s].
     y : (ny,) array
         State: positions and rates of the free coordinates, then bristles; see `linkages.engines.compiled.model`.
-    scale : (ny,) array
-        What an error of each entry is measured by.
     status : Status
         OK as long as the run can go on.
 
@@ -51,13 +48,12 @@ class Flow:
 
     @property
     def scale(self) -> Array:
-        """What an error of each entry of the state is measured by."""
+        """What an error of each entry of the state is measured by, (ny,)."""
         return self._runner.scale
 
     def advance(self, until: float) -> Steps:
         """Go on up to a time, or to where the run fails; returns the steps taken."""
-        parts = []
-        code = PAUSED
+        parts, code = [], PAUSED
         while code == PAUSED:
             part = self._runner.run(self.t, self.y, self._step, _MOST, until)
             parts.append(part)
@@ -87,16 +83,6 @@ class Flow:
         """Compute outputs (see `linkages.outputs.registry`) at times within a piece: all, or those that are named."""
         q, v, a, contacts = self._runner.evaluate(piece, times)
         return columns(self.system, times, q, v, a, contacts, names)
-
-    def check_names(self, names: Sequence[str]) -> None:
-        """Check that there are outputs of these names.
-
-        Raises
-        ------
-        InputError
-            If there is not.
-        """
-        pack(self.system, names)
 
 
 def period_of(experiment: Experiment, drive: str | None = None) -> float:

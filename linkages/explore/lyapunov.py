@@ -112,12 +112,10 @@ def largest_exponent(
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
-    first = Flow(tight)
+    first, second = Flow(tight), Flow(tight)
     if not len(first.y):
-        raise InputError(
-            experiment.source, "drives", "they determine the whole motion: nothing is free to part"
-        )
-    second = Flow(tight)
+        problem = "they determine the whole motion: nothing is free to part"
+        raise InputError(experiment.source, "drives", problem)
     second.put(first.y + distance * first.scale, first)
     logarithms = np.empty((total, renormalisations))
     for turn in range(total):

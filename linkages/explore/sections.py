@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import Status
-from linkages.explore.compare import PARTED, dense
+from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
+from linkages.outputs.registry import pack
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -20,7 +21,6 @@ from linkages.system import System
 Array = NDArray[np.float64]
 
 _HALVINGS = 60
-_LOOSER = 10.0  # ratio of the tolerances of two runs that part
 _LOOKS = 50  # per revolution, at which two runs are compared
 
 
@@ -53,11 +53,7 @@ class Section:
 
 
 def stroboscopic(
-    system: System,
-    names: Sequence[str],
-    revolutions: int,
-    transient: int = 0,
-    drive: str | None = None,
+    system: System, names: Sequence[str], revolutions: int, transient: int = 0, drive: str | None = None
 ) -> Section:
     """Poincare section once per revolution, with the extremes of each revolution.
 
@@ -74,8 +70,7 @@ def stroboscopic(
     Returns
     -------
     Section
-        Of each revolution its end [s], and by name, in the unit of the output, the value there and the extremes within,
-        (nr,) arrays.
+        Of each revolution its end [s], and in the unit of each output the value there and the extremes within.
 
     Raises
     ------
@@ -94,15 +89,13 @@ def stroboscopic(
     """
     period = period_of(system.experiment, drive)
     flow = Flow(lasting(system, transient + revolutions, drive))
-    flow.check_names(names)
+    pack(flow.system, names)
     if transient:
         flow.advance(transient * period)
     times: list[float] = []
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
-    for turn in range(transient + 1, transient + revolutions + 1):
-        if flow.status is not Status.OK:
-            break
-        piece = flow.advance(turn * period)
+    while len(times) < revolutions and flow.status is Status.OK:
+        piece = flow.advance((transient + len(times) + 1) * period)
         if flow.status is not Status.OK:
             break
         evaluate = partial(flow.columns, piece, names=names)
@@ -199,12 +192,10 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     """
     period = period_of(system.experiment, drive)
     fine = lasting(system, most, drive)
-    coarse = fine.replaced({"solver.accuracy": min(_LOOSER * system.experiment.solver.accuracy, 0.1)})
-    flows = Flow(fine), Flow(coarse)
+    flows = Flow(fine), Flow(looser(fine))
     names = [f"{label}.{axis}" for _, label in system.tree.contacts for axis in ("ex", "ey")]
     allowed = np.repeat(PARTED * system.laws["clearance"], 2)
-    looks = int(np.floor(most * _LOOKS))
-    for look in range(1, looks + 1):
+    for look in range(1, int(most * _LOOKS) + 1):
         places = []
         for flow in flows:
             flow.advance(look * period / _LOOKS)

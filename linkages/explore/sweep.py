@@ -128,9 +128,8 @@ def sweep(
     def work(value: float, case: System) -> Point:
         try:
             section = stroboscopic(case, names, revolutions, transient, drive)
-            found = None
-            if horizons and case.touching.any():
-                found = horizon(case, transient + revolutions, drive)
+            wanted = horizons and case.touching.any()
+            found = horizon(case, transient + revolutions, drive) if wanted else None
         except AssemblyError as problem:
             return Point(value, None, problem.status)
         return Point(value, section, section.status, found)

@@ -79,7 +79,7 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
     pose, outputs = np.empty((nb, 5)), np.empty((len(names), len(LOAD_OUTPUTS)))
     body_positions(tree.bodies, q, pose)
     load_outputs(loads, 0.0, pose, np.zeros((nb, 3)), outputs)
-    for (table, name), (_, length, *_) in zip(names, outputs, strict=True):
+    for (table, name), length in zip(names, outputs[:, 1], strict=True):
         if table != "springs" or experiment.springs[name].free_length == 0.0:
             continue
         if length <= _COINCIDENT * tree.extent:

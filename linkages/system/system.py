@@ -25,7 +25,6 @@ from linkages.system.loads import pack_loads
 from linkages.system.tree import Tree, spanning_tree
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +179,7 @@ class System:
     @cached_property
     def gravity(self) -> Array:
         """Gravity in plane axes, (2,) [m/s2]."""
-        gravity: Array = self.mechanism.basis[:, :2].T @ np.array(self.experiment.gravity)
-        return gravity
+        return self.mechanism.basis[:, :2].T @ self.experiment.gravity
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -229,7 +227,7 @@ class System:
         return np.array([model.can_touch for model in self.models], dtype=bool)
 
     @cached_property
-    def bristles(self) -> Indices:
+    def bristles(self) -> NDArray[np.int64]:
         """Contacts whose friction has a state of its own, LuGre's."""
         return np.flatnonzero(self.laws["bristles"])
 
@@ -239,32 +237,13 @@ class System:
     def arrays(self) -> Arrays:
         """All that kernels read of the system."""
         tree = self.tree
-        limits = self.laws["clearance"] * self.film_limits
-        limits[self.touching] = np.inf
-        found = Arrays(
-            tree.bodies,
-            tree.loop_rows,
-            tree.ends,
-            tree.joints,
-            self.laws,
-            self.film_tables,
-            limits,
-            self.touching.astype(np.int64),
-            self.bristles,
-            tree.free_dofs,
-            tree.driven_dofs,
-            tree.powered_dofs,
-            tree.driven_bodies,
-            tree.powered_bodies,
-            *self.motions.arrays,
-            *self.torques.arrays,
-            *self.loads,  # type: ignore[arg-type]  # a tuple of four kinds of arrays
-            self.gravity,
-            tree.extent,
-        )
+        limits = np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
+        linkage = tree.bodies, tree.loop_rows, tree.ends, tree.joints
+        joints = self.laws, self.film_tables, limits, self.touching.astype(np.int64), self.bristles
+        dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
+        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, self.gravity
         # what is called by address is compiled for contiguous arrays, and nothing checks them there
-        parts = (np.ascontiguousarray(x) if isinstance(x, np.ndarray) else x for x in found)
-        return Arrays._make(parts)
+        return Arrays._make([*map(np.ascontiguousarray, (*linkage, *joints, *dofs, *applied)), tree.extent])
 
     @cached_property
     def ideal_arrays(self) -> Arrays:

@@ -9,7 +9,6 @@ from shipped import NAMES, points, run_compiled, shipped
 
 import linkages
 from linkages import InputError, Status
-from linkages.explore.flow import Flow
 from linkages.outputs import registry
 from linkages.outputs.columns import columns
 
@@ -130,7 +129,7 @@ def refusals(system, name):
         lambda: registry.unit(system, name),
         lambda: columns(system, result.time[:1], *states, names=[name]),
         lambda: linkages.simulate_batch(system, outputs=[name]),
-        lambda: Flow(system).check_names([name]),
+        lambda: linkages.stroboscopic(system, [name], revolutions=1),
     ):
         with pytest.raises(InputError) as caught:
             ask()
