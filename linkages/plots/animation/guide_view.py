@@ -58,12 +58,11 @@ def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
     if joint.parent != "world":
         angle += at(f"{joint.parent}.angle") - mechanism.link[joint.parent].angle
     fx, fy, c, s = at(f"{name}.fx"), at(f"{name}.fy"), np.cos(angle), np.sin(angle)
-    corners = [closed(run, f"{name}.corner{k + 1}", times) for k in range(len(CORNERS))]
     return GuideFrames(
         at(f"{name}.offset") / clearance,
         half * at(f"{name}.tilt") / clearance,
         np.stack([c * fx + s * fy, c * fy - s * fx], axis=1),
-        np.stack(corners, axis=1),
+        np.stack([closed(run, f"{name}.corner{k + 1}", times) for k in range(len(CORNERS))], axis=1),
     )
 
 
