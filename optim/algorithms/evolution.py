@@ -51,8 +51,7 @@ def evolve(
 
     def constraints(designs: Array) -> Array:
         values = archive(np.atleast_2d(designs.T))
-        equalities = np.where(values.failed[:, None], np.inf, np.abs(values.equalities))
-        residuals = np.hstack([values.inequalities, equalities]).T - settings.tolerance
+        residuals = np.hstack([values.inequalities, np.abs(values.equalities)]).T - settings.tolerance
         return residuals if designs.ndim == 2 else residuals[:, 0]
 
     def objective(designs: Array) -> Array:
@@ -63,10 +62,8 @@ def evolve(
         generations += 1
         if progress is not None:
             row = [archive.best(settings.tolerance)]
-            state = {
-                "random": random.bit_generator.state,
-                "population": intermediate_result.population.tolist(),
-            }
+            population = intermediate_result.population.tolist()
+            state = {"random": random.bit_generator.state, "population": population}
             best, values = archive.designs[row], archive.values.take(row)
             progress(Progress(generations, settings.generations, best, values, state))
 

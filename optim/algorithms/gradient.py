@@ -30,7 +30,7 @@ from optim.algorithms.archive import Archive
 from optim.algorithms.line_search import Restored, search
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
-from optim.algorithms.standard_form import Partition, Phase, Slopes, StandardForm
+from optim.algorithms.standard_form import Phase, Slopes, StandardForm
 
 #: First step, relative to the scales.
 FIRST_STEP = 0.1
@@ -131,12 +131,10 @@ class _Search:
 
     def _place(self, x: Array) -> None:
         """Go to scaled variables, with the slacks as basis; where there is no value, stay."""
-        n, m = self.form.n, self.form.m
         f, c = self.form.evaluate(x)
-        if not np.isfinite(c if m else f).all():
+        if not np.isfinite(c if len(c) else f).all():
             return
-        slacks = Partition(np.arange(n, n + m), np.arange(n))
-        self.point = Restored(np.concatenate([x, -c]), f, np.zeros(m), slacks)
+        self.point = Restored(np.concatenate([x, -c]), f, np.zeros_like(c), self.form.slacks)
         self.hessian = self.last = None
 
     def _push(self) -> None:
@@ -187,10 +185,8 @@ class _Search:
         try:
             return self.point.partition.tangents(slopes.A)
         except np.linalg.LinAlgError:
-            n, m = self.form.n, self.form.m
             room = np.minimum(self.point.y - phase.low, phase.high - self.point.y)
-            slacks = Partition(np.arange(n, n + m), np.arange(n))
-            self.point = self.point._replace(partition=slacks.improved(slopes.A, room))
+            self.point = self.point._replace(partition=self.form.slacks.improved(slopes.A, room))
             self.hessian = self.last = None
             return self.point.partition.tangents(slopes.A)
 

@@ -23,16 +23,8 @@ SMALLEST_PIVOT = 1e-9
 class Restored(NamedTuple):
     """A point on the constraints.
 
-    Attributes
-    ----------
-    y : (n + m,) array
-        Variables and slacks.
-    f : float
-        Objective.
-    residual : (m,) array
-        What the equations lack, within the tolerance.
-    partition : Partition
-        That it was reached with.
+    Its variables and slacks (n + m,), the objective, what the equations lack, within the tolerance, (m,), and the
+    partition that it was reached with.
     """
 
     y: Array

@@ -41,8 +41,7 @@ def bounded_minimum(H: Array, r: Array, Z: Array, low: Array, high: Array) -> tu
     M = np.vstack([E, (gaps + E.T @ free)[None, :] / size])
     norms = np.linalg.norm(M, axis=0)
     norms[norms == 0.0] = 1.0
-    target = np.zeros(len(M))
-    target[-1] = 1.0
+    target = np.append(np.zeros(len(E)), 1.0)
     weights = np.zeros(M.shape[1])
     if M.shape[1]:
         weights, _ = nnls(M / norms, target, maxiter=100 * M.shape[1])

@@ -32,9 +32,7 @@ class Algorithm(NamedTuple):
 
     Attributes
     ----------
-    module, function, settings : str
-        Module, function and table of settings.
-    summary : str
+    module, function, settings, summary : str
     local : bool
         Searches from a start; its settings have a key `starts`.
     several : bool

@@ -59,9 +59,6 @@ class _Search:
         self.archive = Archive(problem)
         self.iterations = 0
         self.stop: BaseException | None = None
-        #: Stands for the objective where there is none, since constraints are violated: SNOPT passes there.
-        self.beyond = 0.0
-        self._slopes: dict[bytes, Array] = {}
 
     def run(self) -> Result:
         """Solve."""
@@ -79,16 +76,17 @@ class _Search:
     def _solve(self, start: Array, weight: float) -> tuple[Array, Ending]:
         """Call SNOPT, the objective times a weight: where it ends, and why."""
         form = self.form = StandardForm(self.problem, self.archive, start, self.settings.step)
-        self._slopes = {}
+        self._slopes: dict[bytes, Array] = {}
         f, _ = form.evaluate(start / form.width)
+        # stands for the objective where there is none, since constraints are violated: SNOPT passes there
         self.beyond = f if np.isfinite(f) else 0.0
-        n, m, ni = form.n, form.m, len(self.problem.inequalities)
+        n, m = form.n, form.m
         program = MathematicalProgram()
         x = program.NewContinuousVariables(n)
         program.AddBoundingBoxConstraint(form.lower[:n], form.upper[:n], x)
         program.AddCost(lambda at: weight * self._evaluate(at, slice(0, 1))[0], x)
         if m:
-            low = np.where(np.arange(m) < ni, -np.inf, 0.0)
+            low = -form.upper[n:]  # what the slacks may make up for
             program.AddConstraint(lambda at: self._evaluate(at, slice(1, None)), low, np.zeros(m), x)
         options = SolverOptions()
         for name, value in (
@@ -139,11 +137,9 @@ class _Search:
         """Differentiate at a point, once; a new point is an iteration."""
         key = x.tobytes()
         if key not in self._slopes:
-            slopes = self.form.slopes(x)
-            n = self.form.n
-            self._slopes = {key: np.zeros((1 + self.form.m, n))}
-            if slopes is not None:
-                self._slopes[key] = np.vstack([slopes.f[:n], slopes.A[:, :n]])
+            slopes, n = self.form.slopes(x), self.form.n
+            none = np.zeros((1 + self.form.m, n))
+            self._slopes = {key: none if slopes is None else np.vstack([slopes.f[:n], slopes.A[:, :n]])}
             self.iterations += 1
             if self.progress is not None:
                 design = self.form.design(x)[None, :]

@@ -76,12 +76,15 @@ class StandardForm:
         Scaled bounds of variables and slacks.
     width : (n,) array
         Scales of the variables.
+    slacks : Partition
+        With the slacks as basis.
     """
 
     def __init__(self, problem: Problem, archive: Archive, start: Array, step: float) -> None:
         self.problem, self.archive, self._step = problem, archive, step
         self.n = problem.size
         self.m = len(problem.inequalities) + len(problem.equalities)
+        self.slacks = Partition(np.arange(self.n, self.n + self.m), np.arange(self.n))
         width = problem.upper - problem.lower
         known = np.isfinite(width) & (width > 0.0)
         self.width = np.where(known, width, np.maximum(1.0, np.abs(start)))

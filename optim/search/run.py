@@ -135,8 +135,7 @@ def run(
         if result.status == "interrupted":  # an algorithm may end so at a second Ctrl-C
             raise KeyboardInterrupt
         found = recorder.evaluate(np.atleast_2d(result.x))
-        count, failures = store.count()
-        return Outcome(result, found, nominal, count, failures, recorder.elapsed)
+        return Outcome(result, found, nominal, *store.count(), recorder.elapsed)
 
 
 def _opened(task: Task, path: Path, resume: bool) -> Store:
@@ -164,13 +163,7 @@ def _opened(task: Task, path: Path, resume: bool) -> Store:
 
 
 def _check_same(task: Task, store: Store) -> None:
-    """Check that the store is of the same study, algorithm, seed and versions.
-
-    Raises
-    ------
-    InputError
-        Naming the first difference.
-    """
+    """Refuse a store of another study, algorithm, seed or version, by an error that names the first difference."""
     here = json.loads(json.dumps(task.description))
     old, new = dict(leaves(store.meta("task"))), dict(leaves(here))
     for key in (*new, *old):
