@@ -89,7 +89,7 @@ def compare(system: System, progress: Callable[[str], Progress] | None = None) -
     Returns
     -------
     Comparison
-        Both runs, their horizons, the largest differences up to the earlier one, the first contacts side by side.
+        Both runs, their horizons, the differences up to the earlier one, the first contacts side by side.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def differences(
 
 
 def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Time up to which the journals of two runs stay together within `PARTED`, at the steps of `other` [s]."""
+    """Time up to which the journals of two runs stay together, looked at at the steps of `other` [s]."""
     end = min(run.time[-1], other.time[-1])
     times = other.time[other.time <= end]
     exact = dense(run)(times)
@@ -169,13 +169,7 @@ def revolutions(experiment: Experiment, time: float) -> float | None:
 
 
 def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
-    """Dense output of a run.
-
-    Raises
-    ------
-    InputError
-        If the run was loaded from a file.
-    """
+    """Dense output of a run; one that was loaded from a file has none, and is refused."""
     if run.evaluate is None:
         problem = "was loaded from a file and has no dense output; run it anew"
         raise InputError("argument", "trajectory", problem)

@@ -30,6 +30,8 @@ class Flow:
         Time reached [s].
     y : (ny,) array
         State: positions and rates of the free coordinates, then bristles; see `linkages.engines.compiled.model`.
+    scale : (ny,) array
+        What an error of each entry of the state is measured by.
     status : Status
         OK as long as the run can go on.
 
@@ -42,14 +44,9 @@ class Flow:
     def __init__(self, system: System) -> None:
         self.system = system
         self._runner = Runner(system)
-        self.y = self._runner.start
+        self.y, self.scale = self._runner.start, self._runner.scale
         self.t, self.status = 0.0, Status.OK
         self._step = self._runner.first_step
-
-    @property
-    def scale(self) -> Array:
-        """What an error of each entry of the state is measured by, (ny,)."""
-        return self._runner.scale
 
     def advance(self, until: float) -> Steps:
         """Go on up to a time, or to where the run fails; returns the steps taken."""
@@ -86,13 +83,7 @@ class Flow:
 
 
 def period_of(experiment: Experiment, drive: str | None = None) -> float:
-    """Time of a revolution of the named drive, or of the first one of constant speed [s].
-
-    Raises
-    ------
-    InputError
-        If there is no such drive, or none of constant speed.
-    """
+    """Time of a revolution of the named drive, or of the first of constant speed [s]; refused if there is none."""
     turning = {name: d.speed for name, d in experiment.drives.items() if d.prescribed and d.speed}
     if drive is not None and drive not in turning:
         raise InputError("drive", drive, f"has no constant speed; {nearest(drive, turning)}")

@@ -24,15 +24,7 @@ _BLOCKS = 10  # of revolutions, for the standard error
 
 @dataclass(frozen=True)
 class Exponent:
-    """Largest Lyapunov exponent.
-
-    Attributes
-    ----------
-    growth : (nr,) array
-        Mean rate of growth in each revolution, natural [1/s].
-    period : float
-        [s]
-    """
+    """Largest Lyapunov exponent: natural rate of growth in each revolution (nr,) [1/s]; their period [s]."""
 
     growth: Array
     period: float

@@ -70,7 +70,7 @@ def stroboscopic(
     Returns
     -------
     Section
-        Of each revolution its end [s], and in the unit of each output the value there and the extremes within.
+        Of each revolution its end [s], and in each output's unit the value there and the extremes within.
 
     Raises
     ------

@@ -17,16 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Spectrum:
-    """One-sided power spectral density of a column.
+    """One-sided power spectral density of a column: frequencies [Hz] and the density at them, (nf,) arrays.
 
-    Attributes
-    ----------
-    name : str
-        The column.
-    frequency : (nf,) array
-        [Hz]
-    density : (nf,) array
-        [unit of the column squared, per Hz]; its integral is the column's variance.
+    The unit of the density is that of the column squared, per Hz; its integral is the column's variance.
     """
 
     name: str

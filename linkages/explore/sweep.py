@@ -21,17 +21,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Point:
-    """One value of the variable.
+    """One value of the variable; no section if the linkage could not be assembled.
 
-    Attributes
-    ----------
-    value : float
-    section : Section or None
-        None if the linkage could not be assembled.
-    status : Status
-    horizon : float or None
-        Revolutions from the start for which two tolerances agree, see `linkages.explore.sections.horizon`; None
-        where nothing touches, or if it was not asked for.
+    The horizon is that of `linkages.explore.sections.horizon`: revolutions from the start for which two
+    tolerances agree; None where nothing touches, or if it was not asked for.
     """
 
     value: float
@@ -42,18 +35,9 @@ class Point:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Sections at every value of a variable.
+    """Sections of the named outputs at every value of the variable `path`, in the order of the values.
 
-    Attributes
-    ----------
-    path : str
-        Dotted path of the variable.
-    names : tuple of str
-        Outputs.
-    transient : int
-        Revolutions discarded.
-    points : tuple of Point
-        In the order of the values.
+    `transient` revolutions were discarded before each.
     """
 
     path: str

@@ -50,9 +50,8 @@ class Lock:
             holder = self._file.read(20).decode(errors="replace").strip()
             self._file.close()
             by = f"process {holder}" if holder else "another process"
-            raise InputError(
-                self.what, "", f"is in use by {by}; wait for it, or give another --out"
-            ) from None
+            refusal = f"is in use by {by}; wait for it, or give another --out"
+            raise InputError(self.what, "", refusal) from None
         with contextlib.suppress(OSError):  # a full disk: held all the same, but nobody learns by whom
             self._file.truncate(0)
             self._file.write(str(os.getpid()).encode())

@@ -1,8 +1,9 @@
 """Reads the part of SDFormat 1.7+ that describes a mechanism: links, joints, frames and their poses.
 
-Poses follow the standard: ``relative_to`` names any link, joint or frame of the model (nested to any depth); by
-default a link's pose is relative to the model, a frame's to what it is attached to and a joint's to its child. What
-cannot be honoured is refused, never ignored silently, except elements that only a picture or a contact sensor needs.
+Poses follow the standard: ``relative_to`` names any link, joint or frame of the model (nested to any
+depth); by default a link's pose is relative to the model, a frame's to what it is attached to and a
+joint's to its child. What cannot be honoured is refused, never ignored silently, except elements that
+only a picture or a contact sensor needs.
 """
 
 from __future__ import annotations
@@ -115,8 +116,8 @@ class RawJoint:
 class RawModel:
     """Everything the file says, resolved into world coordinates of the drawn configuration.
 
-    `frames` gives the link that carries each named frame, and its pose. `values` are the file's numbers by the dotted
-    paths that `read_sdf` replaces, as written.
+    `frames` has the link that carries each named frame, and its pose; `values` the numbers as written, by the
+    dotted paths that `read_sdf` replaces.
     """
 
     name: str
@@ -383,7 +384,7 @@ class _Reader:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a number stands in the file: alone in an element, or as one of those of a <pose>, which may be empty."""
+    """Where a number stands in the file: alone in an element, or as one of a <pose>, which may be empty."""
 
     element: ET.Element
     index: int | None = None
@@ -411,7 +412,7 @@ class _Place:
 
 
 def _places(element: ET.Element) -> Iterator[tuple[str, _Place]]:
-    """Find every number of a link, joint or frame that a dotted path can name; a <pose> left out is added, empty."""
+    """Find every number that a dotted path can name; where a <pose> was left out, an empty one is added."""
     holders = (element, "pose", _POSE_KEYS), (element.find("inertial"), "com", _POSE_KEYS[:3])
     for holder, prefix, keys in holders:
         if holder is None:

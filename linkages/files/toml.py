@@ -64,13 +64,7 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
 
 
 def value_at(table: Table, path: str, source: Path) -> float:
-    """Return the number at a dotted path of a table.
-
-    Raises
-    ------
-    InputError
-        If there is no such path, or no number there.
-    """
+    """Return the number at a dotted path of a table; refused if there is none."""
     here: Any = table
     for part in path.split("."):
         known = dict(here) if isinstance(here, BaseModel | Mapping) else {}
@@ -87,16 +81,7 @@ def value_at(table: Table, path: str, source: Path) -> float:
 def validate(
     model: type[AnyTable], data: Mapping[str, Any], source: Path, origins: Mapping[str, str] | None = None
 ) -> AnyTable:
-    """Build a table from its values.
-
-    Parameters
-    ----------
-    model : subclass of Table
-    data : mapping
-    source : Path
-        The file, for the error.
-    origins : mapping, optional
-        Where values came from that are not the file's, by dotted path.
+    """Build a table from its values; `origins` has by dotted path where those not of the file came from.
 
     Raises
     ------
@@ -113,13 +98,7 @@ def validate(
 
 
 def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:
-    """Check a table over time: times and values go together, equally many; times increase from 0 or before.
-
-    Raises
-    ------
-    ValueError
-        For pydantic, to be shown with its place.
-    """
+    """Check a table over time: equally many times and values; times increase, from 0 or before."""
     if (values is None) != (times is None):
         raise ValueError(f"times go with {name}")
     if values is None or times is None:

@@ -7,13 +7,7 @@ import platform
 
 
 def versions(*more: str) -> dict[str, str]:
-    """Version of Python and of each package that determines the numbers; "not installed" where it is not.
-
-    Parameters
-    ----------
-    *more : str
-        Further packages.
-    """
+    """Version of Python, of each package that determines the numbers and of `more`; or "not installed"."""
     found = {"python": platform.python_version()}
     for package in sorted({"linkages", "drake", "numba", "numpy", "scipy", *more}):
         try:

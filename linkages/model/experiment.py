@@ -1,6 +1,6 @@
 """What is done with a mechanism: drives, joint models, gravity, duration, tolerances; read from TOML.
 
-The comment that follows a value in the file is kept as its source ("Table 4", "assumed"), and shown in reports. Every
+The comment that follows a value in the file is its source ("Table 4", "assumed"), shown in reports. Every
 value can be replaced by its dotted path, here and on the command line alike: ``joints.A.clearance``,
 ``drives.O1.speed``; values of the SDF file are reached as ``sdf.links.link2.mass``.
 """

@@ -1,9 +1,9 @@
 """The machine: links, joints and frames of a planar linkage, read from SDFormat.
 
-Everything here is given in the **drawn configuration**, the pose in which the SDF file draws the links, and in **plane
-axes**: x_P, y_P span the plane of motion, its normal n = x_P x y_P is the axis of all revolute joints. For joints about
-world z these are the world's x and y, about world y they are x and z, about world x they are y and z. Angles are
-counter-clockwise about n. SI units.
+Everything here is given in the **drawn configuration**, the pose in which the SDF file draws the links, and
+in **plane axes**: x_P, y_P span the plane of motion, its normal n = x_P x y_P is the axis of all revolute
+joints. For joints about world z these are the world's x and y, about world y they are x and z, about world x
+they are y and z. Angles are counter-clockwise about n. SI units.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Link(RawLink):
     origin : (2,) array
         Drawn position of the link frame's origin [m].
     angle : float
-        Drawn angle of the link frame's x axis [rad] (of its y axis, less 90 degrees, where x is normal to the plane).
+        Drawn angle of the link frame's x axis [rad] (y axis less 90 degrees, where x is the plane's normal).
     com : (2,) array
         Drawn position of the mass centre [m].
     inertia : float
@@ -176,8 +176,8 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     path : str or Path
         The ``.sdf`` file.
     overrides : mapping of str to float, optional
-        Values that replace those of the file; see `linkages.files.sdf.read_sdf`. Besides those, ``links.NAME.inertia``
-        sets the moment of inertia about the plane's normal [kg m2] (the tensor is scaled).
+        Values that replace those of the file; see `linkages.files.sdf.read_sdf`. Besides those,
+        ``links.NAME.inertia`` sets the moment about the plane's normal [kg m2] (the tensor is scaled).
 
     Returns
     -------

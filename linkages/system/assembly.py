@@ -26,14 +26,9 @@ _CONTINUATION = 0.05  # largest step of a drive from the drawn pose to its start
 class Assembly:
     """A linkage assembled at t = 0 on the branch that the SDF file draws.
 
-    Attributes
-    ----------
-    q, v : (n,) arrays
-        Coordinates of the *ideal* linkage (displaced by the joints' offsets) and their rates.
-    mobility : int
-        Degrees of freedom of the ideal linkage.
-    quality : float
-        Smallest over largest singular value of the closure Jacobian's free columns; zero at a singular position.
+    q and v (n,) are coordinates of the *ideal* linkage (displaced by the joints' offsets) and their rates,
+    `mobility` its degrees of freedom. The quality is the smallest over the largest singular value of the
+    closure Jacobian's free columns: zero at a singular position, NaN where the drives do not determine it.
     """
 
     q: Array

@@ -61,12 +61,7 @@ def _turned(force: Force, angle: float) -> tuple[Pieces, Pieces]:
 
 
 def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) -> None:
-    """Check that springs with a free length have a direction at the start.
-
-    Parameters
-    ----------
-    q : (n,) array
-        Coordinates at t = 0.
+    """Check that springs with a free length have a direction at t = 0, where the coordinates are q (n,).
 
     Raises
     ------

@@ -34,11 +34,6 @@ class System:
     Everything below is computed when it is first asked for, and then kept. nc contacts: a journal with play is one, a
     guide with play has four.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    experiment : Experiment
-
     Raises
     ------
     InputError

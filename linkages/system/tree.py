@@ -13,30 +13,13 @@ from scipy.cluster.hierarchy import DisjointSet
 
 from linkages.errors import InputError
 from linkages.model.mechanism import Joint, Mechanism
-from linkages.planar.record_types import (
-    ALONG_BODY,
-    ALONG_WORLD,
-    ANGLE,
-    BODY,
-    CORNER,
-    ENDS,
-    FIXED,
-    JOINT,
-    JOURNAL,
-    OF_CORNERS,
-    OF_JOURNAL,
-    OF_ROWS,
-    OF_TREE,
-    PRISMATIC,
-    REVOLUTE,
-    ROW,
-)
+from linkages.planar import record_types as types
 
 Array = NDArray[np.float64]
 
 _ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}  # that close a cut joint
-_TYPE = {"fixed": FIXED, "revolute": REVOLUTE, "prismatic": PRISMATIC}
-_MOVING = list(BODY.names or ()).index("moving")
+_TYPE = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
+_MOVING = list(types.BODY.names or ()).index("moving")
 #: Corners of a block, along and across its slot, in units of half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -131,15 +114,15 @@ class Tree:
             joint = self.mechanism.joint[name]
             bearing = self.marker(joint.parent, joint.on_parent)
             if joint.slot is None:
-                rows.append((JOURNAL, bearing, self.marker(joint.child, joint.on_child), 0.0, 0.0, 0.0))
+                rows.append((types.JOURNAL, bearing, self.marker(joint.child, joint.on_child), 0.0, 0.0, 0.0))
                 continue
             along = joint.direction
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
                 corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
                 marker = self.marker(joint.child, joint.on_child + corner)
-                rows.append((CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
-        return np.array(rows, ENDS)
+                rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
+        return np.array(rows, types.ENDS)
 
     @cached_property
     def joints(self) -> NDArray[np.record]:
@@ -160,14 +143,14 @@ class Tree:
         for joint in self.mechanism.joints:
             name, backwards = joint.name, False
             if name in contacts:
-                source, at = OF_JOURNAL if joint.slot is None else OF_CORNERS, contacts[name]
+                source, at = types.OF_JOURNAL if joint.slot is None else types.OF_CORNERS, contacts[name]
             elif name in first:
-                source, at = OF_ROWS, first[name]
+                source, at = types.OF_ROWS, first[name]
             else:
-                source, (at, backwards) = OF_TREE, carried[name]
+                source, (at, backwards) = types.OF_TREE, carried[name]
             child, parent = self.marker(joint.child, joint.on_child), self.index[joint.parent]
             records.append((source, _TYPE[joint.type], at, backwards, parent, child, *joint.direction))
-        return np.array(records, JOINT)
+        return np.array(records, types.JOINT)
 
     @cached_property
     def driven_bodies(self) -> NDArray[np.int64]:
@@ -223,12 +206,12 @@ class Tree:
             ends = self.marker(joint.parent, on_parent), self.marker(joint.child, joint.on_child)
             if joint.type == "prismatic":
                 across = (-joint.direction[1], joint.direction[0])
-                rows += [(ALONG_BODY, *ends, *across), (ANGLE, *ends, 0.0, 0.0)]
+                rows += [(types.ALONG_BODY, *ends, *across), (types.ANGLE, *ends, 0.0, 0.0)]
             else:
-                rows += [(ALONG_WORLD, *ends, 1.0, 0.0), (ALONG_WORLD, *ends, 0.0, 1.0)]
+                rows += [(types.ALONG_WORLD, *ends, 1.0, 0.0), (types.ALONG_WORLD, *ends, 0.0, 1.0)]
             if joint.type == "fixed":
-                rows.append((ANGLE, *ends, 0.0, 0.0))
-        return np.array(rows, ROW)
+                rows.append((types.ANGLE, *ends, 0.0, 0.0))
+        return np.array(rows, types.ROW)
 
 
 def spanning_tree(
@@ -236,17 +219,8 @@ def spanning_tree(
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
-    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    play : collection of str
-        Revolute joints with play.
-    driven : sequence of str
-        Joints with a prescribed motion.
-    powered : sequence of str
-        Joints with an applied torque.
+    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. Play, driven and
+    powered are names of joints, as in `Tree`.
 
     Raises
     ------
@@ -275,7 +249,7 @@ def spanning_tree(
             builder.grow(link)
     return Tree(
         mechanism,
-        np.array(builder.rows, BODY),
+        np.array(builder.rows, types.BODY),
         builder.index,
         tuple(builder.coordinates),
         builder.edges,
@@ -295,7 +269,7 @@ class _Builder:
         self.driven = driven
         self.joints = joints
         self.rows: list[tuple[Any, ...]] = [
-            ((-1, 0.0, 0.0), FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+            ((-1, 0.0, 0.0), types.FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         ]
         self.index = {"world": 0}
         self.drawn = [np.zeros(2)]
@@ -304,8 +278,7 @@ class _Builder:
 
     def grow(self, start: str) -> None:
         front = [start]
-        while front:
-            inner = front.pop(0)
+        for inner in front:  # which becomes longer meanwhile
             for joint in self.joints:
                 if inner not in (joint.parent, joint.child):
                     continue
@@ -318,9 +291,9 @@ class _Builder:
         """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
         com, none = self.mechanism.link[name].com, np.zeros(2)
         x_slide, y_slide = len(self.rows), len(self.rows) + 1
-        self._add(f"{name}.x", 0, PRISMATIC, 1.0, com, np.array([1.0, 0.0]), com, "")
-        self._add(f"{name}.y", x_slide, PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
-        self._add(f"{name}.angle", y_slide, REVOLUTE, 1.0, none, none, com, name)
+        self._add(f"{name}.x", 0, types.PRISMATIC, 1.0, com, np.array([1.0, 0.0]), com, "")
+        self._add(f"{name}.y", x_slide, types.PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
+        self._add(f"{name}.angle", y_slide, types.REVOLUTE, 1.0, none, none, com, name)
 
     def _attach(self, joint: Joint, inner: str, outer: str) -> None:
         backwards = inner == joint.child
@@ -336,7 +309,7 @@ class _Builder:
     ) -> None:
         """Add a body, massless if it is no link, and the joint at `at` on its parent that carries it."""
         dof = -1
-        if kind != FIXED:
+        if kind != types.FIXED:
             dof = len(self.coordinates)
             self.coordinates.append(name)
         motion = self.driven.index(name) if name in self.driven else -1
