@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -104,9 +103,7 @@ def rank() -> dict[str, Any]:
     return {"designs": len(good), "rank": float(spearmanr(turning[good], jitter).statistic)}
 
 
-PARTS: dict[str, Callable[[], Any]] = {
-    "rank": rank, "surrogate": surrogate, "bounds": bounds, "line": line, "nearby": nearby,
-}  # fmt: skip
+PARTS = (rank, surrogate, bounds, line, nearby)
 
 
 def minima(values: list[float]) -> int:
@@ -197,8 +194,8 @@ def draw(found: dict[str, Any]) -> None:
 if __name__ == "__main__":
     results = Path(sys.argv[1] if len(sys.argv) > 1 else "fourbar_landscape.json")
     data: dict[str, Any] = json.loads(results.read_text(encoding="utf-8")) if results.exists() else {}
-    for key, compute in PARTS.items():
-        if key not in data:
+    for compute in PARTS:
+        if (key := compute.__name__) not in data:
             data[key] = compute()
             results.write_text(json.dumps(data, indent=1), encoding="utf-8")
             print(f"{key}: {data[key]}", flush=True)

@@ -46,12 +46,6 @@ def sphere(designs: np.ndarray) -> Evaluations:
     return Evaluations((designs**2).sum(axis=1)[:, None], np.empty((m, 0)), ("ok",) * m, ("",) * m)
 
 
-def values(found: Evaluations) -> Values:
-    """Make all feasible."""
-    nothing = np.empty((len(found), 0))
-    return Values(found.objectives, nothing, nothing, found.failed)
-
-
 def walk(problem: Problem, progress, generations: int = 200) -> Result:
     """Ask for random populations."""
     rng = np.random.default_rng(0)
@@ -68,7 +62,11 @@ def store() -> None:
     names = tuple(f"x{k}" for k in range(n))
 
     def problem(evaluate: Callable[[np.ndarray], Evaluations], nominal: Evaluations) -> Problem:
-        return Problem(-np.ones(n), np.ones(n), lambda designs: values(evaluate(designs)))
+        def all_feasible(designs: np.ndarray) -> Values:
+            found, nothing = evaluate(designs), np.empty((len(designs), 0))
+            return Values(found.objectives, nothing, nothing, found.failed)
+
+        return Problem(-np.ones(n), np.ones(n), all_feasible)
 
     task = Task({}, {}, names, ("f",), (), np.zeros(n), sphere, problem, walk)
     start = time.perf_counter()

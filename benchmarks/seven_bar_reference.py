@@ -20,19 +20,13 @@ Array = NDArray[np.float64]
 
 
 class FreeMotion(NamedTuple):
-    """Equations of motion of a mechanism's free coordinates, its drives eliminated.
+    """Equations of motion of a mechanism's free coordinates, its drives eliminated; y: these, and their rates (2n,)."""
 
-    Attributes
-    ----------
-    rates : callable
-        ``rates(t, y)`` gives y' (2n,) of y = free coordinates and their rates.
-    start : (2n,) array
-    eccentricities : callable
-        ``eccentricities(t, y)`` gives those of the clearance joints (nj, 2) [m].
-    """
-
+    #: ``rates(t, y)`` gives y' (2n,).
     rates: Callable[[float, Array], Array]
+    #: y at the start (2n,).
     start: Array
+    #: ``eccentricities(t, y)`` gives those of the clearance joints (nj, 2) [m].
     eccentricities: Callable[[float, Array], Array]
 
 
@@ -79,15 +73,8 @@ def free_motion(system: System) -> FreeMotion:
 def reference(system: System) -> Callable[[Array], Array]:
     """Eccentricities (nt, nj, 2) over time by SciPy's Radau at a tolerance of 1e-10."""
     motion = free_motion(system)
-    run = solve_ivp(
-        motion.rates,
-        (0.0, system.experiment.duration),
-        motion.start,
-        method="Radau",
-        rtol=1e-10,
-        atol=1e-13,
-        dense_output=True,
-    )
+    span = (0.0, system.experiment.duration)
+    run = solve_ivp(motion.rates, span, motion.start, "Radau", rtol=1e-10, atol=1e-13, dense_output=True)
     return lambda times: np.array([motion.eccentricities(t, run.sol(t)) for t in times])
 
 
@@ -99,6 +86,5 @@ def orbit_error(orbit: Array, truth: Array) -> float:
     orbit, truth : (nt, nj, 2) arrays
         Eccentricities at the same times.
     """
-    size = np.hypot(truth[..., 0], truth[..., 1]).max(axis=0)
-    apart = orbit - truth
-    return float((np.hypot(apart[..., 0], apart[..., 1]).max(axis=0) / size).max())
+    apart, size = (np.hypot(e[..., 0], e[..., 1]).max(axis=0) for e in (orbit - truth, truth))
+    return float((apart / size).max())

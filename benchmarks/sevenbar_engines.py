@@ -28,6 +28,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -69,6 +70,10 @@ class Line:
         self.error = orbit_error(orbit, exact(times))
 
 
+def by_tolerance(code, run, tolerances):
+    return [Line(code, f"{tolerance:.0e}", partial(run, tolerance)) for tolerance in tolerances]
+
+
 def compiled_lines(system):
     ex, ey = CLEARANCE_OUTPUTS.index("ex"), CLEARANCE_OUTPUTS.index("ey")
 
@@ -82,10 +87,7 @@ def compiled_lines(system):
         contacts = runner.evaluate(join([record]), TIMES)[3]
         return wall, TIMES, contacts[:, :, [ex, ey]]
 
-    return [
-        Line("compiled", f"{accuracy:.0e}", lambda accuracy=accuracy: run(accuracy))
-        for accuracy in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
-    ]
+    return by_tolerance("compiled", run, (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9))
 
 
 def drake_lines(system):
@@ -96,10 +98,11 @@ def drake_lines(system):
         wall, _, times, orbit = one_run(changed)
         return wall, times, orbit
 
+    settings = ((1e-5, 5e-3), (1e-5, 2e-3), (1e-6, 5e-3), (1e-6, 2e-3), (1e-7, 2e-3), (1e-8, 2e-3))
     return [
-        Line("drake", f"{accuracy:.0e}, {step:.0e} s", lambda accuracy=accuracy, step=step: run(accuracy, step))
-        for accuracy, step in ((1e-5, 5e-3), (1e-5, 2e-3), (1e-6, 5e-3), (1e-6, 2e-3), (1e-7, 2e-3), (1e-8, 2e-3))
-    ]  # fmt: skip
+        Line("drake", f"{accuracy:.0e}, {step:.0e} s", partial(run, accuracy, step))
+        for accuracy, step in settings
+    ]
 
 
 def paper_lines(system):
@@ -111,11 +114,11 @@ def paper_lines(system):
         _, at = paper_formulation.solve(paper_formulation.Data(), TIMES[-1], tolerance, method)
         return time.perf_counter() - begun, TIMES, at(TIMES)[0]
 
-    return [
-        Line(f"paper-{method.lower()}", f"{tolerance:.0e}", lambda m=method, tolerance=tolerance: run(m, tolerance))
-        for method in ("Radau", "LSODA")
-        for tolerance in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-    ]  # fmt: skip
+    tolerances = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+    radau, lsoda = (
+        by_tolerance(f"paper-{m.lower()}", partial(run, m), tolerances) for m in ("Radau", "LSODA")
+    )
+    return radau + lsoda
 
 
 def kernel_lines(system):
@@ -127,35 +130,25 @@ def kernel_lines(system):
             motion.rates, motion.start, TIMES, tfirst=True, rtol=tolerance, atol=1e-3 * tolerance, mxstep=100_000
         )  # fmt: skip
         wall = time.perf_counter() - begun
-        return (
-            wall,
-            TIMES,
-            np.array([motion.eccentricities(t, y) for t, y in zip(TIMES, states, strict=True)]),
-        )
+        return wall, TIMES, np.array(list(map(motion.eccentricities, TIMES, states)))
 
-    return [
-        Line("kernels-lsoda", f"{tolerance:.0e}", lambda tolerance=tolerance: run(tolerance))
-        for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
-    ]
+    return by_tolerance("kernels-lsoda", run, (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10))
 
 
 def exudyn_lines(system):
     import exudyn  # noqa: F401  (the reason to skip it is said here)
     from sevenbar_exudyn import Model
 
-    return [
-        Line("exudyn", f"{n} steps", lambda n=n: Model(system).run(system.experiment.duration, n))
-        for n in (1000, 2000, 4000, 8000, 16000, 64000)
-    ]
+    def run(steps):
+        return Model(system).run(system.experiment.duration, steps)
+
+    return [Line("exudyn", f"{n} steps", partial(run, n)) for n in (1000, 2000, 4000, 8000, 16000, 64000)]
 
 
 CODES = {
-    "compiled": compiled_lines,
-    "drake": drake_lines,
-    "paper": paper_lines,
-    "kernels-lsoda": kernel_lines,
+    "compiled": compiled_lines, "drake": drake_lines, "paper": paper_lines, "kernels-lsoda": kernel_lines,
     "exudyn": exudyn_lines,
-}
+}  # fmt: skip
 EQUAL = (1e-2, 1e-3, 1e-4, 1e-5)
 
 
@@ -177,17 +170,15 @@ def all_lines(lines) -> list[list[str]]:
 
 def equal_errors(lines) -> list[list[str]]:
     """Rows of the table of wall times at equal error, and how often those of the first code."""
-    codes = list(dict.fromkeys(line.code for line in lines))
-    walls = {
-        code: [wall_at(e, [line for line in lines if line.code == code]) for e in EQUAL] for code in codes
-    }
+    codes = {line.code: [other for other in lines if other.code == line.code] for line in lines}
+    walls = {code: np.array([wall_at(error, own) for error in EQUAL]) for code, own in codes.items()}
+    first = next(iter(walls.values()))
     rows = [["wall [ms/s] at an orbit error of", *(f"{error:.0e}" for error in EQUAL)]]
-    for code in codes:
-        cells = [
-            f"{1e3 * wall:.2f} ({wall / own:.3g} x)" if np.isfinite(wall / own) else "-"
-            for wall, own in zip(walls[code], walls[codes[0]], strict=True)
-        ]
-        rows.append([code, *cells])
+    for code, wall in walls.items():
+        pairs = zip(1e3 * wall, wall / first, strict=True)
+        rows.append(
+            [code, *(f"{ms:.2f} ({ratio:.3g} x)" if np.isfinite(ratio) else "-" for ms, ratio in pairs)]
+        )
     return rows
 
 
@@ -205,8 +196,8 @@ def markdown(rows) -> str:
 
 def page(lines, rounds) -> str:
     """Return docs/benchmarks.md."""
-    done = [name for name in ("drake", "exudyn", "numba", "numpy", "scipy") if find_spec(name)]
-    versions = ", ".join(f"{name} {version(name)}" for name in done)
+    packages = ("drake", "exudyn", "numba", "numpy", "scipy")
+    versions = ", ".join(f"{name} {version(name)}" for name in packages if find_spec(name))
     about = __doc__.partition("\n\n")[2]
     return f"""# Benchmarks
 

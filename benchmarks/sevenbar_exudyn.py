@@ -32,9 +32,8 @@ def film(law, table, omega_bearing):
 
     @njit
     def force(ex, ey, vx, vy, omega):
-        fx, fy, _, _ = clearance_force(
-            law, table, ex, ey, vx, vy, omega_bearing, omega_bearing + omega, 0.0, 0.0
-        )
+        both = omega_bearing + omega
+        fx, fy, _, _ = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, 0.0, 0.0)
         return -fx, -fy
 
     return force
@@ -83,39 +82,30 @@ class Model:
         body_positions(tree.bodies, self.assembly.q, self.pose)
         body_velocities(tree.bodies, self.pose, self.assembly.v, self.velocity)
         self.nodes, self.objects = {}, {"world": self.solver.AddObject(items.ObjectGround())}
-        self.still = self.solver.AddMarker(
-            items.MarkerNodeCoordinate(nodeNumber=self.solver.AddNode(items.NodePointGround()), coordinate=0)
-        )
+        ground = self.solver.AddNode(items.NodePointGround())
+        self.still = self.solver.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
         for link in tree.mechanism.links:
             i = tree.index[link.name]
             body, (x, y, angle, c, s), (omega, vx, vy) = tree.bodies[i], self.pose[i], self.velocity[i]
             rx, ry = c * body.cx - s * body.cy, s * body.cx + c * body.cy
-            self.nodes[link.name] = self.solver.AddNode(
-                items.NodeRigidBody2D(
-                    referenceCoordinates=[x + rx, y + ry, angle],
-                    initialVelocities=[vx - omega * ry, vy + omega * rx, omega],
-                )
-            )
-            self.objects[link.name] = self.solver.AddObject(
-                items.ObjectRigidBody2D(
-                    mass=body.mass, inertia=body.inertia, nodeNumber=self.nodes[link.name]
-                )
-            )
+            place, rates = [x + rx, y + ry, angle], [vx - omega * ry, vy + omega * rx, omega]
+            node = items.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=rates)
+            self.nodes[link.name] = number = self.solver.AddNode(node)
+            rigid = items.ObjectRigidBody2D(mass=body.mass, inertia=body.inertia, nodeNumber=number)
+            self.objects[link.name] = self.solver.AddObject(rigid)
 
     def _point(self, link, drawn):
         body = self.tree.bodies[self.tree.index[link]]
         x, y = self.tree.local(link, drawn) - (body.cx, body.cy)
-        return self.solver.AddMarker(
-            self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=[x, y, 0.0])
-        )
+        marker = self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=[x, y, 0.0])
+        return self.solver.AddMarker(marker)
 
     def _hold(self, link, coordinate, rate) -> None:
         """Keep the rate of a coordinate of a link: 0, 1 position, 2 angle."""
         marker = self.items.MarkerNodeCoordinate(nodeNumber=self.nodes[link], coordinate=coordinate)
         ends = [self.still, self.solver.AddMarker(marker)]
-        self.solver.AddObject(
-            self.items.ObjectConnectorCoordinate(markerNumbers=ends, offset=rate, velocityLevel=True)
-        )
+        connector = self.items.ObjectConnectorCoordinate(markerNumbers=ends, offset=rate, velocityLevel=True)
+        self.solver.AddObject(connector)
 
     def _add_film(self, ends, force) -> None:
         force(1e-6, 0.0, 0.0, 0.0, 0.0)  # compiles
@@ -130,14 +120,9 @@ class Model:
                 markerNumbers=ends, stiffness=zero, damping=zero, springForceTorqueUserFunction=connector
             )
         )
-        displacement = self.exudyn.OutputVariableType.DisplacementLocal
-        self.sensors.append(
-            self.solver.AddSensor(
-                self.items.SensorObject(
-                    objectNumber=item, outputVariableType=displacement, storeInternal=True
-                )
-            )
-        )
+        seen = self.exudyn.OutputVariableType.DisplacementLocal
+        sensor = self.items.SensorObject(objectNumber=item, outputVariableType=seen, storeInternal=True)
+        self.sensors.append(self.solver.AddSensor(sensor))
 
     def run(self, duration, steps):
         """Integrate with this many steps after the graded ones; wall seconds, times, eccentricities (nt, nj, 2)."""
@@ -147,6 +132,7 @@ class Model:
         integration.verboseMode = 0
         integration.newton.useModifiedNewton = True
         integration.newton.relativeTolerance, integration.newton.absoluteTolerance = NEWTON, 1e-2 * NEWTON
+        rule = self.exudyn.DynamicSolverType.TrapezoidalIndex2
         graded = np.concatenate([[0.0], GRADED * 10.0 ** np.arange(1 - DECADES, 1)])
         parts = [(a, b, PER_DECADE) for a, b in pairwise(graded)]
         wall, seen = 0.0, []
@@ -154,11 +140,7 @@ class Model:
             integration.startTime, integration.endTime, integration.numberOfSteps = a, b, count
             settings.solution.sensors.writePeriod = max((b - a) / count, 2e-3)
             begun = time.perf_counter()
-            done = self.solver.SolveDynamic(
-                settings,
-                solverType=self.exudyn.DynamicSolverType.TrapezoidalIndex2,
-                updateInitialValues=True,
-            )
+            done = self.solver.SolveDynamic(settings, solverType=rule, updateInitialValues=True)
             wall += time.perf_counter() - begun
             if not done:
                 raise RuntimeError(f"Exudyn's Newton iteration failed between {a:g} and {b:g} s")

@@ -130,6 +130,8 @@ lies farthest from the plane through the extremes, each objective measured by it
 
 ## Settings
 
+| algorithm | key | default | meaning |
+|---|---|---|---|
 """
 
 _ADD = r"""
@@ -184,32 +186,26 @@ class Row(NamedTuple):
 
 def measure(example: Example) -> Row:
     """Solve a problem by both gradient methods."""
-    populations = 0
-    problem = example.problem
+    populations, problem = [], example.problem
 
     def evaluate(designs):
-        nonlocal populations
-        populations += 1
+        populations.append(designs)
         return problem.evaluate(designs)
 
     result = minimise("grg", dataclasses.replace(problem, evaluate=evaluate))
     other = minimise("snopt", problem)
     error = abs(other.values.objectives[0, 0] - example.optimum) / max(1.0, abs(example.optimum))
-    solved = error <= 1e-6 and other.values.feasible(1e-6)[0]
-    return Row(
-        example, float(result.values.objectives[0, 0]), result.iterations, result.evaluations, populations,
-        other.evaluations if solved else None,
-    )  # fmt: skip
+    snopt = other.evaluations if error <= 1e-6 and other.values.feasible(1e-6)[0] else None
+    found = float(result.values.objectives[0, 0])
+    return Row(example, found, result.iterations, result.evaluations, len(populations), snopt)
 
 
 def fixed(example: Example) -> str:
     """Beginning of a row, which does not depend on a measurement."""
     problem = example.problem
     kinds = ", ".join(_KINDS[letter] for letter in example.kind)
-    return (
-        f"| {example.number} | {kinds} | {problem.size} | {len(problem.inequalities)} + {len(problem.equalities)} "
-        f"| {example.optimum:.9g} |"
-    )
+    constraints = f"{len(problem.inequalities)} + {len(problem.equalities)}"
+    return f"| {example.number} | {kinds} | {problem.size} | {constraints} | {example.optimum:.9g} |"
 
 
 def table(rows: list[Row]) -> str:
@@ -228,19 +224,15 @@ def table(rows: list[Row]) -> str:
 
 def page(problems: str) -> str:
     """Write the page around the table of problems."""
-    text = _HEAD
+    summaries, settings = "", ""
     for name, algorithm in ALGORITHMS.items():
         objectives, start = "several" if algorithm.several else "one", "yes" if algorithm.local else "no"
-        text += f"| `{name}` | {algorithm.summary} | {objectives} | {start} |\n"
-    text += _RULES
-    text += "".join(f"| `{ending.value}` | {ending.remedy} |\n" for ending in Ending)
-    text += _THEORY + problems + _AFTER
-    text += "| algorithm | key | default | meaning |\n|---|---|---|---|\n"
-    for name, algorithm in ALGORITHMS.items():
+        summaries += f"| `{name}` | {algorithm.summary} | {objectives} | {start} |\n"
         defaults = algorithm.table()
         for key, meaning in table_keys(algorithm.table):
-            text += f"| `{name}` | `{key}` | {getattr(defaults, key)} | {meaning} |\n"
-    return text + _ADD
+            settings += f"| `{name}` | `{key}` | {getattr(defaults, key)} | {meaning} |\n"
+    remedies = "".join(f"| `{ending.value}` | {ending.remedy} |\n" for ending in Ending)
+    return _HEAD + summaries + _RULES + remedies + _THEORY + problems + _AFTER + settings + _ADD
 
 
 if __name__ == "__main__":

@@ -12,8 +12,7 @@ START, END = "<!-- house: docs/make_architecture.py -->\n", "<!-- house end -->\
 
 def page(text: str) -> str:
     """Return the page with the folders as the contracts and their docstrings have them."""
-    before, _, rest = text.partition(START)
-    _, _, after = rest.partition(END)
+    before, after = text.partition(START)[0], text.partition(END)[2]
     return "".join([before, START, "\n", house(), "\n", END, after])
 
 

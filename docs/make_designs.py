@@ -13,12 +13,7 @@ from optim import find_study, load_study, optimise
 STUDIES = ("sevenbar_force", "sevenbar_acceleration")
 
 
-def record(name: str) -> None:
-    """Solve a shipped study and keep its answer."""
-    study = load_study(find_study(name))
-    write_record(study, optimise(study), "python docs/make_designs.py")
-
-
 if __name__ == "__main__":
-    for study_name in STUDIES:
-        record(study_name)
+    for name in STUDIES:
+        study = load_study(find_study(name))
+        write_record(study, optimise(study), "python docs/make_designs.py")

@@ -1,5 +1,6 @@
 """Writes docs/experiment.md, the list of keys of an experiment file: ``python docs/make_experiment.py``."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from linkages.model.experiment import keys
@@ -65,11 +66,14 @@ This list is written by `python docs/make_experiment.py`; `linkages keys` prints
 """
 
 
+def rows(pairs: Iterable[tuple[str, str]]) -> str:
+    """Write rows of keys and meanings."""
+    return "".join(f"| `{name}` | {meaning.replace('|', chr(92) + '|')} |\n" for name, meaning in pairs)
+
+
 def markdown() -> str:
     """Return the page."""
-    return _HEAD + "".join(
-        f"| `{name}` | {meaning.replace('|', chr(92) + '|')} |\n" for name, meaning in keys()
-    )
+    return _HEAD + rows(keys())
 
 
 if __name__ == "__main__":

@@ -17,13 +17,11 @@ from linkages.laws.contact.contacts import contact_force
 from linkages.laws.contact.forces import CLIP
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
-from linkages.plots.style import COLORS
+from linkages.plots.style import COLORS, LINES
 
 HERE = Path(__file__).parent
 #: Chen et al. (2025), Tables 4-5, clearance 0.3 mm; mass and speed of the impact do not matter, but for Kelvin-Voigt.
 RADIUS, CLEARANCE, MASS, SPEED, LINEAR = 0.015, 0.3e-3, 0.2, 0.3, 1e8
-#: A line style for each round of the palette.
-STYLES = ("-", "--")
 
 
 @njit
@@ -55,21 +53,17 @@ def restitution_figure(path: Path) -> None:
     nominal = np.linspace(0.02, 1.0, 50)
     figure, axes = plt.subplots(figsize=(7.0, 5.6))
     axes.plot([0, 1], [0, 1], color="0.6", lw=3.0, alpha=0.5, label="nominal")
-    shown = [name for name, law in CONTACTS.items() if not law.conformal]
-    for i, name in enumerate(shown):
-        law, values = CONTACTS[name], []
-        linear = name == "kelvin-voigt"
+    for i, (name, law) in enumerate((name, law) for name, law in CONTACTS.items() if not law.conformal):
+        values, linear = [], name == "kelvin-voigt"
         joint["contact"], joint["stiffness"] = law.address, LINEAR if linear else hertz
-        for e in map(float, nominal):
-            if linear and e < math.exp(-2.0):
-                values.append(math.nan)
-                continue
+        reached = nominal[nominal >= math.exp(-2.0)] if linear else nominal
+        for e in map(float, reached):
             joint["hysteresis"] = law.factor(e)
             joint["damping"] = kelvin_voigt_damping(LINEAR, MASS, e) if linear else 0.0
             values.append(measure(joint[()], 1e-7))
         label = f"{name} (and the cylinder laws)" if name == "lankarani-nikravesh" else name
-        color, style = COLORS[i % len(COLORS)], STYLES[i // len(COLORS)]
-        axes.plot(nominal, values, ls=style, lw=1.4, color=color, label=label)
+        color, style = COLORS[i % len(COLORS)], LINES[i // len(COLORS)]
+        axes.plot(reached, values, ls=style, lw=1.4, color=color, label=label)
     axes.set(xlabel="nominal restitution e [-]", ylabel="effective restitution of a free impact [-]")
     axes.set(xlim=(0, 1), ylim=(0, 1.02))
     axes.legend(fontsize=8, loc="lower right")

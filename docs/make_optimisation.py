@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from make_experiment import rows
+
 from linkages.files.toml import table_keys
 from optim.problem.schema import StudyFile
 
@@ -13,12 +15,7 @@ MARK = "| key | meaning [unit] |\n|---|---|\n"
 
 def page(text: str) -> str:
     """Return the page with its list written anew."""
-    head = text.split(MARK)[0]
-    rows = []
-    for name, meaning in table_keys(StudyFile):
-        escaped = meaning.replace("|", "\\|")
-        rows.append(f"| `{name}` | {escaped} |\n")
-    return head + MARK + "".join(rows)
+    return text.split(MARK)[0] + MARK + rows(table_keys(StudyFile))
 
 
 if __name__ == "__main__":

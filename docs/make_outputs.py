@@ -10,8 +10,7 @@ START, END = "<!-- outputs: docs/make_outputs.py -->\n", "<!-- outputs end -->\n
 
 def page(text: str) -> str:
     """Return the page with the table as the registry has it."""
-    before, _, rest = text.partition(START)
-    _, _, after = rest.partition(END)
+    before, after = text.partition(START)[0], text.partition(END)[2]
     rows = [f"| `{name}` | {meaning} | {unit} |\n" for name, meaning, unit in table()]
     return "".join([before, START, "\n| name | meaning | unit |\n|---|---|---|\n", *rows, "\n", END, after])
 

@@ -11,7 +11,10 @@ from replication.claims import WITHIN, Claim, table
 PAGE = Path(__file__).with_name("replication.md")
 FIGURES = Path(__file__).with_name("figures")
 
-_HEAD = f"""# Replication of the published results
+
+def page() -> str:
+    """Return the whole page."""
+    return f"""# Replication of the published results
 
 What two sources print, beside what this package computes from the same data. `python docs/make_replication.py` writes this page;
 its numbers are computed when it is written, and its verdicts follow from them. Designs of ours were searched for once, and are
@@ -30,8 +33,12 @@ Chen, Wang and Wang, *Dynamics optimization design of multi-link mechanisms with
 Mechanical Engineering 36(1), 2025, 87-95. Clearance 0.3 mm (rig: 0.2 mm); both cranks turn at 2π rad/s from t = 0 with the journals
 centred, 1 s. The paper gives neither the speeds nor the start; these are assumed.
 
-"""
-_PRESS_FIGURES = """
+{table(Claim._fields, press_claims.claims())}
+### Designs
+
+All by our runs. *Ours* is the recorded answer of `sevenbar_force` (eq. (24)).
+
+{table(*press_designs.designs_table())}
 ### Figures
 
 ![Displacement, velocity and acceleration of the slider for the four designs, and their differences](figures/replication_motion.png)
@@ -45,34 +52,18 @@ _PRESS_FIGURES = """
 ![Forces in joints A and B over a period](figures/replication_forces.png)
 
 *Figure 10.*
-"""
-_PATENT = """
+
 ## The four-bar
 
 CN106055749A, Bai, Zhao and Sun, *A method for improving the motion stability of linkages with clearance*, 2016. A double crank at
 600 r/min, dry clearance of 0.5 mm between coupler and follower. *Ours* is the best design that was found for the study
 `fourbar_jitter` ([the methods compared](fourbar_methods.md)).
 
-"""
-_PATENT_FIGURE = """
+{table(Claim._fields, patent_claims.claims())}
 ![Angular acceleration of the follower before and after the optimisation, with clearance and ideal](figures/replication_jitter.png)
 
 *The patent's figure 4: before and after.*
 """
-
-
-def page() -> str:
-    """Return the whole page."""
-    return (
-        _HEAD
-        + table(Claim._fields, press_claims.claims())
-        + "\n### Designs\n\nAll by our runs. *Ours* is the recorded answer of `sevenbar_force` (eq. (24)).\n\n"
-        + table(*press_designs.designs_table())
-        + _PRESS_FIGURES
-        + _PATENT
-        + table(Claim._fields, patent_claims.claims())
-        + _PATENT_FIGURE
-    )
 
 
 def draw() -> None:

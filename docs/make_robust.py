@@ -10,34 +10,29 @@ from pathlib import Path
 
 import numpy as np
 
-from optim import Evaluator, Study, find_study, load_study, optimise
+from optim import Evaluator, find_study, load_study, optimise
 
 PAGE = Path(__file__).with_name("optimisation.md")
 MARK = "| design | force, one point [N] | force, worst case [N] | least film, worst case [um] |\n|---|---|---|---|\n"
-
-
-def solve(study: Study) -> np.ndarray:
-    """Best design of a study with its own seed and budget."""
-    return np.array([*optimise(study)["best"]["variables"].values()])
 
 
 def table() -> str:
     """Rows of the table."""
     one, worst = (load_study(find_study(name)) for name in ("sevenbar_force", "sevenbar_robust"))
     assert one.paths == worst.paths
+    best = [np.array([*optimise(study)["best"]["variables"].values()]) for study in (one, worst)]
     paper = load_study(find_study("sevenbar_pareto")).designs["paper's design 2"]
     designs = {
         "nominal": one.nominal,
         "the paper's design 2 (Table 6)": paper,
-        "best at one point (`sevenbar_force`)": solve(one),
-        "best in the worst case (`sevenbar_robust`)": solve(worst),
+        "best at one point (`sevenbar_force`)": best[0],
+        "best in the worst case (`sevenbar_robust`)": best[1],
     }
-    values = np.array([*designs.values()])
-    at_one, at_worst = (Evaluator(study)(values) for study in (one, worst))
+    at_one, at_worst = (Evaluator(study)(np.array([*designs.values()])) for study in (one, worst))
+    columns = at_one.objectives[:, 0], at_worst.objectives[:, 0], 1e6 * at_worst.constraints[:, 0]
+    rows = zip(designs, *columns, strict=True)
     return "".join(
-        f"| {name} | {at_one.objectives[k, 0]:.3f} | {at_worst.objectives[k, 0]:.3f}"
-        f" | {1e6 * at_worst.constraints[k, 0]:.1f} |\n"
-        for k, name in enumerate(designs)
+        f"| {name} | {single:.3f} | {most:.3f} | {film:.1f} |\n" for name, single, most, film in rows
     )
 
 

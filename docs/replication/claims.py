@@ -22,23 +22,28 @@ class Claim(NamedTuple):
     why: str
 
 
+def grade(reproduced: bool, trend: bool = False) -> str:
+    """Return `REPRODUCED`, or else `TREND`, or else `NOT`."""
+    return REPRODUCED if reproduced else TREND if trend else NOT
+
+
 def verdict(printed: float, ours: float) -> str:
     """Compare a value with the printed one: `REPRODUCED` within `WITHIN`, `TREND` within a factor of two, or `NOT`."""
-    if abs(ours - printed) <= WITHIN * abs(printed):
-        return REPRODUCED
-    return TREND if 0.5 <= ours / printed <= 2.0 else NOT
+    return grade(_within(printed, ours), 0.5 <= ours / printed <= 2.0)
 
 
 def verdict_of_change(printed: float, ours: float) -> str:
     """Compare changes in per cent: `REPRODUCED` within `WITHIN`, `TREND` with the sign and a tenth of it, or `NOT`."""
-    if abs(ours - printed) <= WITHIN * abs(printed):
-        return REPRODUCED
-    return TREND if ours / printed >= 0.1 else NOT
+    return grade(_within(printed, ours), ours / printed >= 0.1)
 
 
 def verdict_of_gain(printed: float, ours: float) -> str:
     """Compare what an optimisation lowers, in per cent: as `verdict_of_change`, but more than is printed serves too."""
     return REPRODUCED if ours <= printed else verdict_of_change(printed, ours)
+
+
+def _within(printed: float, ours: float) -> bool:
+    return abs(ours - printed) <= WITHIN * abs(printed)
 
 
 def change(before: float, after: float) -> float:

@@ -6,14 +6,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import Trajectory, ideal, simulate
 from optim import Evaluator, Study, find_study, load_study
-from replication.claims import NOT, REPRODUCED, Claim, change, verdict_of_gain
-from replication.recorded import load_record
-
-Array = NDArray[np.float64]
+from replication.claims import NOT, Claim, change, grade, verdict_of_gain
+from replication.recorded import Array, load_record
 
 PRINTED = -77.5  # %, [0087]: largest departure of the acceleration
 #: Start angles that no search has seen [rad].
@@ -28,12 +25,9 @@ def _study() -> Study:
 
 
 @cache
-def optimum() -> tuple[Array, float]:
-    """Evaluate the recorded design of the study: lengths (n,) [m], change of the objective [%]."""
-    study = _study()
-    x = load_record(study.source.stem).design(study)
-    before, after = Evaluator(study)(np.array([study.nominal, x])).objectives[:, 0]
-    return x, change(before, after)
+def optimum() -> Array:
+    """Return the recorded design of the study: lengths (n,) [m]."""
+    return load_record(_study().source.stem).design(_study())
 
 
 def unseen_change() -> float:
@@ -56,14 +50,14 @@ def started_at(study: Study, angle: float) -> Study:
 
 def _objectives(study: Study) -> Array:
     """Objective of the nominal and of the optimised design in a variant of the study, (2,)."""
-    return Evaluator(study)(np.array([study.nominal, optimum()[0]])).objectives[:, 0]
+    return Evaluator(study)(np.array([study.nominal, optimum()])).objectives[:, 0]
 
 
 @cache
 def _runs(optimised: bool) -> tuple[Trajectory, Trajectory]:
     """Run with clearance, and ideal; nominal or optimised lengths."""
     study = _study()
-    system = study.system(optimum()[0] if optimised else study.nominal)
+    system = study.system(optimum() if optimised else study.nominal)
     return simulate(system, "compiled"), ideal(system, "compiled")
 
 
@@ -75,8 +69,8 @@ def motions(optimised: bool) -> tuple[dict[str, Array], dict[str, Array]]:
 
 def claims() -> list[Claim]:
     """All claims of the patent that have a number or a figure."""
-    (x, found), unseen, later = optimum(), unseen_change(), change_after_the_start()
-    lengths = ", ".join(f"{1e3 * value:.0f}" for value in x)
+    found, unseen, later = change(*_objectives(_study())), unseen_change(), change_after_the_start()
+    lengths = ", ".join(f"{1e3 * value:.0f}" for value in optimum())
     before, after = _shares_above()
     return [
         Claim(
@@ -97,7 +91,7 @@ def claims() -> list[Claim]:
         Claim(
             "fewer and lower peaks, fig. 4", "clearly",
             f"departure above half of the nominal largest during {before:.2f} % of the time before, {after:.2f} % after",
-            REPRODUCED if after < 0.5 * before else NOT, "the follower's angular acceleration is compared",
+            grade(after < 0.5 * before), "the follower's angular acceleration is compared",
         ),
         Claim(
             "optimised lengths, table 2", "lost", f"{lengths} mm (ground, crank, coupler, follower)", NOT,

@@ -8,17 +8,7 @@ from linkages import extremes
 from linkages.laws.film.closed_form import pinkus_sternlicht
 from replication import press_designs
 from replication import press_paper as paper
-from replication.claims import (
-    MISPRINT,
-    NOT,
-    REPRODUCED,
-    TREND,
-    Claim,
-    change,
-    percent,
-    verdict,
-    verdict_of_change,
-)
+from replication.claims import MISPRINT, REPRODUCED, Claim, change, grade, percent, verdict, verdict_of_change
 from replication.press_paper import DESIGNS, PRINTED, Array, peak, peaks
 
 
@@ -98,7 +88,7 @@ def _motion() -> list[Claim]:
         Claim(
             "slider with and without clearance, figs. 5-7", "smooth, same trend",
             f"largest distance from the ideal slider {shift:.4f} mm and {faster:.3f} mm/s",
-            REPRODUCED if shift < 0.3 else NOT, "the film keeps the journals near the centre",
+            grade(shift < 0.3), "the film keeps the journals near the centre",
         ),
         Claim(
             "displacement, fig. 6: differences of the designs", "about 0.1 mm; design 2 largest",
@@ -109,7 +99,7 @@ def _motion() -> list[Claim]:
         Claim(
             "largest speed, fig. 7: differences of the designs", "about 0.1 mm/s, both below the nominal",
             f"{dv:.3f} mm/s; {'both below' if lower else 'not both below'} the nominal",
-            REPRODUCED if lower and verdict(0.1, dv) == REPRODUCED else (TREND if 0.01 < dv < 1.0 else NOT),
+            grade(lower and verdict(0.1, dv) == REPRODUCED, 0.01 < dv < 1.0),
             "the size is right: lengths and drives determine the speed",
         ),
     ]  # fmt: skip
@@ -139,7 +129,7 @@ def _acceleration() -> list[Claim]:
             "spike of the acceleration at the start, nominal, fig. 8", f"{printed['nominal']} m/s²",
             f"none; largest {largest['nominal']:.3f} m/s² at {when:.2f} s, as the ideal slider ({perfect:.3f});"
             f" with eqs. (12)-(13), ε₀ = {paper.PATCH_RATIO:g} and m = {power:.3f}: {spikes['nominal']:.3f}",
-            NOT,
+            grade(reproduced=False),
             "start-up artefact: eqs. (12)-(13) take the film from a centred journal; ε₀ and m are missing, m is chosen"
             " here to meet the printed number",
         ),
@@ -168,12 +158,12 @@ def _orbits() -> list[Claim]:
     return [
         Claim(
             "no contact in the joints, fig. 9", "none", f"largest eccentricity ratio {top:.3f}",
-            REPRODUCED if top < 1.0 else NOT, "the film carries",
+            grade(top < 1.0), "the film carries",
         ),
         Claim(
             "orbits, fig. 9", "design 1 smaller than nominal, design 2 smallest",
             f"largest eccentricity ratios (nominal, 1, 2) {both}",
-            REPRODUCED if first and second else TREND if second else NOT,
+            grade(first and second, second),
             "design 2 is smallest; design 1 has thinner oil and a heavier link 2: its orbits grow",
         ),
     ]  # fmt: skip
@@ -193,12 +183,12 @@ def _forces() -> list[Claim]:
         ),
         Claim(
             "F_A after 0.8 s, design 2", "clearly below", f"below the nominal during {late:.0f} % of 0.8-1 s",
-            REPRODUCED if late > 95.0 else TREND if late > 50.0 else NOT, "lighter links",
+            grade(late > 95.0, late > 50.0), "lighter links",
         ),
         Claim(
             "F_B from 0.2 to 1 s, design 2", "below nominal and design 1",
             f"below during {middle[0]:.0f} % and {middle[1]:.0f} %",
-            REPRODUCED if min(middle) > 95.0 else TREND if min(middle) > 50.0 else NOT, "lighter links",
+            grade(min(middle) > 95.0, min(middle) > 50.0), "lighter links",
         ),
     ]  # fmt: skip
 

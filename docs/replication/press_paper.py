@@ -11,15 +11,12 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages import RunError, Status, Trajectory, extremes, find_file, ideal, load, simulate
 from linkages.results.extremes import Extremes
 from optim import Evaluator, find_study, load_study
 from replication.claims import change
-from replication.recorded import load_record
-
-Array = NDArray[np.float64]
+from replication.recorded import Array, load_record
 
 ENGINE = "compiled"
 CLEARANCE = 0.3e-3  # m, section 3.3
@@ -27,26 +24,18 @@ DURATION = 1.0  # s: figures 6-10
 OUTPUTS = (
     "slider7.x", "slider7.vx", "slider7.ax", "A.force", "B.force", "A.eccentricity_ratio", "B.eccentricity_ratio",
 )  # fmt: skip
-
-
-def _design(m_2: float, j_2: float, m_4: float, j_4: float, m_7: float, oil: float) -> dict[str, float]:
-    """Values by path of the design variables (25)."""
-    return {
-        "sdf.links.link2.mass": m_2,
-        "sdf.links.link2.inertia": j_2,
-        "sdf.links.crank4.mass": m_4,
-        "sdf.links.crank4.inertia": j_4,
-        "sdf.links.slider7.mass": m_7,
-        "joints.A.viscosity": oil,
-        "joints.B.viscosity": oil,
-    }
-
-
-#: Table 6 [kg, kg m2, Pa s]; the nominal design is that of Tables 3 and 5.
+_VARIABLES = (
+    "sdf.links.link2.mass", "sdf.links.link2.inertia", "sdf.links.crank4.mass", "sdf.links.crank4.inertia",
+    "sdf.links.slider7.mass", "joints.A.viscosity", "joints.B.viscosity",
+)  # fmt: skip
+_TABLE_6 = {
+    "paper 1": (0.39752, 17.975e-4, 0.10391, 18.874e-5, 0.069825, 0.24241, 0.24241),
+    "paper 2": (0.12678, 96.731e-5, 0.16064, 21.717e-5, 0.073186, 0.41749, 0.41749),
+}
+#: Design variables (25) by path [kg, kg m2, Pa s]; the nominal design is that of Tables 3 and 5.
 DESIGNS: dict[str, dict[str, float]] = {
     "nominal": {},
-    "paper 1": _design(0.39752, 17.975e-4, 0.10391, 18.874e-5, 0.069825, 0.24241),
-    "paper 2": _design(0.12678, 96.731e-5, 0.16064, 21.717e-5, 0.073186, 0.41749),
+    **{name: dict(zip(_VARIABLES, values, strict=True)) for name, values in _TABLE_6.items()},
 }
 #: Section 3.4: largest forces [N] and the slider's acceleration at the start [m/s2].
 PRINTED = {

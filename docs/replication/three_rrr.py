@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -38,25 +37,15 @@ class Row(NamedTuple):
     verdict: str
 
 
-@dataclass(frozen=True)
-class StressBound:
-    """The largest elastic displacement that goes with the printed stresses.
+class StressBound(NamedTuple):
+    """The largest elastic displacement that goes with the printed stresses."""
 
-    Attributes
-    ----------
-    crank : float
-        Deflection of B_2 across the crank, clamped at A_2, when its root carries the printed stress [m].
-    axial : float
-        Change of the coupler's length at the printed coupler stress [m].
-    platform : float
-        Displacement of the platform's centre, in this model, when the quasi-static load of the worst pose
-        is scaled until the crank of leg 2 carries its printed stress [m].
-    scale : float
-        That factor.
-    """
-
+    #: Deflection of B_2 across the crank, clamped at A_2, when its root carries the printed stress [m].
     crank: float
+    #: Change of the coupler's length at the printed coupler stress [m].
     axial: float
+    #: Displacement of the platform's centre, in this model, when the quasi-static load of the worst pose is `scale`
+    #: times as large: the crank of leg 2 carries its printed stress [m].
     platform: float
     scale: float
 
