@@ -31,7 +31,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import loaded_on_use
+from linkages.lazy import lazy_names
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from linkages.system.system import System, load
 
 #: Modules and their public names, which are loaded on first use, so that ``import linkages`` is fast.
-__all__, __getattr__ = loaded_on_use(
+__all__, __getattr__ = lazy_names(
     __name__,
     {
         "engines.compiled.batch": ("Batch", "simulate_batch"),

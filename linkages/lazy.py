@@ -7,9 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 
-def loaded_on_use(
-    package: str, names: Mapping[str, tuple[str, ...]]
-) -> tuple[list[str], Callable[[str], Any]]:
+def lazy_names(package: str, names: Mapping[str, tuple[str, ...]]) -> tuple[list[str], Callable[[str], Any]]:
     """Make ``__all__`` and ``__getattr__`` of a package from its modules and their public names."""
     home = {name: module for module, listed in names.items() for name in listed}
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import loaded_on_use
+from linkages.lazy import lazy_names
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from optim.store.store import Store, read_store
 
 #: Modules and their public names, which are loaded on first use, so that ``import optim`` is fast.
-__all__, __getattr__ = loaded_on_use(
+__all__, __getattr__ = lazy_names(
     __name__,
     {
         "algorithms.archive": ("Archive",),

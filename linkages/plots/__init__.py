@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import loaded_on_use
+from linkages.lazy import lazy_names
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from linkages.plots.style import COLORS, LINES, figure_style
 
 #: Modules and their public names, loaded on first use: the animation needs Drake, the palette nothing.
-__all__, __getattr__ = loaded_on_use(
+__all__, __getattr__ = lazy_names(
     __name__,
     {
         "animation.recording": ("write_animation",),

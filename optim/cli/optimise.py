@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -47,28 +48,22 @@ class Job:
     folder: Path
 
 
-class Interrupt:
-    """A context in which the first Ctrl-C sets `wanted` and the second raises KeyboardInterrupt."""
+@contextmanager
+def _interrupts() -> Iterator[list[int]]:
+    """Give a list to which the first Ctrl-C adds its signal; the second raises KeyboardInterrupt."""
+    pressed: list[int] = []
 
-    def __init__(self) -> None:
-        self.wanted = False
-
-    def __call__(self) -> bool:
-        """Whether Ctrl-C was pressed."""
-        return self.wanted
-
-    def __enter__(self) -> Interrupt:
-        self._before = signal.signal(signal.SIGINT, self._note)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        signal.signal(signal.SIGINT, self._before)
-
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        if self.wanted:
+    def note(number: int, frame: FrameType | None) -> None:
+        if pressed:
             raise KeyboardInterrupt
-        self.wanted = True
+        pressed.append(number)
         print("\nstopping after this iteration; Ctrl-C again to stop now", file=sys.stderr, flush=True)
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -105,23 +100,22 @@ def run(options: argparse.Namespace) -> int:
     root, jobs = _jobs(options)
     results: list[dict[str, Any]] = []
     with ExitStack() as stack:
-        executor: Executor | None = None
-        workers = 0
+        pool: tuple[Executor | None, int] = (None, 0)
         if options.cluster:
             from optim.evaluate.cluster import cluster
 
-            executor, workers = stack.enter_context(cluster(options.cluster))
-        stop = stack.enter_context(Interrupt())
+            pool = stack.enter_context(cluster(options.cluster))
+        interrupts = stack.enter_context(_interrupts())
         try:
             for job in jobs:
-                results.append(_solve(job, options, executor, workers, stop))
-                if stop():
+                results.append(_solve(job, options, *pool, lambda: bool(interrupts)))
+                if interrupts:
                     break
         except Stopped as stopped:
             print(f"{job.study.source.stem}, seed {job.seed}: {stopped}", file=sys.stderr)
         except KeyboardInterrupt:
-            stop.wanted = True
-        if stop() and len(results) < len(jobs):
+            interrupts.append(signal.SIGINT)
+        if interrupts and len(results) < len(jobs):
             print("what was computed is kept; continue with --resume", file=sys.stderr)
             return 130
     if len(jobs) > 1:
@@ -180,7 +174,7 @@ def _seeds(options: argparse.Namespace, study: Study) -> range:
 
 
 def _solve(
-    job: Job, options: argparse.Namespace, executor: Executor | None, workers: int, stop: Any
+    job: Job, options: argparse.Namespace, executor: Executor | None, workers: int, stop: Callable[[], bool]
 ) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
     from optim.evaluate.evaluator import Evaluator
