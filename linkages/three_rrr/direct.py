@@ -62,10 +62,10 @@ class Assemblies:
 def polynomial(geometry: Geometry, phi: Array) -> Complex:
     """Coefficients (N, 7) of z^-3 .. z^3 in F, scaled to a largest magnitude of one; F is real on |z| = 1.
 
-    Being of degree three, F has them from its values at seven angles, by their Fourier transform.
+    They are the Fourier transform of its values at nine angles, whose powers -4 and 4 are round-off.
     """
     plane = np.array([1.0, 1.0j]) / geometry.size
-    z = np.exp(2j * np.pi / 7.0 * np.arange(7))
+    z = np.exp(2j * np.pi / 9.0 * np.arange(9))
     b = (geometry.base + geometry.crank[:, None] * unit(phi)) @ plane
     w = z[:, None] * (geometry.platform @ plane) - b[:, None]
     gap = np.abs(w) ** 2 - (geometry.coupler / geometry.size) ** 2
@@ -73,7 +73,7 @@ def polynomial(geometry: Geometry, phi: Array) -> Complex:
     q = k3 * u2 - k2 * u3
     d = 2j * np.imag(np.conj(u2) * u3)
     f = np.abs(q) ** 2 + 2.0 * np.real(q * np.conj(w[..., 0] * d)) + gap[..., 0] * np.abs(d) ** 2
-    coefficients = np.fft.fftshift(np.fft.fft(f), axes=1)
+    coefficients = np.fft.fftshift(np.fft.fft(f), axes=1)[:, 1:8]
     return coefficients / np.max(np.abs(coefficients), axis=1, keepdims=True)
 
 

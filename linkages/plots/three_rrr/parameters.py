@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
@@ -15,41 +17,39 @@ from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.robot import changed
 from linkages.three_rrr.speed import RESONANCE, speed_sweep, velocity_effect
 
-WIDTH = 6.3  # of a figure [in]
+_WIDTH = 6.3  # of a figure [in]
 
 _COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", COLORS[5], COLORS[0]])
+
+
+def panels(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+    """Make a figure of a height [in] and its axes: one, or an array as `Figure.subplots` has it."""
+    figure = Figure(figsize=(_WIDTH, height), layout="constrained")
+    return figure, figure.subplots(rows, columns, **options)
 
 
 def map_figure(results: RobotResults) -> Figure:
     """Assemblies and nearness to both types of singularity over phi_1 and phi_2."""
     found = drive_map(results.robot.geometry, float(results.robot.phi0[2]))
     degrees = np.rad2deg(found.angles)
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
-    axes = figure.subplots(1, 3, sharey=True)
-    norm = BoundaryNorm([-1, 1, 3, 5, 7], 4)
-    image = axes[0].pcolormesh(degrees, degrees, found.count, cmap=_COUNTS, norm=norm, shading="nearest")
-    bar = figure.colorbar(
-        image, ax=axes[0], location="bottom", ticks=[0, 2, 4, 6], label="number of assemblies"
-    )
-    bar.ax.tick_params(labelsize=7.5)
-    for axis, values, label in (
-        (axes[1], found.fold, "type 2: least |det $J_x$| [1]"),
-        (axes[2], found.reach, "type 1: least |sin(ψ - φ)| [1]"),
-    ):
-        axis.set_facecolor("0.85")
-        image = axis.pcolormesh(degrees, degrees, values, cmap="cividis", vmin=0.0, shading="nearest")
-        bar = figure.colorbar(image, ax=axis, location="bottom", label=label)
-        bar.ax.tick_params(labelsize=7.5)
+    figure, axes = panels(2.9, 1, 3, sharey=True)
+    counts = {"cmap": _COUNTS, "norm": BoundaryNorm([-1, 1, 3, 5, 7], 4)}
+    nearness = {"cmap": "cividis", "vmin": 0.0}
     start = np.rad2deg(np.angle(np.exp(1j * results.robot.phi0)))
-    for axis in axes:
+    turns = [-180, -90, 0, 90, 180]
+    for axis, values, label, colors, ticks in (
+        (axes[0], found.count, "number of assemblies", counts, [0, 2, 4, 6]),
+        (axes[1], found.fold, "type 2: least |det $J_x$| [1]", nearness, None),
+        (axes[2], found.reach, "type 1: least |sin(ψ - φ)| [1]", nearness, None),
+    ):
+        image = axis.pcolormesh(degrees, degrees, values, shading="nearest", **colors)
+        bar = figure.colorbar(image, ax=axis, location="bottom", ticks=ticks, label=label)
+        bar.ax.tick_params(labelsize=7.5)
         axis.plot(start[0], start[1], "o", color=COLORS[1], ms=4)
-        axis.set_xlabel("φ₁ [deg]")
-        axis.set_xticks([-180, -90, 0, 90, 180])
-        axis.set_yticks([-180, -90, 0, 90, 180])
+        axis.set(xlabel="φ₁ [deg]", xticks=turns, yticks=turns, aspect="equal", facecolor="0.85")
         axis.tick_params(labelsize=7.5)
-        axis.set_aspect("equal")
         axis.grid(False)
-    axes[0].set_ylabel("φ₂ [deg]")
+    axes[0].set(ylabel="φ₂ [deg]", facecolor="white")
     note = "; grey: no assembly" if np.any(found.count == 0) else ""
     figure.suptitle(f"φ₃ = {np.rad2deg(found.phi3):g} deg; the dot is t = 0{note}", fontsize=9)
     return figure
@@ -57,8 +57,7 @@ def map_figure(results: RobotResults) -> Figure:
 
 def convergence_figure(results: RobotResults) -> Figure:
     """Error of the first frequencies at t = 0 against elements per link."""
-    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.3)
     start = results.motion.part(slice(0, 1))
     counts = np.array([1, 2, 4, 8])
     found = [
@@ -67,14 +66,12 @@ def convergence_figure(results: RobotResults) -> Figure:
     ]
     error = np.array(found[:-1]) / found[-1] - 1.0
     for n in range(6):
-        axis.loglog(
-            counts, error[:, n], "o", color=COLORS[n], ls=LINES[n], lw=1.2, ms=4, label=f"mode {n + 1}"
-        )
+        style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
+        axis.loglog(counts, error[:, n], "o", lw=1.2, ms=4, **style)
     axis.loglog(counts, error[0].max() * (1.0 / counts) ** 4, color="0.4", lw=0.8, label="fourth order")
     axis.set_xticks(counts, [str(n) for n in counts])
     axis.minorticks_off()
-    axis.set_xlabel("elements in each link")
-    axis.set_ylabel("relative error of frequency")
+    axis.set(xlabel="elements in each link", ylabel="relative error of frequency")
     axis.set_title("against 32 elements in each link, t = 0, crank roots held", fontsize=9)
     axis.legend(ncols=2)
     return figure
@@ -82,8 +79,7 @@ def convergence_figure(results: RobotResults) -> Figure:
 
 def velocity_figure(results: RobotResults) -> Figure:
     """When the velocity-dependent terms matter."""
-    figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
-    axis = figure.subplots()
+    figure, axis = panels(3.3)
     factors = np.geomspace(1.0, 300.0, 13)
     frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
     speed = factors * float(np.max(np.abs(results.robot.phidot)))
@@ -93,38 +89,27 @@ def velocity_figure(results: RobotResults) -> Figure:
     )
     axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
     axis.text(speed[0], 0.012, "1 %", fontsize=8, color="0.3")
-    axis.set_xlabel("speed of the fastest drive [rad/s]")
-    axis.set_ylabel("largest relative change")
-    axis.set_title(
-        "gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment", fontsize=9
-    )
+    axis.set(xlabel="speed of the fastest drive [rad/s]", ylabel="largest relative change")
+    title = "gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment"
+    axis.set_title(title, fontsize=9)
     axis.legend()
     return figure
 
 
 def speed_figure(results: RobotResults) -> Figure:
     """Peak elastic displacement against speed, until the first resonance."""
-    figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True)
+    figure, (top, bottom) = panels(4.4, 2, sharex=True)
     one = changed(results.robot, model={"elements": 1})
     found = speed_sweep(one, results.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
     speed = found.factors * float(np.max(np.abs(results.robot.phidot)))
     top.loglog(speed, 1e3 * found.static, color=COLORS[1], ls="--", lw=1.4, label="quasi-static")
-    top.loglog(
-        speed,
-        1e3 * found.dynamic,
-        "o-",
-        color=COLORS[0],
-        ms=3,
-        lw=1.0,
-        label="with vibration, 1 % damping (assumed)",
-    )
+    label = "with vibration, 1 % damping (assumed)"
+    top.loglog(speed, 1e3 * found.dynamic, "o-", color=COLORS[0], ms=3, lw=1.0, label=label)
     top.set_ylabel("peak displacement\nof the platform [mm]")
     top.legend()
     bottom.semilogx(speed, found.amplification, "o-", color=COLORS[0], ms=3, lw=1.0)
     bottom.axhline(RESONANCE, color="0.4", lw=0.8, ls=":")
-    bottom.set_ylabel("amplification [1]")
-    bottom.set_xlabel("speed of the fastest drive [rad/s]")
+    bottom.set(xlabel="speed of the fastest drive [rad/s]", ylabel="amplification [1]")
     for axis in (top.xaxis, top.yaxis, bottom.xaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
         axis.set_major_formatter(ScalarFormatter())
@@ -133,9 +118,6 @@ def speed_figure(results: RobotResults) -> Figure:
         at = speed[found.resonance]
         for panel in (top, bottom):
             panel.axvline(at, color=COLORS[2], lw=1.0, ls="-.")
-        bottom.set_title(
-            f"first resonance at {at:.0f} rad/s, "
-            f"{found.factors[found.resonance]:.0f} times the experiment's speed",
-            fontsize=9,
-        )
+        times = f"{found.factors[found.resonance]:.0f} times the experiment's speed"
+        bottom.set_title(f"first resonance at {at:.0f} rad/s, {times}", fontsize=9)
     return figure
