@@ -45,18 +45,10 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two engines on one experiment.
+    """Two engines on one experiment: runs and horizons by engine, differences by name of the column.
 
-    Attributes
-    ----------
-    runs : dict of str to Trajectory
-        By engine.
-    horizons : dict of str to float
-        By engine: time up to which its runs at two tolerances stay together [s]; the run's end if nothing touches.
-    differences : dict of str to Difference
-        By name of the column, up to `until`.
-    contacts : list of (Impact, Impact)
-        The first contacts of each joint that end before `until`, of both engines.
+    An engine's horizon is the time up to which its runs at two tolerances stay together [s]; the run's end if
+    nothing touches. Contacts are the first of each joint that end before `until`, in pairs of both engines.
     """
 
     runs: dict[str, Trajectory]

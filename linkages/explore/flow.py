@@ -83,7 +83,7 @@ class Flow:
 
 
 def period_of(experiment: Experiment, drive: str | None = None) -> float:
-    """Time of a revolution of the named drive, or of the first of constant speed [s]; refused if there is none."""
+    """Time of a revolution of the named drive, or of the first of constant speed [s]; none is refused."""
     turning = {name: d.speed for name, d in experiment.drives.items() if d.prescribed and d.speed}
     if drive is not None and drive not in turning:
         raise InputError("drive", drive, f"has no constant speed; {nearest(drive, turning)}")

@@ -26,18 +26,11 @@ _LOOKS = 50  # per revolution, at which two runs are compared
 
 @dataclass(frozen=True)
 class Section:
-    """What happened in each of nr revolutions.
+    """What happened in each of nr revolutions, which last a period [s] and end at the times (nr,) [s].
 
-    Attributes
-    ----------
-    period : float
-        [s]
-    times : (nr,) array
-        End of each revolution [s].
-    strobe, low, high : dict of str to (nr,) array
-        By name of the column: value at the end of each revolution; extremes within it, over continuous time.
-    status : Status
-        How the run ended; revolutions that it did not finish are left out.
+    By name of the column, (nr,) arrays: `strobe` has the value at the end of each revolution, `low` and `high`
+    the extremes within it, over continuous time. The status is how the run ended; revolutions that it did not
+    finish are left out.
     """
 
     period: float

@@ -15,13 +15,7 @@ from linkages.model.tables import Drive, JointModel
 
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Check that every name in the experiment exists in the mechanism and that the values suit it.
-
-    Raises
-    ------
-    InputError
-        One line with key and reason.
-    """
+    """Refuse an experiment with names that the mechanism does not have, or values that do not suit it."""
     for kind in ("drives", "joints"):
         for name in getattr(experiment, kind):
             if name not in mechanism.joint:

@@ -68,9 +68,7 @@ class Experiment(Table):
         {}, description="torsion springs and dampers, each with a name of its own"
     )
     sdf: dict[str, Any] = Field({}, description="values that replace those of the SDF file, by dotted path")
-    solver: Solver = Field(
-        default_factory=lambda: Solver.model_validate({}), description="numerical settings"
-    )
+    solver: Solver = Field(Solver.model_validate({}), description="numerical settings")
 
     _source: Path = PrivateAttr(Path("experiment"))
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)

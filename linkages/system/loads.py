@@ -61,13 +61,7 @@ def _turned(force: Force, angle: float) -> tuple[Pieces, Pieces]:
 
 
 def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) -> None:
-    """Check that springs with a free length have a direction at t = 0, where the coordinates are q (n,).
-
-    Raises
-    ------
-    InputError
-        If the points of one coincide there.
-    """
+    """Refuse springs with a free length that have no direction at t = 0, where the coordinates are q (n,)."""
     if not experiment.springs:
         return
     nb, names = len(tree.bodies), experiment.loads
