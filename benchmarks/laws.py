@@ -27,7 +27,7 @@ from linkages.laws.journal import clearance_force
 from linkages.laws.parameters import MODELS
 
 CALLS, ROUNDS = 100_000, 15
-#: Kinds of laws: the model of a joint that shows them, the laws, and the one that a user's own is compared with.
+#: By kind: the model of a joint that shows such laws, the laws, the one that a user's own is compared with.
 KINDS = {
     "film": ("lubricated", FILMS, "long"),
     "contact": ("dry", CONTACTS, "lankarani-nikravesh"),
@@ -42,10 +42,10 @@ def joint(model, film="long", contact="lankarani-nikravesh", friction="ambrosio"
     for name, value in {
         "model": MODELS[model], "clearance": 1e-4, "radius": 0.015, "length": 0.04,
         "film": FILMS[film].address, "viscosity": 0.4,
-        "contact": law.address, "stiffness": 1e10, "exponent": 1.5, "restitution": 0.9, "hysteresis": law.factor(0.9),
-        "damping": 1e3, "damping_limit": 1.0, "shape_ratio": 7.0,
-        "friction": rubbing.address, "bristles": rubbing.bristles, "mu_s": 0.05, "mu_d": 0.03, "v_0": 1e-4, "v_1": 1e-3,
-        "bristle_stiffness": 1e5,
+        "contact": law.address, "stiffness": 1e10, "exponent": 1.5, "shape_ratio": 7.0,
+        "restitution": 0.9, "hysteresis": law.factor(0.9), "damping": 1e3, "damping_limit": 1.0,
+        "friction": rubbing.address, "bristles": rubbing.bristles, "bristle_stiffness": 1e5,
+        "mu_s": 0.05, "mu_d": 0.03, "v_0": 1e-4, "v_1": 1e-3,
         "roughness": 5e-7, "asperity_pressure": 1e8, "film_limit": 0.99,  # assumed
     }.items():  # fmt: skip
         record[name] = value

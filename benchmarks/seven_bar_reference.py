@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 
 class FreeMotion(NamedTuple):
-    """Equations of motion of a mechanism's free coordinates, its drives eliminated; y: these, and their rates (2n,)."""
+    """Equations of motion of y (2n,), a mechanism's free coordinates and their rates, its drives eliminated."""
 
-    #: ``rates(t, y)`` gives y' (2n,).
+    #: ``rates(t, y)`` gives y'.
     rates: Callable[[float, Array], Array]
-    #: y at the start (2n,).
+    #: y at the start.
     start: Array
     #: ``eccentricities(t, y)`` gives those of the clearance joints (nj, 2) [m].
     eccentricities: Callable[[float, Array], Array]

@@ -95,9 +95,9 @@ class Model:
             self.objects[link.name] = self.solver.AddObject(rigid)
 
     def _point(self, link, drawn):
-        body = self.tree.bodies[self.tree.index[link]]
-        x, y = self.tree.local(link, drawn) - (body.cx, body.cy)
-        marker = self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=[x, y, 0.0])
+        index, x, y = self.tree.marker(link, drawn)
+        place = [x - self.tree.bodies[index].cx, y - self.tree.bodies[index].cy, 0.0]
+        marker = self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=place)
         return self.solver.AddMarker(marker)
 
     def _hold(self, link, coordinate, rate) -> None:

@@ -90,7 +90,8 @@ def claims() -> list[Claim]:
         ),
         Claim(
             "fewer and lower peaks, fig. 4", "clearly",
-            f"departure above half of the nominal largest during {before:.2f} % of the time before, {after:.2f} % after",
+            f"departure above half of the nominal largest during {before:.2f} % of the time before,"
+            f" {after:.2f} % after",
             grade(after < 0.5 * before), "the follower's angular acceleration is compared",
         ),
         Claim(
@@ -101,7 +102,7 @@ def claims() -> list[Claim]:
 
 
 def _shares_above() -> list[float]:
-    """Part of the time in which the departure is above half of the nominal design's largest, before and after [%].
+    """Part of the time, before and after [%], in which the departure is above half of the largest before.
 
     Seen at the middle of each of equal parts of a run.
     """

@@ -22,6 +22,7 @@ def _model() -> list[Claim]:
     deps, eps = -1e-9, 0.5
     right, _, _ = pinkus_sternlicht(eps, deps, 1.0, 1.0)
     ahead, _, _ = pinkus_sternlicht(eps, -deps, 1.0, 1.0)
+    wrong = 100.0 * _relative_speed_error()
     length, radius = 0.04, 0.015  # m, Table 5
     film = paper.run({f"joints.{j}.film": "finite" for j in "AB"})
     force, ratio = extremes(film, ["A.force"])["A.force"].peak, film["A.eccentricity_ratio"].max()
@@ -38,8 +39,8 @@ def _model() -> list[Claim]:
         ),
         Claim(
             "eqs. (9)-(11): ω is the relative speed", "relative",
-            f"along our run of joint A wrong by up to {100 * _relative_speed_error():.0f} % of the largest force",
-            MISPRINT, "with eq. (6) in the fixed frame the sum of both counts; a force must not depend on the observer",
+            f"along our run of joint A wrong by up to {wrong:.0f} % of the largest force", MISPRINT,
+            "with eq. (6) in the fixed frame the sum of both counts; a force must not depend on the observer",
         ),
         Claim(
             "film of an infinitely long bearing", "holds for L/D > 2",
@@ -178,8 +179,8 @@ def _forces() -> list[Claim]:
         *_force("A", "drive speeds missing; forces grow with their square"),
         *_force(
             "B",
-            f"the printed peak lies in the first 0.2 s, at the start; printed F_B/F_A is {printed:.2f}, ours {ours:.2f}"
-            " at any common speed",
+            f"the printed peak lies in the first 0.2 s, at the start; printed F_B/F_A is {printed:.2f},"
+            f" ours {ours:.2f} at any common speed",
         ),
         Claim(
             "F_A after 0.8 s, design 2", "clearly below", f"below the nominal during {late:.0f} % of 0.8-1 s",

@@ -44,8 +44,8 @@ class StressBound(NamedTuple):
     crank: float
     #: Change of the coupler's length at the printed coupler stress [m].
     axial: float
-    #: Displacement of the platform's centre, in this model, when the quasi-static load of the worst pose is `scale`
-    #: times as large: the crank of leg 2 carries its printed stress [m].
+    #: Displacement of the platform's centre, in this model, when the quasi-static load of the worst pose is
+    #: `scale` times as large, at which the crank of leg 2 carries its printed stress [m].
     platform: float
     scale: float
 
@@ -74,6 +74,7 @@ def _kinematics(results: RobotResults) -> list[Row]:
     robot, motion = results.robot, results.motion
     times = np.linspace(0.0, robot.duration, 4001)
     number = count(robot.geometry, robot.phi0 + times[:, None] * robot.phidot)
+    share = 100.0 * np.mean(number == 4)
     start = assemblies(robot.geometry, robot.phi0)
     angles = ", ".join(f"{np.rad2deg(a):.2f}" for a in start.x[:, 0])
     branches = [follow(robot.geometry, robot.phi0, robot.phidot, x, robot.duration) for x in start.x]
@@ -81,7 +82,7 @@ def _kinematics(results: RobotResults) -> list[Row]:
     best = shortest(robot.geometry, robot.phi0, robot.phidot, robot.duration, "path")
     rate = np.max(np.abs(motion.dx[:, 0]))
     speed, acceleration = (1e3 * np.max(np.linalg.norm(x[:, 1:], axis=1)) for x in (motion.dx, motion.ddx))
-    singular = sum(s.type == 1 for s in results.branch.singularities)
+    instants = sum(s.type == 1 for s in results.branch.singularities)
     return [
         Row(
             "position equation, eq. (2)", "degree 8 in t", "degree 6 times (1 + t²)",
@@ -89,8 +90,8 @@ def _kinematics(results: RobotResults) -> list[Row]:
         ),
         Row(
             "assemblies at every instant", "4",
-            f"{number.min()} to {number.max()} (4 during {100.0 * np.mean(number == 4):.1f} % of the revolution);"
-            f" at t = 0: {len(start)} (θ = {angles} deg)",
+            f"{number.min()} to {number.max()} (4 during {share:.1f} % of the revolution); at t = 0: {len(start)}"
+            f" (θ = {angles} deg)",
             "not reproduced",
         ),
         Row(
@@ -101,7 +102,7 @@ def _kinematics(results: RobotResults) -> list[Row]:
         Row(
             "velocities and accelerations, figs. 7 and 8", "curves only",
             f"largest dθ/dt {rate:.4f} rad/s, speed {speed:.2f} mm/s, acceleration {acceleration:.2f} mm/s²",
-            f"smooth, as the paper says; eq. (3) is singular at {singular} instants, the rows used here are not",
+            f"smooth, as the paper says; eq. (3) is singular at {instants} instants, the rows used here are not",
         ),
     ]  # fmt: skip
 
@@ -115,15 +116,15 @@ def _modes(results: RobotResults, second: RobotResults) -> list[Row]:
     return [
         Row(
             "modal frequencies, fig. 9", "curves only, material not given",
-            f"first mode {lowest[0]:.2f} Hz at t = 0, {lowest.min():.2f} to {lowest.max():.2f} Hz over the revolution"
-            f" (other assembly {other.min():.2f} to {other.max():.2f} Hz);"
+            f"first mode {lowest[0]:.2f} Hz at t = 0, {lowest.min():.2f} to {lowest.max():.2f} Hz over the"
+            f" revolution (other assembly {other.min():.2f} to {other.max():.2f} Hz);"
             f" first six at t = 0: {', '.join(f'{f:.1f}' for f in coarse)} Hz",
             "steel assumed; dense beyond the first, as the paper says",
         ),
         Row(
             "one element per link", "sufficient (implied)",
-            f"first mode {error[0]:+.2f} %, fourth to sixth {error[3:].min():+.1f} to {error[3:].max():+.1f} %"
-            " against 16 elements",
+            f"first mode {error[0]:+.2f} %, fourth to sixth {error[3:].min():+.1f} to"
+            f" {error[3:].max():+.1f} % against 16 elements",
             "good for the first mode only: one element overestimates bending of a pinned rod by"
             f" {100.0 * (np.sqrt(120.0) / np.pi**2 - 1.0):.2f} %",
         ),
@@ -135,33 +136,33 @@ def _response(results: RobotResults, second: RobotResults) -> list[Row]:
     shaken = generalised_alpha(results.model, results.branch, times, radius=1.0)
     static, other, moving = (np.abs(r.platform).max(axis=0) for r in (results.static, second.static, shaken))
     right = recursion(results.model, results.branch, times)
-    printed = recursion(results.model, results.branch, times, printed=True)
-    gain = np.max(np.abs(printed.platform)) / np.max(np.abs(right.platform))
-    bound = stress_bound(results)
+    paper = recursion(results.model, results.branch, times, printed=True)
+    gain = np.max(np.abs(paper.platform)) / np.max(np.abs(right.platform))
+    bound, elastic = stress_bound(results), 1e3 * PRINTED_ERROR[1]
     zero = np.sum(results.free < 1e-3 * results.free.max())
     drift = np.sqrt(2.0 * PRINTED_ERROR[1] / abs(results.motion.ddx[0, 2]))
     units = (("x", "mm", 1e3), ("y", "mm", 1e3), ("turning", "deg", 180.0 / np.pi))
     return [
         *(
             Row(
-                f"elastic displacement of the platform, {name}", f"{scale * PRINTED_ERROR[k]:.4g} {unit}",
+                f"elastic displacement of the platform, {name}", f"{scale * printed:.4g} {unit}",
                 f"{scale * static[k]:.3g} {unit} quasi-static ({scale * other[k]:.3g} on the other assembly);"
                 f" {scale * moving[k]:.3g} {unit} started from rest",
-                f"{PRINTED_ERROR[k] / static[k]:.2g} times too large; contradicts the printed stress, see below",
+                f"{printed / static[k]:.2g} times too large; contradicts the printed stress, see below",
             )
-            for k, (name, unit, scale) in enumerate(units)
+            for k, (printed, (name, unit, scale)) in enumerate(zip(PRINTED_ERROR, units, strict=True))
         ),
         Row(
-            "0.35 MPa against millimetres", f"{1e-6 * PRINTED_CRANK:.3g} MPa with {1e3 * PRINTED_ERROR[1]:.3g} mm",
+            "0.35 MPa against millimetres", f"{1e-6 * PRINTED_CRANK:.3g} MPa with {elastic:.3g} mm",
             f"at that stress a crank bends by {1e6 * bound.crank:.3g} µm and a coupler changes its length by"
-            f" {1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) moves the platform by"
-            f" {1e6 * bound.platform:.3g} µm",
+            f" {1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) moves the"
+            f" platform by {1e6 * bound.platform:.3g} µm",
             "the printed displacements and stresses cannot go together",
         ),
         Row(
             "24 equations, crank roots free", "all modes used in eq. (13)",
             f"{zero} zero modes, for which F/p² has no value; a mechanism that nothing drives lags"
-            f" {1e3 * PRINTED_ERROR[1]:.4g} mm behind its prescribed motion {drift:.2g} s after t = 0",
+            f" {elastic:.4g} mm behind its prescribed motion {drift:.2g} s after t = 0",
             "a possible origin of the millimetres: rigid drift, not elasticity (our reading)",
         ),
         Row(
