@@ -48,7 +48,8 @@ class Comparison:
     """Two engines on one experiment: runs and horizons by engine, differences by name of the column.
 
     An engine's horizon is the time up to which its runs at two tolerances stay together [s]; the run's end if
-    nothing touches. Contacts are the first of each joint that end before `until`, in pairs of both engines.
+    nothing touches. Differences and contacts are those up to `until`; contacts are the first of each joint,
+    in pairs of both engines.
     """
 
     runs: dict[str, Trajectory]
@@ -140,7 +141,7 @@ def differences(
 
 
 def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Time up to which the journals of two runs stay together, looked at at the steps of `other` [s]."""
+    """Time up to which the journals of two runs stay together, at the steps of `other`, many per contact [s]."""
     end = min(run.time[-1], other.time[-1])
     times = other.time[other.time <= end]
     exact = dense(run)(times)
@@ -161,7 +162,7 @@ def revolutions(experiment: Experiment, time: float) -> float | None:
 
 
 def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
-    """Dense output of a run; one that was loaded from a file has none, and is refused."""
+    """Dense output of a run; InputError if the run was loaded from a file, and has none."""
     if run.evaluate is None:
         problem = "was loaded from a file and has no dense output; run it anew"
         raise InputError("argument", "trajectory", problem)

@@ -83,7 +83,7 @@ class Flow:
 
 
 def period_of(experiment: Experiment, drive: str | None = None) -> float:
-    """Time of a revolution of the named drive, or of the first of constant speed [s]; none is refused."""
+    """Time of a revolution of the named drive or the first of constant speed [s]; InputError without one."""
     turning = {name: d.speed for name, d in experiment.drives.items() if d.prescribed and d.speed}
     if drive is not None and drive not in turning:
         raise InputError("drive", drive, f"has no constant speed; {nearest(drive, turning)}")

@@ -28,9 +28,9 @@ _LOOKS = 50  # per revolution, at which two runs are compared
 class Section:
     """What happened in each of nr revolutions, which last a period [s] and end at the times (nr,) [s].
 
-    By name of the column, (nr,) arrays: `strobe` has the value at the end of each revolution, `low` and `high`
-    the extremes within it, over continuous time. The status is how the run ended; revolutions that it did not
-    finish are left out.
+    By name of the column, (nr,) arrays: `strobe` has the value at the end of each revolution, `low` and
+    `high` the extremes within it, over continuous time. The status is how the run ended; revolutions that it
+    did not finish are left out.
     """
 
     period: float

@@ -64,7 +64,7 @@ def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: s
 
 
 def value_at(table: Table, path: str, source: Path) -> float:
-    """Return the number at a dotted path of a table; refused if there is none."""
+    """Return the number at a dotted path of a table; InputError if there is none."""
     here: Any = table
     for part in path.split("."):
         known = dict(here) if isinstance(here, BaseModel | Mapping) else {}
