@@ -10,6 +10,12 @@ from linkages.errors import InputError
 from linkages.flexible import Array
 
 
+def signed_area(corners: Array) -> float:
+    """Area of a triangle with corners (3, 2), positive if they are counter-clockwise."""
+    (ax, ay), (bx, by) = corners[1] - corners[0], corners[2] - corners[0]
+    return float(0.5 * (ax * by - ay * bx))
+
+
 @dataclass(frozen=True)
 class Triangle:
     """A triangular plate in plane stress with linear displacements (u_1, v_1, u_2, v_2, u_3, v_3).
@@ -38,8 +44,7 @@ class Triangle:
     @property
     def signed_area(self) -> float:
         """Area [m2], positive if the corners are counter-clockwise."""
-        (ax, ay), (bx, by) = self.corners[1] - self.corners[0], self.corners[2] - self.corners[0]
-        return float(0.5 * (ax * by - ay * bx))
+        return signed_area(self.corners)
 
     @property
     def total_mass(self) -> float:

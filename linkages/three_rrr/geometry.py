@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from linkages.errors import InputError, nearest
 from linkages.flexible import Array
+from linkages.flexible.triangle import signed_area
 from linkages.model.mechanism import Joint, Mechanism
 
 LEGS = (1, 2, 3)
@@ -44,13 +44,11 @@ class Geometry:
         for name in ("crank", "coupler"):
             for leg, length in zip(LEGS, getattr(self, name), strict=True):
                 if length <= smallest:
-                    raise InputError(
-                        "geometry", f"{name}{leg}", f"has the length {length:g} m; it must be positive"
-                    )
+                    problem = f"has the length {length:g} m; it must be positive"
+                    raise InputError("geometry", f"{name}{leg}", problem)
         if abs(self.platform_area) <= smallest * self.size:
-            raise InputError(
-                "geometry", "platform", "its three pivots lie on a line; they must span a triangle"
-            )
+            problem = "its three pivots lie on a line; they must span a triangle"
+            raise InputError("geometry", "platform", problem)
 
     @property
     def size(self) -> float:
@@ -61,8 +59,7 @@ class Geometry:
     @property
     def platform_area(self) -> float:
         """Signed area of C_1 C_2 C_3 [m2]; positive if counter-clockwise."""
-        (ax, ay), (bx, by) = self.platform[1] - self.platform[0], self.platform[2] - self.platform[0]
-        return float(0.5 * (ax * by - ay * bx))
+        return signed_area(self.platform)
 
 
 def symmetric(a: float, b: float, l1: float, l2: float) -> Geometry:
@@ -84,36 +81,32 @@ def from_mechanism(mechanism: Mechanism) -> Geometry:
     """
     source = mechanism.source
     ends = {"A": ("world", "crank{}"), "B": ("crank{}", "coupler{}"), "C": ("coupler{}", "platform")}
-    found: dict[str, Joint] = {}
+    found: dict[str, list[Joint]] = {letter: [] for letter in ends}
     for letter, (parent, child) in ends.items():
         for leg in LEGS:
             name = f"{letter}{leg}"
+            where = f'<joint name="{name}">'
             if name not in mechanism.joint:
-                raise InputError(
-                    source, f'<joint name="{name}">', f"is missing; {nearest(name, mechanism.joint)}"
-                )
+                raise InputError(source, where, f"is missing; {nearest(name, mechanism.joint)}")
             joint = mechanism.joint[name]
             want = parent.format(leg), child.format(leg)
             if (joint.parent, joint.child) != want or joint.type != "revolute":
                 raise InputError(
                     source,
-                    f'<joint name="{name}">',
+                    where,
                     f"is a {joint.type} joint of {joint.parent} and {joint.child}; a 3-RRR robot needs"
                     f" a revolute joint of {want[0]} (parent) and {want[1]} (child)",
                 )
-            found[name] = joint
+            found[letter].append(joint)
     link = mechanism.link["platform"]
     c, s = np.cos(link.angle), np.sin(link.angle)
-    pivots = np.array([found[f"C{leg}"].on_child for leg in LEGS]) - link.origin
+    pivots = np.array([joint.on_child for joint in found["C"]]) - link.origin
+    base = np.array([joint.on_parent for joint in found["A"]])
+    crank, coupler = _lengths(found["A"], found["B"]), _lengths(found["B"], found["C"])
     try:
-        return Geometry(
-            np.array([found[f"A{leg}"].on_parent for leg in LEGS]),
-            pivots @ np.array([[c, -s], [s, c]]),
-            np.array([_distance(found[f"A{leg}"].on_child, found[f"B{leg}"].on_parent) for leg in LEGS]),
-            np.array([_distance(found[f"B{leg}"].on_child, found[f"C{leg}"].on_parent) for leg in LEGS]),
-        )
+        return Geometry(base, pivots @ np.array([[c, -s], [s, c]]), crank, coupler)
     except InputError as problem:
-        raise _named(source, problem) from None
+        raise InputError(source, "", str(problem).partition(": ")[2]) from None
 
 
 def drawn_angles(mechanism: Mechanism) -> Array:
@@ -122,10 +115,6 @@ def drawn_angles(mechanism: Mechanism) -> Array:
     return np.array([np.arctan2(rod[1], rod[0]) for rod in rods])
 
 
-def _distance(start: Array, end: Array) -> float:
-    return float(np.hypot(*(end - start)))
-
-
-def _named(source: Path, problem: InputError) -> InputError:
-    _, _, text = str(problem).partition(": ")
-    return InputError(source, "", text)
+def _lengths(first: list[Joint], second: list[Joint]) -> Array:
+    """Lengths (3,) of the rods between two joints of each leg [m]."""
+    return np.array([np.hypot(*(b.on_parent - a.on_child)) for a, b in zip(first, second, strict=True)])

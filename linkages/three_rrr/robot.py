@@ -174,8 +174,7 @@ def load_robot(path: str | Path) -> Robot:
     InputError
         One line with file, key and reason.
     """
-    path = Path(path)
-    data, _ = read_toml(path)
+    data, _ = read_toml(Path(path))
     return make_robot(data, path)
 
 

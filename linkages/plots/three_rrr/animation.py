@@ -44,25 +44,18 @@ def animation_data(results: RobotResults) -> dict[str, Any]:
         shapes = []
         for mode in range(results.tracked.shape[1]):
             full = results.model.expand(one, results.shapes[index, :, mode][None])[0]
-            moved = [
-                a - b for a, b in zip(_points(displaced_lines(results.model, one, full)), rest, strict=True)
-            ]
+            lines = _points(displaced_lines(results.model, one, full))
+            moved = [a - b for a, b in zip(lines, rest, strict=True)]
             largest = max(float(np.max(np.linalg.norm(line, axis=1))) for line in moved)
             shapes.append([_rounded(1e3 * size / largest * line) for line in moved])
-        frames.append(
-            {
-                "t": round(float(one.time[0]), 4),
-                "rest": [_rounded(1e3 * line) for line in rest],
-                "shape": shapes,
-            }
-        )
-    low = np.min([np.min(line, axis=0) for frame in frames for line in map(np.array, frame["rest"])], axis=0)
-    high = np.max([np.max(line, axis=0) for frame in frames for line in map(np.array, frame["rest"])], axis=0)
+        still = [_rounded(1e3 * line) for line in rest]
+        frames.append({"t": round(float(one.time[0]), 4), "rest": still, "shape": shapes})
+    points = np.concatenate([line for frame in frames for line in frame["rest"]])
     return {
         "frames": frames,
         "hz": np.round(results.tracked[places], 2).tolist(),
         "base": _rounded(1e3 * results.model.geometry.base),
-        "box": [*np.round(low - 60).tolist(), *np.round(high + 60).tolist()],
+        "box": [*np.round(points.min(axis=0) - 60).tolist(), *np.round(points.max(axis=0) + 60).tolist()],
     }
 
 

@@ -34,9 +34,8 @@ def shape_lines(
     still = displaced_lines(model, one, np.zeros(model.full))
     if scale is None:
         moved = displaced_lines(model, one, full)
-        largest = max(
-            float(np.max(np.linalg.norm(a - b, axis=1))) for (a, _), (b, _) in zip(moved, still, strict=True)
-        )
+        pairs = zip(moved, still, strict=True)
+        largest = max(float(np.max(np.linalg.norm(a - b, axis=1))) for (a, _), (b, _) in pairs)
         scale = _SHARE * float(np.max(model.geometry.coupler)) / largest
     return displaced_lines(model, one, scale * full)
 
