@@ -141,7 +141,7 @@ def differences(
 
 
 def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Time up to which the journals of two runs stay together, at the steps of `other`, many per contact [s]."""
+    """Time up to which two runs stay together [s], looked for at the steps of `other`, many in every contact."""
     end = min(run.time[-1], other.time[-1])
     times = other.time[other.time <= end]
     exact = dense(run)(times)
