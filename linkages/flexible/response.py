@@ -56,10 +56,8 @@ def modal_step(
     c, s = np.real(np.cos(inner * step)), np.real(np.sin(inner * step) / inner)
     rest, shrink = force / square, np.exp(-decay * step)
     from_rest = q - rest
-    return (
-        rest + shrink * (from_rest * (c + decay * s) + dq * s),
-        shrink * (dq * (c - decay * s) - square * from_rest * s),
-    )
+    rate = shrink * (dq * (c - decay * s) - square * from_rest * s)
+    return rest + shrink * (from_rest * (c + decay * s) + dq * s), rate
 
 
 def generalised_alpha(

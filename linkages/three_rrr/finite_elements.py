@@ -108,16 +108,9 @@ class FiniteElementModel:
             kappa = 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu)  # Cowper's coefficient of a round section
             shear, rotary = kappa * e / (2 + 2 * nu) * area, rho * inertia
         beam = Beam(float(self.lengths[angle]), e * area, e * inertia, rho * area, shear, rotary)
-        inner = np.arange(3 * n).reshape(n, 3)
-        if kind == "crank":
-            nodes = np.vstack([[-1, -1, start], start + 1 + inner])
-        else:
-            end_b = start + 3 * n - 2
-            nodes = np.vstack([[end_b, end_b + 1, start + 3 * n + 1], start + 3 * n + 2 + inner])
-        dofs = nodes.ravel()[chain_dofs(n)]
+        first = [-1, -1, start] if kind == "crank" else [*self.b[leg], start + 3 * n + 1]
+        dofs = np.append(first, first[2] + 1 + np.arange(3 * n))[chain_dofs(n)]
         return LinkElements(f"{kind}{LEGS[leg]}", angle, beam.piece(n), dofs)
-
-    # -- matrices ----------------------------------------------------------------------------------
 
     @cached_property
     def _pattern(self) -> tuple[Index, Index, Array, Array]:
@@ -192,8 +185,6 @@ class FiniteElementModel:
         r = arms(self.geometry, state.x[:, 0])
         return r - r.mean(axis=1, keepdims=True)
 
-    # -- fields ------------------------------------------------------------------------------------
-
     def rigid_velocity(self, state: Motion) -> Array:
         """Velocities (N, full) of all nodes in the rigid motion."""
         return self._field(state, legwise(state.dphi, state.dpsi), np.zeros((len(state), 6)))
@@ -204,7 +195,7 @@ class FiniteElementModel:
         return self._field(state, legwise(state.ddphi, state.ddpsi), squares)
 
     def _field(self, state: Motion, rates: Array, squares: Array) -> Array:
-        """Velocities or accelerations of all nodes, from the links' angular ones and squared speeds (N, 6)."""
+        """Velocities or accelerations of nodes, from the links' angular ones and squared speeds (N, 6)."""
         field, end = np.zeros((len(state), self.full)), np.zeros((len(state), 2))
         along = np.arange(1, self.count + 1)[:, None] / self.count
         for link, length in zip(self.links, self.lengths, strict=True):

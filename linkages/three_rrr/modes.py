@@ -28,7 +28,7 @@ def modes(
     progress: Callable[[float], None] | None = None,
     vectors: bool = True,
 ) -> tuple[Array, Array]:
-    """Frequencies (N, count) [Hz] and shapes (N, size, count), with unit modal mass; no shapes without `vectors`."""
+    """Frequencies (N, count) [Hz] and, with `vectors`, shapes (N, size, count) of unit modal mass."""
     count = model.size if count is None else min(count, model.size)
     sparse_pays = model.size > DENSE and count < model.size // 4
     values = np.empty((len(state), count))

@@ -68,8 +68,7 @@ class RigidPlant:
         self.tree = spanning_tree(mechanism, (), drives)
         self.plant: Any = MultibodyPlant(0.0)
         instance = add_tree(self.plant, self.tree)
-        gravity: Any = np.zeros(3)
-        self.plant.mutable_gravity_field().set_gravity_vector(gravity)
+        self.plant.mutable_gravity_field().set_gravity_vector(np.zeros(3))
         self.plant.Finalize()
         self.context: Any = self.plant.CreateDefaultContext()
         joints = [self.plant.GetJointByName(name, instance) for name in self.tree.coordinates]
