@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,18 +55,28 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     from linkages.cli.endings import report_failures
-    from linkages.engines.study import study
-    from linkages.report.terminal import format_summary
-    from linkages.results.impacts import write_impacts
-    from linkages.results.summary import summarize
+    from linkages.engines.study import estimate_error, study
+    from linkages.report.terminal import format_errors, format_summary
+    from linkages.results.summary import errors, summarize
 
     if not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
     system = load_system(options)
     out = output_folder(options, system.experiment.source.stem)
     progress = stages(options, system.experiment.duration, "s")
-    result = study(system, options.engine, not options.no_error_estimate, progress)
+    say = (lambda text: None) if options.quiet else partial(print, flush=True)
+    result = study(system, options.engine, False, progress)
     summary = summarize(result)
+    say(format_summary(summary))
+    runs = {"the run": result.run, "the ideal linkage": result.ideal}
+    if not options.no_error_estimate:
+        result = estimate_error(result, progress)
+        summary["error"] = errors(result, summary)
+        if result.tighter is not None:
+            runs["the run that estimates the error"] = result.tighter
+            say(f"\n{format_errors(summary)}")
+    if options.verbose:
+        say(f"\n{_details(result, summary)}")
     with OutputFolder(out) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
@@ -77,13 +88,9 @@ def run(options: argparse.Namespace) -> int:
             write_figures(result, folder)
         if not options.no_animation:
             _animate(result, folder / "animation.html", options.exaggerate)
-    if not options.quiet:
-        print(format_summary(summary))
-        if options.verbose:
-            print(f"\n{_details(result, summary)}")
-        print(f"\n{written(out)}")
-    status = report_failures({"the run": result.run})
-    report_failures({"the ideal linkage": result.ideal})
+    say(f"\n{written(out)}")
+    status = report_failures({"the run": runs.pop("the run")})
+    report_failures(runs)
     return status
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from linkages.engines import engine as load_engine
 from linkages.errors import AssemblyError, Status
@@ -90,12 +91,16 @@ def study(
     """
     stage = progress or (lambda name: lambda time: None)
     run = simulate(system, engine, stage("run"))
-    tighter = None
-    if error_estimate and run.status is Status.OK:
-        accuracy = system.experiment.solver.accuracy * _TIGHTER
-        finer = system.replaced({"solver.accuracy": accuracy})
-        tighter = simulate(finer, engine, stage("error estimate"))
-    return Study(system, engine, run, ideal(system, engine), tighter)
+    found = Study(system, engine, run, ideal(system, engine), None)
+    return estimate_error(found, stage) if error_estimate else found
+
+
+def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
+    """Add the run at a ten times tighter tolerance to a study whose own run reached its end."""
+    if study.run.status is not Status.OK:
+        return study
+    finer = study.system.replaced({"solver.accuracy": study.system.experiment.solver.accuracy * _TIGHTER})
+    return replace(study, tighter=simulate(finer, study.engine, stage("error estimate")))
 
 
 def ideal(system: System, engine: str = "drake") -> Trajectory:

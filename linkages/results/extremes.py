@@ -15,10 +15,10 @@ from linkages.results.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 _CANDIDATES = 3  # neighbouring samples within this many of the best local extremes are refined
-_ROUNDS = 6  # of refinement; all but the first halve a bracket at least
-_KEPT = (
-    1e-7  # of the column's magnitude: a parabola whose top is as high as it promised has found the maximum
-)
+_NEAR = 0.01  # of a column's range: how much lower than the best sample another candidate may be
+_ROUNDS = 8  # of refinement
+_KEPT = 1e-7  # of the column's magnitude: error of a maximum that is refined no further
+_SLOW = 0.25  # a parabola that misses by more than this part of its last miss is left for halving
 
 
 class Bracket(NamedTuple):
@@ -53,6 +53,13 @@ class Extremes:
         return max(abs(self.min), abs(self.max))
 
 
+class Peak(NamedTuple):
+    """Largest magnitude of a column over continuous time, and when [s]."""
+
+    value: float
+    time: float
+
+
 def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes]:
     """Extremes over continuous time of the named columns.
 
@@ -77,54 +84,158 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     >>> round(force.peak, 3), round(force.time, 5)  # N, s
     (3.322, 0.00033)
     """
-    brackets: list[Bracket] = []
-    for name in names:
-        scale = float(np.abs(trajectory[name]).max())
-        for sign in (1.0, -1.0):
-            y = sign * trajectory[name]
-            for i in _local_maxima(y):
-                window = slice(max(i - 1, 0), i + 2)
-                brackets.append(Bracket(name, sign, trajectory.time[window], y[window], scale))
-    best: dict[tuple[str, float], tuple[float, float]] = {}
-    for bracket, (when, value) in zip(brackets, refine(trajectory, brackets), strict=True):
-        key = bracket.name, bracket.sign
-        if key not in best or value > best[key][1]:
-            best[key] = when, value
+    highs = _maxima(trajectory, [(name, sign) for name in names for sign in (1.0, -1.0)])
     result = {}
     for name in names:
-        (t_max, high), (t_min, low) = best[name, 1.0], best[name, -1.0]
+        (t_max, high), (t_min, low) = highs[name, 1.0], highs[name, -1.0]
         result[name] = Extremes(-low, high, t_max if high >= low else t_min)
     return result
 
 
-def refine(trajectory: Trajectory, brackets: Sequence[Bracket]) -> list[tuple[float, float]]:
+def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
+    """Largest magnitudes over continuous time of the named columns: `extremes` without what is not largest.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    names : sequence of str
+        Columns of the trajectory.
+
+    Returns
+    -------
+    dict of str to Peak
+        By name, in the unit of the column; times [s].
+    """
+    wanted = []
+    for name in names:
+        high, low = trajectory[name].max(), trajectory[name].min()
+        near = max(high, -low) - _NEAR * (high - low)
+        wanted += [(name, sign) for sign in (1.0, -1.0) if max(sign * high, sign * low) >= near]
+    found = _maxima(trajectory, wanted)
+    result = {}
+    for (name, _), (time, value) in found.items():
+        if name not in result or value > result[name].value:
+            result[name] = Peak(value, time)
+    return result
+
+
+def _maxima(
+    trajectory: Trajectory, wanted: Sequence[tuple[str, float]]
+) -> dict[tuple[str, float], tuple[float, float]]:
+    """Find time and value of the maximum of sign times column, for each (column, sign)."""
+    brackets: list[Bracket] = []
+    for name, sign in wanted:
+        y = sign * trajectory[name]
+        scale = float(np.abs(y).max())
+        for i in _local_maxima(y):
+            window = slice(max(i - 1, 0), i + 2)
+            brackets.append(Bracket(name, sign, trajectory.time[window], y[window], scale))
+    best: dict[tuple[str, float], tuple[float, float]] = {}
+    for bracket, (when, value) in zip(brackets, refine(trajectory, brackets, rivals=True), strict=True):
+        key = bracket.name, bracket.sign
+        if key not in best or value > best[key][1] + _KEPT * bracket.scale:  # the first of equal ones
+            best[key] = when, value
+    return best
+
+
+def refine(
+    trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = False
+) -> list[tuple[float, float]]:
     """Time and value of the maximum in each bracket, over continuous time.
 
-    The top of the parabola through a bracket's samples is evaluated. Where it is not as high as promised (at a kink, or
-    between coarse steps) the middles between the samples are evaluated beside the next top, a few times over. Without
-    `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
+    The top of the parabola through a bracket's samples is evaluated, again and again, until what the parabola has
+    promised comes true. Where it does not (at a kink, or between coarse steps) the middles between the samples are
+    evaluated as well. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    brackets : sequence of Bracket
+    rivals : bool
+        Whether only the highest of the brackets of a column and sign is of interest: the others are then
+        refined only while they may still become the highest.
+
+    Returns
+    -------
+    list of (float, float)
+        Times [s] and values, with the brackets' signs.
     """
     if trajectory.evaluate is None or len(trajectory.time) < 2:
         return [_parabola(bracket.times, bracket.values) for bracket in brackets]
-    found = list(brackets)
-    unsettled = list(range(len(found)))
-    for number in range(_ROUNDS):
-        asked = {k: _to_sample(found[k], with_middles=number > 0) for k in unsettled}
+    searches = [_Search(bracket) for bracket in brackets]
+    for _ in range(_ROUNDS):
+        if rivals:
+            _drop_lower(searches)
+        asked = [(search, search.times()) for search in searches if not search.settled]
         if not asked:
             break
-        times = np.unique(np.concatenate(list(asked.values())))
+        times = np.unique(np.concatenate([new for _, new in asked]))
         columns = trajectory.evaluate(times)
-        for k, new in asked.items():
-            promised = _parabola(found[k].times, found[k].values)[1]
-            values = found[k].sign * columns[found[k].name][np.searchsorted(times, new)]
-            has_top = _has_top(found[k])
-            found[k] = _narrowed(found[k], new, values)
-            if has_top and abs(values[0] - promised) <= _KEPT * found[k].scale:
-                unsettled.remove(k)
-    highest = [int(np.argmax(bracket.values)) for bracket in found]
-    return [
-        (float(bracket.times[i]), float(bracket.values[i])) for bracket, i in zip(found, highest, strict=True)
-    ]
+        for search, new in asked:
+            bracket = search.bracket
+            search.take(new, bracket.sign * columns[bracket.name][np.searchsorted(times, new)])
+    return [search.best for search in searches]
+
+
+class _Search:
+    """A bracket on its way to its maximum."""
+
+    def __init__(self, bracket: Bracket) -> None:
+        self.bracket = bracket
+        self.settled = False
+        # by how much the last parabola was wrong; the first may be, at a kink, by thrice what it rises above the samples
+        self.miss = (
+            3.0 * (_parabola(bracket.times, bracket.values)[1] - self.best[1])
+            if _has_top(bracket)
+            else np.inf
+        )
+        self.slow = False  # whether it was no better than the one before
+
+    @property
+    def best(self) -> tuple[float, float]:
+        """Time and value of the highest sample."""
+        i = int(np.argmax(self.bracket.values))
+        return float(self.bracket.times[i]), float(self.bracket.values[i])
+
+    @property
+    def hope(self) -> float:
+        """How high the maximum may be."""
+        return _parabola(self.bracket.times, self.bracket.values)[1] + self.miss
+
+    def times(self) -> Array:
+        """Return when to evaluate next: the parabola's top first, or the middle nearest to the best sample."""
+        t, y = self.bracket.times, self.bracket.values
+        middles = 0.5 * (t[1:] + t[:-1])
+        if _has_top(self.bracket):
+            return np.array([_parabola(t, y)[0], *(middles if self.slow else ())])
+        return middles[:1] if np.argmax(y) == 0 else middles[-1:]
+
+    def take(self, times: Array, values: Array) -> None:
+        """Take samples into the bracket, narrow it to the best one and its neighbours, judge the first sample."""
+        old, size = self.bracket, len(self.bracket.times)
+        t, first = np.unique(np.concatenate([old.times, times]), return_index=True)
+        y = np.concatenate([old.values, values])[first]
+        best = int(np.argmax(y))
+        window = slice(max(best - 1, 0), best + 2)
+        self.bracket = old._replace(times=t[window], values=y[window])
+        if size < 3:
+            return
+        miss = abs(float(values[0]) - _through(old.times, old.values, float(times[0])))
+        # near a smooth top the parabola's top is wrong by miss^2 / (4 drop) only: it is flat there
+        drop = y[best] - y.min()
+        small = _KEPT * old.scale
+        self.settled = miss <= small or miss**2 <= small * drop
+        self.slow, self.miss = miss > _SLOW * self.miss, miss
+
+
+def _drop_lower(searches: Sequence[_Search]) -> None:
+    """Settle what cannot become the highest of its column and sign any more."""
+    highest: dict[tuple[str, float], float] = {}
+    for search in searches:
+        key = search.bracket.name, search.bracket.sign
+        highest[key] = max(highest.get(key, -np.inf), search.best[1])
+    for search in searches:
+        search.settled |= search.hope < highest[search.bracket.name, search.bracket.sign]
 
 
 def integral(trajectory: Trajectory, values: Array) -> float:
@@ -157,29 +268,13 @@ def _local_maxima(y: Array) -> list[int]:
     """Find the largest local maxima, ends included."""
     padded = np.concatenate([[-np.inf], y, [-np.inf]])
     found = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-    near = found[y[found] >= y.max() - 0.01 * np.ptp(y)]
-    return [int(i) for i in near[np.argsort(-y[near], kind="stable")][:_CANDIDATES]]
+    near = found[y[found] >= y.max() - _NEAR * np.ptp(y)]
+    return sorted(int(i) for i in near[np.argsort(-y[near], kind="stable")][:_CANDIDATES])
 
 
 def _has_top(bracket: Bracket) -> bool:
     """Whether the best sample has a neighbour on both sides."""
     return len(bracket.times) == 3 and int(np.argmax(bracket.values)) == 1
-
-
-def _to_sample(bracket: Bracket, with_middles: bool) -> Array:
-    """Return the times at which to evaluate a bracket: the parabola's top first, if there is one, then the middles."""
-    t = bracket.times
-    top = [_parabola(t, bracket.values)[0]] if _has_top(bracket) else []
-    return np.array([*top, *(0.5 * (t[1:] + t[:-1]) if with_middles or not top else ())])
-
-
-def _narrowed(bracket: Bracket, times: Array, values: Array) -> Bracket:
-    """Add samples to a bracket and narrow it to the best one and its neighbours."""
-    t, first = np.unique(np.concatenate([bracket.times, times]), return_index=True)
-    y = np.concatenate([bracket.values, values])[first]
-    best = int(np.argmax(y))
-    window = slice(max(best - 1, 0), best + 2)
-    return bracket._replace(times=t[window], values=y[window])
 
 
 def _parabola(t: Array, y: Array) -> tuple[float, float]:
@@ -189,3 +284,10 @@ def _parabola(t: Array, y: Array) -> tuple[float, float]:
         return float(t[best]), float(y[best])
     top, height = parabola_top(*map(float, t), *map(float, y))
     return top, height
+
+
+def _through(t: Array, y: Array, x: float) -> float:
+    """Value at x of the parabola through three samples."""
+    (a, b, c), (fa, fb, fc) = t, y
+    left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
+    return float(fa + (x - a) * (left + (x - b) * (right - left) / (c - a)))

@@ -11,7 +11,7 @@ import numpy as np
 
 from linkages.errors import Status
 from linkages.files.versions import versions
-from linkages.results.extremes import extremes, integral
+from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact, impacts
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -70,14 +70,6 @@ def summarize(study: Study) -> dict[str, Any]:
     quality = system.assembly.quality
     numbers = _numbers(system, study.run, study.contacts)
     ideal_numbers = _numbers(system, study.ideal)
-    error = {}
-    if study.tighter is not None and study.tighter.status is Status.OK:
-        finer = _numbers(system, study.tighter)
-        error = {
-            key: abs(value - dict(_peaks(finer))[key])
-            for key, value in _peaks(numbers)
-            if key in dict(_peaks(finer))
-        }
     return {
         "engine": study.engine,
         "duration": float(study.run.time[-1]),
@@ -92,7 +84,7 @@ def summarize(study: Study) -> dict[str, Any]:
         },
         **numbers,
         "ideal": {"status": study.ideal.status.value, **ideal_numbers},
-        "error": error,
+        "error": errors(study, numbers),
         "provenance": {
             "versions": versions(),
             "experiment": system.experiment.model_dump(exclude_unset=True, exclude_none=True)
@@ -102,6 +94,26 @@ def summarize(study: Study) -> dict[str, Any]:
             "wall_time": study.run.provenance["wall_time"],
         },
     }
+
+
+def errors(study: Study, numbers: dict[str, Any]) -> dict[str, float]:
+    """Change of each peak of a summary when the run is repeated at the tighter tolerance; empty without that run.
+
+    Parameters
+    ----------
+    study : Study
+    numbers : dict
+        From `summarize`, of the same run.
+
+    Returns
+    -------
+    dict of str to float
+        By the peak's key, in its unit: ``slider7.ax.peak``, ``A.force.peak``.
+    """
+    if study.tighter is None or study.tighter.status is not Status.OK:
+        return {}
+    finer = dict(_peaks(_numbers(study.system, study.tighter)))
+    return {key: abs(value - finer[key]) for key, value in _peaks(numbers) if key in finer}
 
 
 def touching(system: System) -> list[str]:
@@ -114,36 +126,38 @@ def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] =
     experiment = system.experiment
     joints = [joint.name for joint in system.mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
-    wanted = [
-        *experiment.outputs,
+    judged = [
         *(f"{name}.force" for name in joints),
         *(f"{name}.eccentricity_ratio" for name in play),
         *(f"{name}.torque" for name in experiment.drives),
         *(f"{name}.{_effort(table)}" for table, name in experiment.loads),
     ]
-    found = extremes(trajectory, wanted)
+    extreme, peak = extremes(trajectory, experiment.outputs), peaks(trajectory, judged)
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
     for name in experiment.outputs:
-        value = found[name]
+        value = extreme[name]
         result["outputs"][name] = {"min": value.min, "max": value.max, "peak": value.peak}
     for name in joints:
-        force = found[f"{name}.force"]
-        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": force.peak, "time": force.time}}
+        force = peak[f"{name}.force"]
+        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": force.value, "time": force.time}}
         if name in play:
             entry["model"] = experiment.joints[name].model
-            entry["eccentricity_ratio"] = {"peak": found[f"{name}.eccentricity_ratio"].peak}
+            entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
             contacts = [row for row in touches if row.joint.partition(".")[0] == name]
             entry["contact_fraction"] = _covered(contacts) / float(np.ptp(trajectory.time))
             entry["impacts"] = len(contacts)
         result["joints"][name] = entry
     for name in experiment.drives:
         power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
-        torque = found[f"{name}.torque"]
-        result["drives"][name] = {"torque": {"peak": torque.peak}, "work": integral(trajectory, power)}
+        torque = peak[f"{name}.torque"].value
+        result["drives"][name] = {"torque": {"peak": torque}, "work": integral(trajectory, power)}
     for table, name in experiment.loads:
         effort = _effort(table)
-        peak, work = found[f"{name}.{effort}"].peak, integral(trajectory, trajectory[f"{name}.power"])
-        result.setdefault("loads", {})[name] = {effort: {"peak": peak}, "work": work}
+        work = integral(trajectory, trajectory[f"{name}.power"])
+        result.setdefault("loads", {})[name] = {
+            effort: {"peak": peak[f"{name}.{effort}"].value},
+            "work": work,
+        }
     return result
 
 

@@ -59,6 +59,7 @@ def simulate(
     simulator.set_monitor(watch)
     status = Status.OK
     try:
+        simulator.Initialize()
         _advance(simulator, integrator, watch.steps, system.experiment.duration)
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
@@ -109,7 +110,6 @@ def _advance(simulator: Simulator, integrator: IntegratorBase, steps: _Steps, en
     step has shrunk since; with a film's stiffness the iteration then stops short, the error estimate stays large and
     the step never recovers. So whenever a step shrinks by much the integrator is initialised, which drops the matrix.
     """
-    simulator.Initialize()
     while True:
         simulator.AdvanceTo(end)
         if simulator.get_context().get_time() >= end or not steps.stuck:
@@ -228,8 +228,10 @@ class _Recorder:
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
         contacts = np.empty((len(times), len(self.system.tree.contacts), WIDTH))
+        before = np.inf
         for k, t in enumerate(times):
-            self._go_to(t)
+            self._go_to(t, before)
+            before = t
             states[k] = root.get_continuous_state_vector().CopyToVector()
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
             if linkage.clearance is not None:
@@ -239,25 +241,31 @@ class _Recorder:
             self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts
         )
 
-    def _go_to(self, t: float) -> None:
-        """Put the simulator's context at time t."""
+    def _go_to(self, t: float, here: float) -> None:
+        """Put the simulator's context at time t, going on from where it is if that lies in the same step."""
         step = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
         try:
-            self._advance_from(step, t, self.accuracy)
+            if self.times[step] < here <= t:
+                _advance(self.simulator, self.integrator, self.steps, t)
+            else:
+                self._advance_from(step, t, self.accuracy)
         except RuntimeError:  # too much asked where the laws are nearly singular: as the run itself did
             self._advance_from(step, t, self.system.experiment.solver.accuracy)
 
     def _advance_from(self, step: int, t: float, accuracy: float) -> None:
+        """Integrate from the start of a step."""
+        start = self.times[step]
         root = self.simulator.get_mutable_context()
-        root.SetTime(self.times[step])
+        root.SetTime(start)
         root.SetContinuousState(self.states[step])
         if self.memories[step] is not None:
             root.SetDiscreteState(self.memories[step])
-        if t > self.times[step]:
+        if t > start:
             self.integrator.set_target_accuracy(accuracy)
-            asked = max(t - self.times[step], self.integrator.get_requested_minimum_step_size())
+            asked = max(t - start, self.integrator.get_requested_minimum_step_size())
             self.integrator.request_initial_step_size_target(asked)
-            self.steps.begin(self.times[step], asked)
+            self.steps.begin(start, asked)
+            self.simulator.Initialize()
             _advance(self.simulator, self.integrator, self.steps, t)
 
     def _look(self, root: Context) -> EventStatus:
