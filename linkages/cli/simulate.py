@@ -56,8 +56,9 @@ def run(options: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     from linkages.cli.endings import report_failures
     from linkages.engines.study import estimate_error, study
-    from linkages.report.terminal import format_errors, format_summary
-    from linkages.results.summary import errors, summarize
+    from linkages.report.terminal import format_judgement, format_table
+    from linkages.results.impacts import write_impacts
+    from linkages.results.summary import judge, summarize
 
     if not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
@@ -67,14 +68,15 @@ def run(options: argparse.Namespace) -> int:
     say = (lambda text: None) if options.quiet else partial(print, flush=True)
     result = study(system, options.engine, False, progress)
     summary = summarize(result)
-    say(format_summary(summary))
+    say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}
     if not options.no_error_estimate:
         result = estimate_error(result, progress)
-        summary["error"] = errors(result, summary)
+        summary |= judge(result, summary)
         if result.tighter is not None:
-            runs["the run that estimates the error"] = result.tighter
-            say(f"\n{format_errors(summary)}")
+            runs["the run that estimates the errors"] = result.tighter
+    for line in format_judgement(summary):
+        say(line)
     if options.verbose:
         say(f"\n{_details(result, summary)}")
     with OutputFolder(out) as folder:

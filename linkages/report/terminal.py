@@ -1,4 +1,4 @@
-"""The summary as a short table for a terminal."""
+"""The summary as a short table for a terminal, and what is to be said of its numbers."""
 
 from __future__ import annotations
 
@@ -6,10 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from linkages.report.words import output_unit
+from linkages.results.summary import peaks_by_key
+from linkages.results.warnings import relative
+
+_NONE = "-"
 
 
 def format_summary(summary: dict[str, Any]) -> str:
-    """Format a summary as lines of text: extremes beside those of ideal joints, and the errors of the peaks.
+    """Format a summary as lines of text: extremes beside those of ideal joints, errors of the peaks, warnings.
 
     Parameters
     ----------
@@ -28,46 +32,46 @@ def format_summary(summary: dict[str, Any]) -> str:
     >>> print(linkages.format_summary(summary).splitlines()[1])
     compiled engine, 0.1 s, status ok; mobility 2, driven: O1, O4
     """
+    return "\n".join([format_table(summary), *format_judgement(summary)])
+
+
+def format_table(summary: dict[str, Any]) -> str:
+    """Format the numbers of a summary; with errors, if they have been estimated; "-" has no value."""
     ideal, mechanism, experiment = summary["ideal"], summary["mechanism"], summary["provenance"]["experiment"]
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
     run = "with clearance" if play else "integrated"
 
-    def error(key: str) -> str:
-        found = summary["error"].get(key)
-        return f"{found:11.1e}" if found is not None else f"{'-':>11s}"
+    def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
+        cells = "".join(_cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
+        error = summary["error"].get(key) if key else "error"
+        return label, cells + (_cell(error, 11, ".1e") if summary["error"] else "")
 
     rows = [
-        ("", f"{'ideal joints':>24s}{run:>26s}{'error':>11s}"),
-        ("output", f"{'min':>12s}{'max':>12s}{'min':>14s}{'max':>12s}{'of peak':>11s}"),
+        ("", f"{'ideal joints':>24s}{run:>26s}"),
+        row("output", ("min", "max", "min", "max")),
     ]
     for name, value in summary["outputs"].items():
         exact = ideal["outputs"][name]
-        extremes = f"{exact['min']:12.5g}{exact['max']:12.5g}{value['min']:14.5g}{value['max']:12.5g}"
-        rows.append((f"{name} [{output_unit(name)}]", extremes + error(f"{name}.peak")))
-    rows += [
-        ("", ""),
-        (
-            "joint force [N]",
-            f"{'ideal peak':>12s}{'peak':>12s}{'at [s]':>14s}{'eps peak':>12s}{'error':>11s}",
-        ),
-    ]
+        extremes = exact["min"], exact["max"], value["min"], value["max"]
+        rows.append(row(f"{name} [{output_unit(name)}]", extremes, f"{name}.peak"))
+    rows += [("", ""), row("joint force [N]", ("ideal peak", "peak", "at [s]", "eps peak"))]
     for name, value in summary["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
-        eps = value.get("eccentricity_ratio")
-        ratio = f"{eps['peak']:12.5g}" if eps else f"{'-':>12s}"
-        exact, force = ideal["joints"][name]["force"], value["force"]
-        peaks = f"{exact['peak']:12.5g}{force['peak']:12.5g}{force['time']:14.5g}{ratio}"
-        rows.append((label, peaks + error(f"{name}.force.peak")))
+        exact, force, ratio = (
+            ideal["joints"][name]["force"],
+            value["force"],
+            value.get("eccentricity_ratio", {}),
+        )
+        peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
+        rows.append(row(label, peaks, f"{name}.force.peak"))
     for kind in ("drives", "loads"):
         found = summary.get(kind, {})
         if found:
-            head = f"{'ideal peak':>12s}{'peak':>12s}{'work [J]':>14s}{'':12s}{'error':>11s}"
-            rows += [("", ""), (kind.removesuffix("s"), head)]
+            rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", "work [J]", ""))]
         for name, value in found.items():
             effort = "torque" if "torque" in value else "force"
-            exact, peak = ideal[kind][name][effort]["peak"], value[effort]["peak"]
-            numbers = f"{exact:12.5g}{peak:12.5g}{value['work']:14.4g}{'':12s}"
-            rows.append((f"{name} {effort}", numbers + error(f"{name}.{effort}.peak")))
+            values = ideal[kind][name][effort]["peak"], value[effort]["peak"], value["work"], ""
+            rows.append(row(f"{name} {effort}", values, f"{name}.{effort}.peak"))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,
@@ -76,3 +80,22 @@ def format_summary(summary: dict[str, Any]) -> str:
         "",
     ]
     return "\n".join(lines + [f"{label:{width}s}{cells}".rstrip() for label, cells in rows])
+
+
+def format_judgement(summary: dict[str, Any]) -> list[str]:
+    """Say in lines of text how large the errors are, and every warning."""
+    lines = []
+    for key, part in relative(peaks_by_key(summary), summary["error"])[:1]:
+        text = (
+            f"a ten times tighter tolerance changes the peaks by at most {part:.1e} of their values ({key})"
+        )
+        lines = ["", text]
+    for entry in summary["warnings"]:
+        lines += ["", f"warning ({entry['kind']}): {entry['what']}; {entry['remedy']}"]
+    return lines
+
+
+def _cell(value: Any, width: int, form: str = ".5g") -> str:
+    if value is None:
+        return f"{_NONE:>{width}s}"
+    return f"{value:>{width}s}" if isinstance(value, str) else f"{value:{width}{form}}"

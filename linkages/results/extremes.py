@@ -183,7 +183,7 @@ class _Search:
     def __init__(self, bracket: Bracket) -> None:
         self.bracket = bracket
         self.settled = False
-        # by how much the last parabola was wrong; the first may be, at a kink, by thrice what it rises above the samples
+        # by how much the last parabola was wrong; the first may be by thrice what it rises above the samples (a kink)
         self.miss = (
             3.0 * (_parabola(bracket.times, bracket.values)[1] - self.best[1])
             if _has_top(bracket)

@@ -13,7 +13,9 @@ from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact, impacts
+from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
+from linkages.results.warnings import rough, singular, without_unbounded
 from linkages.system import System
 
 
@@ -44,6 +46,19 @@ class Study:
         """Every contact of the run."""
         return impacts(self.run, touching(self.system))
 
+    @cached_property
+    def passages(self) -> list[Passage]:
+        """Singular positions of its closed loops that the run passes or nears."""
+        return passages(self.system.tree, self.system.arrays, self.run)
+
+    @cached_property
+    def ideal_passages(self) -> list[Passage]:
+        """The same of the motion with ideal joints."""
+        if self.system.determinate:
+            return passages(self.system.tree, self.system.ideal_arrays, self.ideal)
+        system = self.system.ideal()
+        return passages(system.tree, system.arrays, self.ideal)
+
 
 def summarize(study: Study) -> dict[str, Any]:
     """Make the contents of ``summary.json``: SI units; see docs/outputs.md.
@@ -70,6 +85,10 @@ def summarize(study: Study) -> dict[str, Any]:
     quality = system.assembly.quality
     numbers = _numbers(system, study.run, study.contacts)
     ideal_numbers = _numbers(system, study.ideal)
+    if study.passages:
+        without_unbounded(numbers)
+    if study.ideal_passages:
+        without_unbounded(ideal_numbers)
     return {
         "engine": study.engine,
         "duration": float(study.run.time[-1]),
@@ -84,7 +103,7 @@ def summarize(study: Study) -> dict[str, Any]:
         },
         **numbers,
         "ideal": {"status": study.ideal.status.value, **ideal_numbers},
-        "error": errors(study, numbers),
+        **judge(study, numbers),
         "provenance": {
             "versions": versions(),
             "experiment": system.experiment.model_dump(exclude_unset=True, exclude_none=True)
@@ -96,8 +115,8 @@ def summarize(study: Study) -> dict[str, Any]:
     }
 
 
-def errors(study: Study, numbers: dict[str, Any]) -> dict[str, float]:
-    """Change of each peak of a summary when the run is repeated at the tighter tolerance; empty without that run.
+def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
+    """Make ``error`` and ``warnings`` of a summary.
 
     Parameters
     ----------
@@ -107,13 +126,21 @@ def errors(study: Study, numbers: dict[str, Any]) -> dict[str, float]:
 
     Returns
     -------
-    dict of str to float
-        By the peak's key, in its unit: ``slider7.ax.peak``, ``A.force.peak``.
+    dict
+        ``error`` has the change of each peak at the tighter tolerance by the peak's key (``slider7.ax.peak``), None
+        where there is none; without a tighter run it is empty.
     """
-    if study.tighter is None or study.tighter.status is not Status.OK:
-        return {}
-    finer = dict(_peaks(_numbers(study.system, study.tighter)))
-    return {key: abs(value - finer[key]) for key, value in _peaks(numbers) if key in finer}
+    peak = peaks_by_key(numbers)
+    error: dict[str, float | None] = {}
+    if study.tighter is not None:
+        ended = study.tighter.status is Status.OK
+        finer = peaks_by_key(_numbers(study.system, study.tighter)) if ended else {}
+        error = {
+            key: abs(value - finer[key]) if value is not None and key in finer else None
+            for key, value in peak.items()
+        }
+    found = [*singular(study.passages, study.ideal_passages), *rough(study.tighter, peak, error)]
+    return {"error": error, "warnings": found}
 
 
 def touching(system: System) -> list[str]:
@@ -176,14 +203,12 @@ def _covered(rows: list[Impact]) -> float:
     return total
 
 
-def _peaks(numbers: dict[str, Any]) -> list[tuple[str, float]]:
+def peaks_by_key(numbers: dict[str, Any]) -> dict[str, float | None]:
     """Every peak of a summary with its key: ``slider7.ax.peak``, ``A.force.peak``."""
-    result = [(f"{name}.peak", value["peak"]) for name, value in numbers["outputs"].items()]
-    for name, entry in numbers["joints"].items():
-        for key in ("force", "eccentricity_ratio"):
-            if key in entry:
-                result.append((f"{name}.{key}.peak", entry[key]["peak"]))
-    result += [(f"{name}.torque.peak", value["torque"]["peak"]) for name, value in numbers["drives"].items()]
-    for name, entry in numbers.get("loads", {}).items():
-        result += [(f"{name}.{key}.peak", entry[key]["peak"]) for key in ("force", "torque") if key in entry]
+    result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
+    for kind in ("joints", "drives", "loads"):
+        for name, entry in numbers.get(kind, {}).items():
+            for key in ("force", "eccentricity_ratio", "torque"):
+                if key in entry:
+                    result[f"{name}.{key}.peak"] = entry[key]["peak"]
     return result

@@ -42,9 +42,7 @@ class IdealMotion:
         self.system = system
         self.status = Status.OK
         duration = system.experiment.duration
-        coarse = np.linspace(0.0, duration, 501)
-        fastest = np.abs(system.motions(coarse)[1]).max(initial=0.0)
-        count = int(np.clip(np.ceil(duration * fastest / _GRID), 200, 200_000))
+        count = int(np.clip(np.ceil(duration * system.drive_rate / _GRID), 200, 200_000))
         self.times = np.linspace(0.0, duration, count + 1)
         self._follow_branch()
 

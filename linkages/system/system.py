@@ -162,6 +162,12 @@ class System:
         return Motions([self.experiment.drives[name].motion() for name in self.tree.driven])
 
     @cached_property
+    def drive_rate(self) -> float:
+        """Largest rate of a prescribed motion [rad/s or m/s]; zero without any."""
+        rates = self.motions(np.linspace(0.0, self.experiment.duration, 501))[1]
+        return float(np.abs(rates).max(initial=0.0))
+
+    @cached_property
     def torques(self) -> Motions:
         """Torque histories of the tree's powered joints."""
         return Motions([self.experiment.drives[name].torque_history() for name in self.tree.powered])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ STATUS = {
 }
 
 _FIRST = 1e-7  # first step, in parts of the duration
+_TRAVEL = 0.1  # of the fastest drive in a step [rad or m], at most
 _LANDING = 1e-10  # how close to touching a contact is located, in parts of the clearance
 
 
@@ -102,9 +104,15 @@ class Runner:
             Default the experiment's duration [s].
         """
         duration = self.system.experiment.duration
-        largest = self.system.experiment.solver.max_step or duration
+        largest = self.system.experiment.solver.max_step or self._longest
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
         return run(self._equations, self._stepper, self.tolerance, t, y, options)
+
+    @cached_property
+    def _longest(self) -> float:
+        """Longest step [s]: what is prescribed needs no steps, but extremes are looked for between them."""
+        duration, rate = self.system.experiment.duration, self.system.drive_rate
+        return min(duration, _TRAVEL / rate) if rate else duration
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""

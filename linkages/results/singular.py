@@ -1,0 +1,118 @@
+"""Singular positions that a motion passes or comes near: change points and dead points of the closed loops."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.planar.arrays import Arrays
+from linkages.planar.closure import closure_jacobian
+from linkages.planar.kinematics import body_positions
+from linkages.results.trajectory import Trajectory
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+
+#: Ratio of the closure's singular values below which a position is as good as singular: reactions are a thousand times
+#: what they are elsewhere, and which way the linkage goes on depends on digits that nobody knows.
+NEAR = 1e-3
+
+_MOST = 4000  # samples that are looked at first
+_ZOOMS, _POINTS = 4, 33  # how the smallest ratio between samples is found
+_TAKES_PART = 0.1  # of the largest: component of a joint that can move although the drives stand still
+
+
+class Passage(NamedTuple):
+    """A singular position on the way, or the nearest to one.
+
+    Attributes
+    ----------
+    time : float
+        [s]
+    quality : float
+        Smallest over largest singular value of the closure's Jacobian there; zero is singular.
+    joints : tuple of str
+        Coordinates of the tree that the drives and loops do not hold there.
+    """
+
+    time: float
+    quality: float
+    joints: tuple[str, ...]
+
+
+def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
+    """Find where the loops of a motion come closer to a singular position than `NEAR`, between its samples too.
+
+    A position is singular where the closure rows, in the coordinates that no drive prescribes, lose rank: the
+    linkage can then move although its drives stand still, or reactions exist without a load.
+
+    Parameters
+    ----------
+    tree : Tree
+        Of the system that moves.
+    arrays : Arrays
+        `System.arrays`, or `System.ideal_arrays` for the motion with ideal joints.
+    motion : Trajectory
+        With columns ``q.COORDINATE``.
+
+    Returns
+    -------
+    list of Passage
+        In the order of time.
+    """
+    if not len(arrays.rows) or not len(arrays.free) or len(motion.time) < 2:
+        return []
+    from scipy.interpolate import PchipInterpolator  # takes half a second to import
+
+    q = PchipInterpolator(motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
+    times = motion.time[:: 1 + len(motion.time) // _MOST]
+    quality = _qualities(arrays, q(times))
+    found: list[Passage] = []
+    for k in _candidates(quality):
+        low, high = times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)]
+        for _ in range(_ZOOMS):
+            between = np.linspace(low, high, _POINTS)
+            ratios = _qualities(arrays, q(between))
+            best = int(np.argmin(ratios))
+            low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
+        if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
+            found.append(
+                Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, q(between[best])))
+            )
+    return found
+
+
+def _candidates(quality: Array) -> list[int]:
+    """Find the samples beside which the quality can come near zero: local minima that its own slope takes there."""
+    left = np.concatenate([[np.inf], quality[:-1]])
+    right = np.concatenate([quality[1:], [np.inf]])
+    lowest = (quality <= left) & (quality < right) | (quality < NEAR)
+    fall = np.maximum(*(np.where(np.isfinite(x), x - quality, 0.0) for x in (left, right)))
+    near = np.flatnonzero(lowest & (quality - 2.0 * fall < NEAR))
+    # one of each run of neighbours
+    return [
+        int(run[np.argmin(quality[run])])
+        for run in np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
+        if len(run)
+    ]
+
+
+def _jacobian(arrays: Arrays, q: Array) -> Array:
+    pose = np.empty((len(arrays.bodies), 5))
+    body_positions(arrays.bodies, q, pose)
+    return closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))[:, arrays.free]
+
+
+def _qualities(arrays: Arrays, q: Array) -> Array:
+    """Smallest over largest singular value of the closure's Jacobian at each line of q."""
+    values = np.linalg.svd(np.stack([_jacobian(arrays, line) for line in q]), compute_uv=False)
+    return values[:, -1] / values[:, 0]
+
+
+def _loose(tree: Tree, arrays: Arrays, q: Array) -> tuple[str, ...]:
+    """Name the coordinates that take part in the motion that nothing holds."""
+    direction = np.abs(np.linalg.svd(_jacobian(arrays, q))[2][min(len(arrays.rows), len(arrays.free)) - 1])
+    taking_part = arrays.free[direction > _TAKES_PART * direction.max()]
+    return tuple(tree.coordinates[i] for i in taking_part)
