@@ -11,6 +11,7 @@ from machines import four_bar
 
 from linkages import InputError, Status, Trajectory, extremes, integral, load_trajectory
 from linkages.cli.main import main
+from linkages.results.extremes import peaks
 from linkages.results.trajectory import sample
 
 
@@ -39,6 +40,37 @@ def test_extremes_of_a_loaded_trajectory_come_from_parabolas():
     run = Trajectory(times, wave(times), Status.OK)
     exact = extremes(sample(times, wave, Status.OK, {}), ["y"])["y"]
     assert extremes(run, ["y"])["y"].max == pytest.approx(exact.max, rel=1e-5)  # fourth order in the sampling
+
+
+def test_peaks_are_the_larger_extremes_found_with_fewer_evaluations():
+    asked = []
+
+    def counted(times):
+        asked.append(len(times))
+        return wave(times) | {"w": np.abs(np.sin(times - 0.3)) - 0.2}
+
+    run = sample(np.linspace(0.0, 5.0, 61), counted, Status.OK, {})
+    counts = []
+    for search in (extremes, peaks):
+        asked.clear()
+        found = search(run, ["y", "z", "w"])
+        counts.append(sum(asked))
+        if search is extremes:
+            largest = found
+    assert counts[1] < 0.7 * counts[0]
+    for name, peak in found.items():
+        assert peak.value == pytest.approx(largest[name].peak, rel=1e-7)
+        assert peak.time == pytest.approx(largest[name].time, abs=1e-4)
+
+
+def test_of_equal_peaks_the_first_is_told():
+    run = sample(np.linspace(0.0, 20.0, 173), lambda t: {"time": t, "s": np.sin(t)}, Status.OK, {})
+    assert extremes(run, ["s"])["s"].time == pytest.approx(np.pi / 2.0, abs=1e-4)
+
+
+def test_a_maximum_at_a_kink_is_found():
+    run = sample(np.linspace(0.0, 1.0, 12), lambda t: {"time": t, "s": -np.abs(t - 0.4321)}, Status.OK, {})
+    assert abs(extremes(run, ["s"])["s"].max) < 1e-3
 
 
 def test_integral_is_of_third_order_at_least():

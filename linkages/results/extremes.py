@@ -174,7 +174,7 @@ def refine(
         for search, new in asked:
             bracket = search.bracket
             search.take(new, bracket.sign * columns[bracket.name][np.searchsorted(times, new)])
-    return [search.best for search in searches]
+    return [(search.top[0], search.best) for search in searches]
 
 
 class _Search:
@@ -184,30 +184,25 @@ class _Search:
         self.bracket = bracket
         self.settled = False
         # by how much the last parabola was wrong; the first may be by thrice what it rises above the samples (a kink)
-        self.miss = (
-            3.0 * (_parabola(bracket.times, bracket.values)[1] - self.best[1])
-            if _has_top(bracket)
-            else np.inf
-        )
+        self.miss = 3.0 * (self.top[1] - self.best) if _has_top(bracket) else np.inf
         self.slow = False  # whether it was no better than the one before
 
     @property
-    def best(self) -> tuple[float, float]:
-        """Time and value of the highest sample."""
-        i = int(np.argmax(self.bracket.values))
-        return float(self.bracket.times[i]), float(self.bracket.values[i])
+    def best(self) -> float:
+        """Value of the highest sample."""
+        return float(self.bracket.values.max())
 
     @property
-    def hope(self) -> float:
-        """How high the maximum may be."""
-        return _parabola(self.bracket.times, self.bracket.values)[1] + self.miss
+    def top(self) -> tuple[float, float]:
+        """Time and height of the top of the parabola through the samples."""
+        return _parabola(self.bracket.times, self.bracket.values)
 
     def times(self) -> Array:
         """Return when to evaluate next: the parabola's top first, or the middle nearest to the best sample."""
         t, y = self.bracket.times, self.bracket.values
         middles = 0.5 * (t[1:] + t[:-1])
         if _has_top(self.bracket):
-            return np.array([_parabola(t, y)[0], *(middles if self.slow else ())])
+            return np.array([self.top[0], *(middles if self.slow else ())])
         return middles[:1] if np.argmax(y) == 0 else middles[-1:]
 
     def take(self, times: Array, values: Array) -> None:
@@ -224,7 +219,7 @@ class _Search:
         # near a smooth top the parabola's top is wrong by miss^2 / (4 drop) only: it is flat there
         drop = y[best] - y.min()
         small = _KEPT * old.scale
-        self.settled = miss <= small or miss**2 <= small * drop
+        self.settled = miss <= small or miss**2 <= 0.01 * small * drop
         self.slow, self.miss = miss > _SLOW * self.miss, miss
 
 
@@ -233,9 +228,9 @@ def _drop_lower(searches: Sequence[_Search]) -> None:
     highest: dict[tuple[str, float], float] = {}
     for search in searches:
         key = search.bracket.name, search.bracket.sign
-        highest[key] = max(highest.get(key, -np.inf), search.best[1])
+        highest[key] = max(highest.get(key, -np.inf), search.best)
     for search in searches:
-        search.settled |= search.hope < highest[search.bracket.name, search.bracket.sign]
+        search.settled |= search.top[1] + search.miss < highest[search.bracket.name, search.bracket.sign]
 
 
 def integral(trajectory: Trajectory, values: Array) -> float:

@@ -1,0 +1,113 @@
+"""What a summary says of numbers that cannot be trusted: singular positions, errors that are large or not known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reference_machines import parallelogram_sdf
+from shipped import shipped
+
+from linkages import Status, ideal, study, summarize
+from linkages.cli.main import main
+from linkages.report.terminal import format_summary
+from linkages.results.singular import NEAR, passages
+
+#: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.
+DRIVEN = """duration = {}
+outputs = ["follower.angle", "follower.alpha"]
+[drives.O]
+speed = 6.0
+"""
+FLAT = (np.array([1.0, 2.0]) * np.pi - 1.0) / 6.0
+
+
+def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, system_of):
+    summary = summarize(
+        study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), engine, error_estimate=False)
+    )
+    (warning,) = summary["warnings"]
+    assert warning["kind"] == "singular"
+    assert warning["time"] == pytest.approx(FLAT[0], abs=1e-4)
+    assert f"{FLAT[1]:.3f}"[:4] in warning["what"]
+    assert all(name in warning["what"] for name in ("A", "Q"))
+    for numbers in (summary, summary["ideal"]):
+        assert all(joint["force"] == {"peak": None, "time": None} for joint in numbers["joints"].values())
+        assert numbers["drives"]["O"] == {"torque": {"peak": None}, "work": None}
+        assert numbers["outputs"]["follower.alpha"]["peak"] is None
+        assert numbers["outputs"]["follower.angle"]["min"] == pytest.approx(1.0)
+    assert warning["what"] in format_summary(summary)
+    json.dumps(summary, allow_nan=False)
+
+
+def test_a_motion_that_stays_away_from_its_change_points_has_all_numbers(engine, system_of):
+    summary = summarize(study(system_of(parallelogram_sdf(), DRIVEN.format(0.9 * FLAT[0])), engine))
+    assert summary["warnings"] == []
+    assert all(joint["force"]["peak"] > 0.0 for joint in summary["joints"].values())
+    assert None not in summary["error"].values()
+
+
+@pytest.mark.parametrize("offset", [0.3, 0.01])
+def test_passages_are_found_between_samples(system_of, offset):
+    """Wherever the samples lie; the ratio of singular values is |sin| of the crank angle times a factor near one."""
+    system = system_of(parallelogram_sdf(), DRIVEN.format(1.0))
+    motion = ideal(system)
+    every = 20  # 0.4 rad
+    coarse = replace(motion, columns={k: x[int(offset * every) :: every] for k, x in motion.columns.items()})
+    coarse = replace(coarse, time=coarse.columns["time"])
+    found = passages(system.tree, system.ideal_arrays, coarse)
+    assert [passage.time for passage in found] == pytest.approx(FLAT, abs=2e-3)
+    assert all(passage.quality < NEAR for passage in found)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["seven_bar", "four_bar_dry", "five_bar_dry", "six_bar_dry", "slider_crank_dry", "slider_crank_guide"],
+)
+def test_the_shipped_machines_pass_no_singular_position(name):
+    system = shipped(name)
+    assert passages(system.tree, system.ideal_arrays, ideal(system)) == []
+
+
+def test_peaks_that_another_tolerance_changes_by_more_than_a_tenth_are_rough():
+    found = study(shipped("seven_bar", duration=0.05), "compiled")
+    assert summarize(found)["warnings"] == []
+    columns = found.tighter.columns | {"A.force": 1.2 * found.tighter["A.force"]}
+    summary = summarize(replace(found, tighter=replace(found.tighter, columns=columns, evaluate=None)))
+    (warning,) = summary["warnings"]
+    assert (warning["kind"], warning["time"]) == ("rough", None)
+    assert "A.force.peak by 20 %" in warning["what"]
+    assert "B.force" not in warning["what"]
+
+
+def test_errors_that_could_not_be_estimated_are_null_and_said(tmp_path, capsys, monkeypatch):
+    from linkages.engines import study as runs
+
+    original = runs.simulate
+
+    def failing(system, engine, progress=None):
+        run = original(system, engine, progress)
+        return (
+            replace(run, status=Status.STEP_SIZE_COLLAPSE)
+            if system.experiment.solver.accuracy < 1e-7
+            else run
+        )
+
+    monkeypatch.setattr(runs, "simulate", failing)
+    words = [
+        "simulate",
+        "seven_bar.toml",
+        "--duration",
+        "0.05",
+        "--engine",
+        "compiled",
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    assert main([*words, "--no-plots", "--no-animation"]) == 0
+    told = capsys.readouterr()
+    assert "the run that estimates the errors ended at t = 0.05 s" in told.err
+    assert "warning (rough)" in told.out
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert set(summary["error"].values()) == {None}
+    assert [entry["kind"] for entry in summary["warnings"]] == ["rough"]
