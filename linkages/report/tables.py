@@ -10,11 +10,11 @@ from typing import Any
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys
 from linkages.report.results import Results
-from linkages.report.words import change, toml_value, unit
+from linkages.report.words import NONE, change, toml_value, unit
 from linkages.results.impacts import Impact
 
 _SHOWN = 40  # most contacts in the table
-_NONE = "–"
+
 
 _FILES = {
     "summary.json": "the numbers of this page, SI units",
@@ -67,8 +67,8 @@ def joints(results: Results) -> Table:
         model = results.play.get(name, {}).get("model", "ideal")
         numbers = map(number, (exact, force["peak"], force["time"]))
         judged = (change(force["peak"], exact), error(results, f"{name}.force.peak"))
-        most = number(ratio["peak"]) if ratio else _NONE
-        share = f"{100.0 * inside:.3g}" if inside is not None else _NONE
+        most = number(ratio["peak"]) if ratio else NONE
+        share = f"{100.0 * inside:.3g}" if inside is not None else NONE
         rows.append((name, model, *numbers, *judged, most, share))
     head = (
         "joint", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
@@ -146,16 +146,17 @@ def files(results: Results) -> Table:
     return Table("Files beside this page", ("file", "what it is", "size"), rows, frozenset({0, 1}))
 
 
-def number(value: float) -> str:
-    """Write a number with five significant digits."""
-    return f"{value:.5g}".replace("-", "−")
+def number(value: float | None) -> str:
+    """Write a number with five significant digits; None has no value."""
+    return NONE if value is None else f"{value:.5g}".replace("-", "−")
 
 
 def error(results: Results, key: str) -> str:
-    """Write the error of a peak, if it was estimated."""
-    found = results.summary["error"].get(key)
-    if found is None:
-        return "not estimated"
+    """Write the error of a peak, if it was estimated and there is one."""
+    errors = results.summary["error"]
+    if errors.get(key) is None:
+        return NONE if key in errors else "not estimated"
+    found = errors[key]
     return f"{found:.1e}".replace("-", "−") if found else "0"
 
 
@@ -163,7 +164,7 @@ def _impact(row: Impact) -> tuple[str, ...]:
     joint, *values = astuple(row)
     scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0)
     scaled = (scale * value for scale, value in zip(scales, values, strict=True))
-    return (joint, *(_NONE if math.isnan(value) else number(value) for value in scaled))
+    return (joint, *(NONE if math.isnan(value) else number(value) for value in scaled))
 
 
 def _plain(value: Any) -> str:

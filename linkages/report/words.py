@@ -14,6 +14,7 @@ from linkages.errors import Status
 from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
+NONE = "–"  # what has no value
 _NOTHING = 1e-9  # of a value: what rounding leaves of a zero
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
@@ -46,11 +47,16 @@ def answer(results: Results) -> list[str]:
             f"The run ended early, at {summary['duration']:.4g} s of {asked:g} s, with the status {status.value}:"
             f" {status.remedy}. The numbers cover the part that was computed, those of ideal joints the whole time."
         )
+    sentences += [f"{entry['what']}; {entry['remedy']}." for entry in summary.get("warnings", ())]
     for name, value in summary["outputs"].items():
+        if value["peak"] is None:
+            sentences.append(f"{name} has no bound.")
+            continue
         beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
         sentences.append(f"Peak of {name}: {value['peak']:.5g} {unit(name)}{beside}.")
-    if summary["joints"]:
-        name, value = max(summary["joints"].items(), key=lambda item: item[1]["force"]["peak"])
+    forces = {k: v for k, v in summary["joints"].items() if v["force"]["peak"] is not None}
+    if forces:
+        name, value = max(forces.items(), key=lambda item: item[1]["force"]["peak"])
         peak, time = value["force"]["peak"], value["force"]["time"]
         beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
         sentences.append(f"The largest joint force is {peak:.5g} N, in {name} at {time:.4g} s{beside}.")
@@ -58,8 +64,8 @@ def answer(results: Results) -> list[str]:
     return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
 
 
-def _beside(results: Results, value: float, exact: float, of: str) -> str:
-    if not results.play:
+def _beside(results: Results, value: float, exact: float | None, of: str) -> str:
+    if not results.play or exact is None:
         return ""
     return f"; with ideal joints {exact:.5g} {of} ({change(value, exact)})"
 
@@ -118,8 +124,10 @@ def unit(output: str) -> str:
     return output_unit(output).replace("s2", "s²")
 
 
-def change(value: float, reference: float) -> str:
-    """Say how far a magnitude is from its reference."""
+def change(value: float | None, reference: float | None) -> str:
+    """Say how far a magnitude is from its reference, if both have a value."""
+    if value is None or reference is None:
+        return NONE
     if value == reference:
         return "unchanged"
     if abs(reference) < _NOTHING * abs(value):

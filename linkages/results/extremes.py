@@ -112,7 +112,7 @@ def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
         near = max(high, -low) - _NEAR * (high - low)
         wanted += [(name, sign) for sign in (1.0, -1.0) if max(sign * high, sign * low) >= near]
     found = _maxima(trajectory, wanted)
-    result = {}
+    result: dict[str, Peak] = {}
     for (name, _), (time, value) in found.items():
         if name not in result or value > result[name].value:
             result[name] = Peak(value, time)

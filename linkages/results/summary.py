@@ -135,10 +135,9 @@ def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
     if study.tighter is not None:
         ended = study.tighter.status is Status.OK
         finer = peaks_by_key(_numbers(study.system, study.tighter)) if ended else {}
-        error = {
-            key: abs(value - finer[key]) if value is not None and key in finer else None
-            for key, value in peak.items()
-        }
+        for key, value in peak.items():
+            other = finer.get(key)
+            error[key] = None if value is None or other is None else abs(value - other)
     found = [*singular(study.passages, study.ideal_passages), *rough(study.tighter, peak, error)]
     return {"error": error, "warnings": found}
 

@@ -40,6 +40,17 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
     json.dumps(summary, allow_nan=False)
 
 
+def test_report_and_figures_of_a_run_through_change_points(experiment_file, tmp_path):
+    path, out = experiment_file(parallelogram_sdf(), DRIVEN.format(0.5)), str(tmp_path / "out")
+    assert (
+        main(["simulate", str(path), "--engine", "compiled", "--quiet", "--no-animation", "--out", out]) == 0
+    )
+    assert main(["report", out]) == 0
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "passes or nears singular positions at 0.35" in page
+    assert "follower.alpha has no bound." in page
+
+
 def test_a_motion_that_stays_away_from_its_change_points_has_all_numbers(engine, system_of):
     summary = summarize(study(system_of(parallelogram_sdf(), DRIVEN.format(0.9 * FLAT[0])), engine))
     assert summary["warnings"] == []
