@@ -20,12 +20,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.integrate.stepper import COUNT, Stepper, accept, copy, restart
-from linkages.kernel import kernel, template
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, Indices, kernel, template
 
 #: How a run ends: at its end; after the steps it was given; where `settle` says so (larger values); step too small.
 DONE, PAUSED, COLLAPSED = 0, 1, 2
@@ -75,7 +72,7 @@ class Record(NamedTuple):
 
 @kernel
 def first_event(
-    modes: NDArray[np.int64], landing: Array, g0: Array, d0: Array, g1: Array, d1: Array, h: float
+    modes: Indices, landing: Array, g0: Array, d0: Array, g1: Array, d1: Array, h: float
 ) -> tuple[int, float]:
     """Event function that first leaves its sign within a step, and where, in parts of the step; -1 if none does.
 
@@ -152,7 +149,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         t: float,
         h: float,
         y: Array,
-        modes: NDArray[np.int64],
+        modes: Indices,
         landing: Array,
         event: int,
         fraction: float,
@@ -190,7 +187,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         tolerance: Array,
         t: float,
         start: Array,
-        modes: NDArray[np.int64],
+        modes: Indices,
         width: int,
         options: Options,
     ) -> Record:

@@ -7,9 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.kernel import kernel
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, Indices, kernel
 
 
 class Stepper(NamedTuple):
@@ -48,8 +46,8 @@ class Stepper(NamedTuple):
     jacobian: Array
     real: Array
     complex: NDArray[np.complex128]
-    pivots: NDArray[np.int64]
-    pivots2: NDArray[np.int64]
+    pivots: Indices
+    pivots2: Indices
     r1: Array
     r2: NDArray[np.complex128]
     memory: Array

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, nearest
+from linkages.kernel import Records
 from linkages.model.experiment import QUANTITIES
 from linkages.outputs.values import CONTACT, COORDINATE, DRIVE, GUIDE, JOINT, LINKAGE, LOAD, OUTPUT, POINT
 from linkages.system import System
@@ -301,7 +301,7 @@ def default_outputs(system: System) -> tuple[str, ...]:
     )
 
 
-def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> NDArray[np.record]:
+def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:
     """Make the records of named outputs.
 
     Raises

@@ -6,9 +6,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Records, kernel, record_type
 from linkages.kernel.by_reference import reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import contact_motion
@@ -20,26 +19,18 @@ from linkages.planar.motion import evaluate_motions
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
 from linkages.planar.record_types import MARKER
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 #: Kinds of owners.
 POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE = range(8)
 
 #: One output.
-OUTPUT = np.dtype(
-    (
-        np.record,
-        [
-            ("kind", "i8"),
-            ("what", "i8"),  # quantity of the kind
-            ("at", "i8"),  # contact, joint, drive, load or coordinate
-            ("other", "i8"),  # drive: its coordinate; guide: the block's body
-            ("jitter", "i8"),  # 1: less the ideal linkage's
-            ("marker", MARKER),  # point: where it is; guide: the slot's body and the direction across it
-            ("constant", "f8"),  # point: drawn angle; contact: clearance
-        ],
-    )
+OUTPUT = record_type(
+    kind="i8",
+    what="i8",  # quantity of the kind
+    at="i8",  # contact, joint, drive, load or coordinate
+    other="i8",  # drive: its coordinate; guide: the block's body
+    jitter="i8",  # 1: less the ideal linkage's
+    marker=MARKER,  # point: where it is; guide: the slot's body and the direction across it
+    constant="f8",  # point: drawn angle; contact: clearance
 )
 
 _CORNERS = 4
@@ -64,8 +55,8 @@ class View(NamedTuple):
         `linkages.planar.loads.LOAD_OUTPUTS`.
     """
 
-    bodies: NDArray[np.record]
-    ends: NDArray[np.record]
+    bodies: Records
+    ends: Records
     gravity: Array
     q: Array
     v: Array
@@ -176,7 +167,7 @@ def _energy(what: int, view: View) -> float:
 
 @kernel
 def tabulate(
-    outputs: NDArray[np.record],
+    outputs: Records,
     with_forces: bool,
     model: Arrays,
     times: Array,

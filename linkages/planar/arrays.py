@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from linkages.kernel import Array, Indices, Records
 
 
 class Arrays(NamedTuple):
@@ -39,11 +35,11 @@ class Arrays(NamedTuple):
         Length of the linkage [m].
     """
 
-    bodies: NDArray[np.record]
-    rows: NDArray[np.record]
-    ends: NDArray[np.record]
-    joints: NDArray[np.record]
-    laws: NDArray[np.record]
+    bodies: Records
+    rows: Records
+    ends: Records
+    joints: Records
+    laws: Records
     tables: Array
     limits: Array
     touching: Indices
@@ -59,7 +55,7 @@ class Arrays(NamedTuple):
     torque: Array
     torque_c: Array
     torque_n: Indices
-    loads: NDArray[np.record]
+    loads: Records
     load_t: Array
     load_c: Array
     load_n: Indices

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.planar.contacts import contact_action
 from linkages.planar.record_types import CORNER
-
-Array = NDArray[np.float64]
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall (2), bristle state.
 INPUTS = 9

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.markers import Arms, add_force, gap, gap_rate, turned
 from linkages.planar.record_types import CORNER
-
-Array = NDArray[np.float64]
 
 #: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
 #: its rate and the sliding speed of the journal's surface [m/s], rate of LuGre's bristles [m/s]. For the corner of a
@@ -28,8 +25,8 @@ MEMORY = ("approach", "bristle")
 
 @kernel
 def clearance_wrenches(
-    ends: NDArray[np.record],
-    laws: NDArray[np.record],
+    ends: Records,
+    laws: Records,
     tables: Array,
     memory: Array,
     pose: Array,
@@ -136,15 +133,15 @@ def contact_action(
 
 @kernel
 def clearance_forces(
-    bodies: NDArray[np.record],
-    ends: NDArray[np.record],
-    laws: NDArray[np.record],
+    bodies: Records,
+    ends: Records,
+    laws: Records,
     tables: Array,
     memory: Array,
     state: Array,
-    positions: NDArray[np.int64],
-    rates: NDArray[np.int64],
-    into: NDArray[np.int64],
+    positions: Indices,
+    rates: Indices,
+    into: Indices,
     size: int,
 ) -> Array:
     """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.dynamics import Workspace, accelerate, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
 from linkages.planar.loads import Loads, load_wrenches
 from linkages.planar.motion import evaluate_motions
 
-Array = NDArray[np.float64]
-
 
 @kernel
 def constrained_dynamics(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
+    bodies: Records,
+    rows: Records,
     stabilisation: float,
     gravity: Array,
     q: Array,
@@ -60,9 +57,7 @@ def constrained_dynamics(
 
 
 @kernel
-def required_forces(
-    bodies: NDArray[np.record], rows: NDArray[np.record], gravity: Array, work: Workspace, force: Array
-) -> None:
+def required_forces(bodies: Records, rows: Records, gravity: Array, work: Workspace, force: Array) -> None:
     """Add to ``force`` (n,) the generalised forces that the accelerations found by `accelerate` require.
 
     Those of free joints are the applied ones again.
@@ -75,21 +70,21 @@ def required_forces(
 
 @kernel
 def driven_forces(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
+    bodies: Records,
+    rows: Records,
     stabilisation: float,
     gravity: Array,
-    driven: NDArray[np.int64],
-    motion: tuple[Array, Array, NDArray[np.int64]],
-    powered: NDArray[np.int64],
-    torque: tuple[Array, Array, NDArray[np.int64]],
+    driven: Indices,
+    motion: tuple[Array, Array, Indices],
+    powered: Indices,
+    torque: tuple[Array, Array, Indices],
     loads: Loads,
     t: float,
     state: Array,
-    positions: NDArray[np.int64],
-    rates: NDArray[np.int64],
+    positions: Indices,
+    rates: Indices,
     applied: Array,
-    into: NDArray[np.int64],
+    into: Indices,
     size: int,
 ) -> tuple[Array, Array]:
     """Compute forces of applied loads, drives and loops at a state, added to those already applied.
@@ -147,9 +142,7 @@ def driven_forces(
 
 
 @kernel
-def add_load_forces(
-    bodies: NDArray[np.record], loads: Loads, t: float, q: Array, v: Array, force: Array
-) -> None:
+def add_load_forces(bodies: Records, loads: Loads, t: float, q: Array, v: Array, force: Array) -> None:
     """Add the generalised forces of the applied loads to ``force`` (n,)."""
     nb = len(bodies)
     pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
@@ -160,9 +153,7 @@ def add_load_forces(
 
 
 @kernel
-def add_loop_forces(
-    bodies: NDArray[np.record], rows: NDArray[np.record], q: Array, reaction: Array, force: Array
-) -> None:
+def add_loop_forces(bodies: Records, rows: Records, q: Array, reaction: Array, force: Array) -> None:
     """Add J^T lambda of the loop reactions to ``force`` (n,)."""
     pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
     body_positions(bodies, q, pose)

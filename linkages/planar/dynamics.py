@@ -12,9 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import inlined_kernel, kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
@@ -24,8 +23,6 @@ from linkages.planar.kinematics import (
 )
 from linkages.planar.markers import turned
 from linkages.planar.record_types import PRISMATIC, REVOLUTE
-
-Array = NDArray[np.float64]
 
 
 class Workspace(NamedTuple):
@@ -95,7 +92,7 @@ workspace = kernel(make_workspace)
 
 
 @kernel
-def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, tau: Array) -> None:
+def generalized_force(bodies: Records, pose: Array, wrench: Array, tau: Array) -> None:
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
@@ -112,7 +109,7 @@ def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, ta
 
 
 @kernel
-def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Array) -> None:
+def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> None:
     """Articulated inertias of a configuration.
 
     Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
@@ -176,13 +173,7 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
 
 @kernel
 def inertial_load(
-    bodies: NDArray[np.record],
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    gravity: Array,
-    wrench: Array,
-    load: Array,
+    bodies: Records, pose: Array, vel: Array, acc: Array, gravity: Array, wrench: Array, load: Array
 ) -> None:
     """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches."""
     for i in range(len(bodies)):
@@ -198,7 +189,7 @@ def inertial_load(
 
 @kernel
 def respond(
-    bodies: NDArray[np.record], pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
+    bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
 ) -> None:
     """Change of the accelerations that given loads cause.
 
@@ -256,13 +247,7 @@ def respond(
 
 
 @inlined_kernel
-def accelerate(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    stabilisation: float,
-    gravity: Array,
-    work: Workspace,
-) -> None:
+def accelerate(bodies: Records, rows: Records, stabilisation: float, gravity: Array, work: Workspace) -> None:
     """Accelerations and loop reactions of a tree whose cut ideal joints are closed by multipliers.
 
     Takes `work`'s v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free joints; fills a,
@@ -300,7 +285,7 @@ def accelerate(
 
 
 @kernel
-def add_change(bodies: NDArray[np.record], factor: float, change: Array, acc: Array) -> None:
+def add_change(bodies: Records, factor: float, change: Array, acc: Array) -> None:
     """Add a multiple of what `respond` found to the bodies' accelerations."""
     for i in range(1, len(bodies)):
         if bodies[i].moving:
@@ -309,7 +294,7 @@ def add_change(bodies: NDArray[np.record], factor: float, change: Array, acc: Ar
 
 
 @kernel
-def loop_responses(bodies: NDArray[np.record], rows: NDArray[np.record], work: Workspace) -> None:
+def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
     """Accelerations that a unit reaction of each row causes: of coordinates, bodies, and rows.
 
     Takes `work`'s pose and axis; fills row_a, row_change and response.

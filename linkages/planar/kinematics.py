@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.planar.markers import add_force, arm, gap, gap_acceleration, gap_rate, turned
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
-Array = NDArray[np.float64]
-
 
 @kernel
-def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
+def body_positions(bodies: Records, q: Array, pose: Array) -> None:
     """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
     pose[0, 0] = 0.0
     pose[0, 1] = 0.0
@@ -44,7 +41,7 @@ def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
 
 
 @kernel
-def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Array) -> None:
+def body_velocities(bodies: Records, pose: Array, v: Array, vel: Array) -> None:
     """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
     vel[0, :] = 0.0
     for i in range(1, len(bodies)):
@@ -65,9 +62,7 @@ def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Arra
 
 
 @kernel
-def body_accelerations(
-    bodies: NDArray[np.record], pose: Array, vel: Array, v: Array, a: Array, acc: Array
-) -> None:
+def body_accelerations(bodies: Records, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
     """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin."""
     acc[0, :] = 0.0
     for i in range(1, len(bodies)):
@@ -156,9 +151,7 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
 
 
 @kernel
-def spread(
-    bodies: NDArray[np.record], q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
-) -> None:
+def spread(bodies: Records, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
     """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
     for k in range(len(q)):
         body_positions(bodies, q[k], pose[k])

@@ -16,9 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.markers import (
     Two,
     add_force,
@@ -37,8 +36,7 @@ from linkages.planar.markers import (
 from linkages.planar.motion import motion_value
 from linkages.planar.record_types import FORCE, SPRING, TORQUE
 
-Array = NDArray[np.float64]
-Loads = tuple[NDArray[np.record], Array, Array, NDArray[np.int64]]
+Loads = tuple[Records, Array, Array, Indices]
 
 #: What is known of each load at a state. Force: fx, fy in plane axes [N]; torque: its value [N m] and 0; spring:
 #: tension [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]. Then for each the power that it
@@ -111,7 +109,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
 
 @kernel
 def _force(
-    load: np.record, breaks: Array, coefficients: Array, segments: NDArray[np.int64], t: float, pose: Array
+    load: np.record, breaks: Array, coefficients: Array, segments: Indices, t: float, pose: Array
 ) -> tuple[float, float]:
     """Components of a force in plane axes."""
     fx = motion_value(breaks, coefficients, segments, load.motion, t)

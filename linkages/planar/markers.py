@@ -12,11 +12,9 @@ marker a to marker b. Directions of change are given as in `linkages.planar.tang
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 
-Array = NDArray[np.float64]
 Two = tuple[float, float]
 Arms = tuple[float, float, float, float]
 
@@ -52,10 +50,7 @@ def marker_velocity(vel: Array, marker: np.record, rx: float, ry: float) -> Two:
 def marker_acceleration(vel: Array, acc: Array, marker: np.record, rx: float, ry: float) -> Two:
     """Acceleration of a marker with the arm r [m/s2]."""
     w, al = vel[marker.body, 0], acc[marker.body, 0]
-    return (
-        acc[marker.body, 1] - al * ry - w * w * rx,
-        acc[marker.body, 2] + al * rx - w * w * ry,
-    )
+    return (acc[marker.body, 1] - al * ry - w * w * rx, acc[marker.body, 2] + al * rx - w * w * ry)
 
 
 @kernel

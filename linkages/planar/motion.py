@@ -6,11 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, Indices, kernel
 
 
 class Pieces(NamedTuple):
@@ -81,7 +78,7 @@ class Motions:
             self.coefficients[i, : len(p.x) - 1, order - len(p.c) :] = p.c.T
 
     @property
-    def arrays(self) -> tuple[Array, Array, NDArray[np.int64]]:
+    def arrays(self) -> tuple[Array, Array, Indices]:
         """Breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) for compiled code."""
         return self.breaks, self.coefficients, self.segments
 
@@ -97,7 +94,7 @@ class Motions:
 def _tabulate(
     breaks: Array,
     coefficients: Array,
-    segments: NDArray[np.int64],
+    segments: Indices,
     times: Array,
     value: Array,
     rate: Array,
@@ -109,7 +106,7 @@ def _tabulate(
 
 
 @kernel
-def _segment(breaks: Array, segments: NDArray[np.int64], i: int, t: float) -> int:
+def _segment(breaks: Array, segments: Indices, i: int, t: float) -> int:
     """Piece of polynomial i that holds at time t, by bisection."""
     low, high = 0, segments[i]
     while high - low > 1:
@@ -122,7 +119,7 @@ def _segment(breaks: Array, segments: NDArray[np.int64], i: int, t: float) -> in
 
 
 @kernel
-def motion_value(breaks: Array, coefficients: Array, segments: NDArray[np.int64], i: int, t: float) -> float:
+def motion_value(breaks: Array, coefficients: Array, segments: Indices, i: int, t: float) -> float:
     """Value of polynomial i alone; see `evaluate_motions`."""
     k = _segment(breaks, segments, i, t)
     s = t - breaks[i, k]
@@ -136,7 +133,7 @@ def motion_value(breaks: Array, coefficients: Array, segments: NDArray[np.int64]
 def evaluate_motions(
     breaks: Array,
     coefficients: Array,
-    segments: NDArray[np.int64],
+    segments: Indices,
     t: float,
     value: Array,
     rate: Array,

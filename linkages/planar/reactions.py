@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, free_columns, solve_columns
 from linkages.planar.contacts import add_contact
@@ -15,14 +14,11 @@ from linkages.planar.markers import arm, gap, turned
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
 from linkages.planar.tangent import transmitted
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 _CORNERS = 4
 
 
 @kernel
-def add_known_contacts(ends: NDArray[np.record], contacts: Array, pose: Array, wrench: Array) -> None:
+def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Array) -> None:
     """Add the force pairs of contacts whose `linkages.planar.contacts.CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
     for k in range(len(ends)):
         ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
@@ -31,13 +27,7 @@ def add_known_contacts(ends: NDArray[np.record], contacts: Array, pose: Array, w
 
 @kernel
 def row_reactions(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    free: Indices,
-    pose: Array,
-    load: Array,
-    tau: Array,
-    reaction: Array,
+    bodies: Records, rows: Records, free: Indices, pose: Array, load: Array, tau: Array, reaction: Array
 ) -> None:
     """Fill the size of each row's reaction, (nr,), so that nothing is left for the free coordinates to carry.
 

@@ -8,9 +8,8 @@ turn x vector. Second derivatives of the joints' coordinates stay as they are.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.planar.kinematics import row_direction
 from linkages.planar.markers import (
     acceleration_tangent,
@@ -24,12 +23,10 @@ from linkages.planar.markers import (
 )
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
-Array = NDArray[np.float64]
-
 
 @kernel
 def body_tangents(
-    bodies: NDArray[np.record],
+    bodies: Records,
     pose: Array,
     vel: Array,
     acc: Array,
@@ -75,7 +72,7 @@ def body_tangents(
 
 @kernel
 def inertial_tangents(
-    bodies: NDArray[np.record],
+    bodies: Records,
     pose: Array,
     vel: Array,
     acc: Array,
@@ -103,7 +100,7 @@ def inertial_tangents(
 
 @kernel
 def residual_tangents(
-    bodies: NDArray[np.record], pose: Array, force: Array, dpose: Array, dload: Array, out: Array
+    bodies: Records, pose: Array, force: Array, dpose: Array, dload: Array, out: Array
 ) -> None:
     """Fill the free entries of ``out`` (n,) with the change of the generalised forces of free joints.
 
@@ -136,7 +133,7 @@ def residual_tangents(
 
 
 @kernel
-def transmitted(bodies: NDArray[np.record], pose: Array, load: Array) -> None:
+def transmitted(bodies: Records, pose: Array, load: Array) -> None:
     """Turn the bodies' own loads (nb, 3), in place, into the wrenches that they get through their joints."""
     for i in range(len(bodies) - 1, 0, -1):
         p = bodies[i].mount.body

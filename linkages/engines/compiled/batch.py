@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.errors import AssemblyError, InputError, Status
+from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
 from linkages.planar.ideal import make_ideal
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _MOST_STEPS = 20_000_000  # of one run
 
@@ -52,7 +50,7 @@ class Batch:
     statistics: dict[str, Array]
     status: list[Status]
     reason: list[str]
-    steps: NDArray[np.int64]
+    steps: Indices
 
     def __getattr__(self, name: str) -> Array:
         if name not in STATISTICS:

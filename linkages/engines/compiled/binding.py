@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numba import typeof
-from numpy.typing import NDArray
 
 from linkages.engines.compiled import entry_points
 from linkages.engines.compiled.equations import add_loads, derivatives, outside, solve_state
@@ -18,13 +17,10 @@ from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import address, kernel
+from linkages.kernel import Array, address, kernel
 from linkages.kernel.by_reference import Reference, reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages.engines.compiled.entry_points import loads, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
-
-Array = NDArray[np.float64]
 
 BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.entry_points import loads_tangent, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import INPUTS, OUTPUTS, clear, contact_partials
@@ -32,8 +31,6 @@ from linkages.planar.tangent import (
     row_tangent,
     transmitted,
 )
-
-Array = NDArray[np.float64]
 
 
 class Scratch(NamedTuple):

@@ -8,17 +8,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.kernel import Array, Indices
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
 from linkages.planar.record_types import REVOLUTE
 from linkages.system import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 _FILM, _TOUCH = (
     1e4,

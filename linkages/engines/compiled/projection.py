@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.dynamics import articulate, loop_responses, solve_semidefinite
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
-
-Array = NDArray[np.float64]
 
 _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length
 _ROUNDS = 4

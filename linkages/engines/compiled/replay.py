@@ -9,15 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.entry_points import attempt, project, solve
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper, copy, hint, restart
-from linkages.kernel import kernel
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, kernel
 
 _TRIES = 30
 

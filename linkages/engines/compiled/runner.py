@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
 from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
@@ -14,19 +13,13 @@ from linkages.engines.compiled.statistics import summarise
 from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
+from linkages.kernel import Array, Indices, Records
 from linkages.model.tables import IMPLICIT
 from linkages.planar.contacts import WIDTH
 from linkages.planar.ideal import Ideal
 from linkages.system import System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-STATUS = {
-    DONE: Status.OK,
-    COLLAPSED: Status.STEP_SIZE_COLLAPSE,
-    LEFT: Status.JOURNAL_LEFT_BEARING,
-}
+STATUS = {DONE: Status.OK, COLLAPSED: Status.STEP_SIZE_COLLAPSE, LEFT: Status.JOURNAL_LEFT_BEARING}
 
 _FIRST = 1e-7  # first step, in parts of the duration
 _LANDING = 1e-10  # how close to touching a contact is located, in parts of the clearance
@@ -115,9 +108,7 @@ class Runner:
         evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, q, v, a, contacts)
         return q, v, a, contacts
 
-    def summarise(
-        self, ideal: Ideal, outputs: NDArray[np.record], steps: Steps, windows: Array, out: Array
-    ) -> bool:
+    def summarise(self, ideal: Ideal, outputs: Records, steps: Steps, windows: Array, out: Array) -> bool:
         """Fill ``out`` (nw, no, ns) with the outputs' `STATISTICS` over windows of a run.
 
         Returns False if the ideal linkage does not close where it is asked for.

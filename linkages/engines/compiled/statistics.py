@@ -11,7 +11,7 @@ from linkages.engines.compiled.entry_points import solve
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.kernel.by_reference import reference
 from linkages.outputs.values import DRIVE, JOINT, LINKAGE, LOAD, View, output_value, point_value
 from linkages.planar.dynamics import inertial_load
@@ -19,8 +19,6 @@ from linkages.planar.ideal import Ideal, ideal_state
 from linkages.planar.loads import load_outputs
 from linkages.planar.reactions import joint_forces
 from linkages.results.parabola import parabola_top
-
-Array = NDArray[np.float64]
 
 #: What is filled for each window and output. To add one: its name here, at the end, and its formula in `_averages`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
@@ -33,7 +31,7 @@ _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
 @kernel
-def _needs(outputs: NDArray[np.record]) -> tuple[bool, bool, bool]:
+def _needs(outputs: Records) -> tuple[bool, bool, bool]:
     """Whether outputs need the ideal linkage's state, the forces in joints, what the loads do."""
     ideal, forces, loads = False, False, False
     for k in range(len(outputs)):
@@ -46,12 +44,7 @@ def _needs(outputs: NDArray[np.record]) -> tuple[bool, bool, bool]:
 
 @kernel
 def _look(
-    equations: Equations,
-    ideal: Ideal,
-    needs: tuple[bool, bool, bool],
-    outputs: NDArray[np.record],
-    t: float,
-    out: Array,
+    equations: Equations, ideal: Ideal, needs: tuple[bool, bool, bool], outputs: Records, t: float, out: Array
 ) -> bool:
     """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
     model, work = equations.model, equations.work
@@ -82,7 +75,7 @@ def _refine(
     equations: Equations,
     ideal: Ideal,
     needs: tuple[bool, bool, bool],
-    outputs: NDArray[np.record],
+    outputs: Records,
     k: int,
     sign: float,
     s: Stepper,
@@ -125,7 +118,7 @@ def summarise(
     equations: Equations,
     stepper: Stepper,
     ideal: Ideal,
-    outputs: NDArray[np.record],
+    outputs: Records,
     tolerance: Array,
     steps: Steps,
     windows: Array,
@@ -231,7 +224,7 @@ def _turn(
     equations: Equations,
     ideal: Ideal,
     needs: tuple[bool, bool, bool],
-    outputs: NDArray[np.record],
+    outputs: Records,
     k: int,
     sign: float,
     s: Stepper,

@@ -24,13 +24,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
-
-Array = NDArray[np.float64]
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
 VERSION = 1

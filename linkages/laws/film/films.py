@@ -8,11 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
-from linkages.kernel import address, caller, kernel
+from linkages.kernel import Array, address, caller, kernel
 from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
 from linkages.laws.film.film_map import finite_film
 
@@ -65,7 +63,7 @@ FILMS = {
 
 @kernel
 def film_force(
-    film: int, eps: float, deps: float, ew: float, slenderness: float, table: NDArray[np.float64]
+    film: int, eps: float, deps: float, ew: float, slenderness: float, table: Array
 ) -> tuple[float, float, float]:
     """Evaluate a film; eps is clipped to `EPS_MAX`.
 

@@ -18,11 +18,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.kernel import Array
 from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map, map_head
-
-Array = NDArray[np.float64]
 
 _MAGIC = b"FILMMAP1"
 _DIGEST = hashlib.sha256().digest_size

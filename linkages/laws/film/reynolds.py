@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-Array = NDArray[np.float64]
+from linkages.kernel import Array
 
 #: Lines of the default mesh around the film and along its half length.
 AROUND, ALONG = 240, 20
