@@ -49,16 +49,6 @@ def closure_jacobian(bodies: Records, rows: Records, pose: Array, n: int) -> Arr
 
 
 @kernel
-def free_columns(jacobian: Array, free: Indices) -> Array:
-    """Columns of the free coordinates, (nr, nf)."""
-    inner = np.empty((len(jacobian), len(free)))
-    for k in range(len(jacobian)):
-        for i in range(len(free)):
-            inner[k, i] = jacobian[k, free[i]]
-    return inner
-
-
-@kernel
 def decompose(matrix: Array) -> tuple[Array, Array, Array]:
     """Singular value decomposition U, s, V^T of a matrix (m, n), with min(m, n) values."""
     m, n = matrix.shape
@@ -131,7 +121,7 @@ def close(bodies: Records, rows: Records, offset: Array, free: Indices, size: fl
     for _ in range(_ITERATIONS):
         if math.sqrt(merit) <= TOLERANCE * size:
             return True
-        inner = free_columns(closure_jacobian(bodies, rows, pose, len(q)), free)
+        inner = closure_jacobian(bodies, rows, pose, len(q))[:, free]
         step = solve_columns(inner, -error)
         trial = q.copy()
         fraction = 1.0
@@ -159,7 +149,7 @@ def consistent_rates(bodies: Records, rows: Records, free: Indices, q: Array, v:
     nb, n = len(bodies), len(q)
     pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
     body_positions(bodies, q, pose)
-    inner = free_columns(closure_jacobian(bodies, rows, pose, n), free)
+    inner = closure_jacobian(bodies, rows, pose, n)[:, free]
     for i in range(len(free)):
         v[free[i]] = 0.0
         a[free[i]] = 0.0
@@ -191,7 +181,7 @@ def closure_quality(bodies: Records, rows: Records, free: Indices, q: Array) -> 
         return 0.0
     pose = np.empty((len(bodies), 5))
     body_positions(bodies, q, pose)
-    values = decompose(free_columns(closure_jacobian(bodies, rows, pose, len(q)), free))[1]
+    values = decompose(closure_jacobian(bodies, rows, pose, len(q))[:, free])[1]
     return values[-1] / values[0] if values[0] > 0.0 else 0.0
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from linkages.kernel import Array, kernel
 from linkages.planar.contacts import contact_action
+from linkages.planar.dynamics import clear
 from linkages.planar.record_types import CORNER
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall (2), bristle state.
@@ -18,14 +19,6 @@ OUTPUTS = 4
 _STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error, where central differences err least
 _NEAR = 1e-3  # the gap that scales a displacement is taken not smaller than this part of the clearance
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
-
-
-@kernel
-def clear(matrix: Array) -> None:
-    """Fill with zeros; compiles in a fraction of the time that numba's assignment takes."""
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            matrix[i, j] = 0.0
 
 
 @kernel
@@ -53,23 +46,15 @@ def contact_partials(
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
+    turn = gap / distance if corner else 1.0  # of the wall by the gap, seen from the corner
+    scales = (gap, gap, speed, speed, spin, spin, turn, turn, 1.0 / law.bristle_stiffness)
     clear(out)
     for i in range(INPUTS):
         if 6 <= i < 8 and not corner:
             continue
         if i == 8 and law.bristle_stiffness == 1.0:  # no bristles
             continue
-        h = _STEP
-        if i < 2:
-            h *= gap
-        elif i < 4:
-            h *= speed
-        elif i < 6:
-            h *= spin
-        elif i < 8:
-            h *= gap / distance  # turns the wall by the gap, seen from the corner
-        else:
-            h *= 1.0 / law.bristle_stiffness
+        h = _STEP * scales[i]
         d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
         for side in (1.0, -1.0):
             s = side * h

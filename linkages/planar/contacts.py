@@ -10,7 +10,7 @@ from linkages.kernel import Array, Indices, Records, kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
-from linkages.planar.markers import Arms, add_force, gap, gap_rate, turned
+from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
 from linkages.planar.record_types import CORNER
 
 #: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
@@ -58,15 +58,9 @@ def clearance_wrenches(
             end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
         )
         add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
-        out[k, 0] = ex
-        out[k, 1] = ey
-        out[k, 2] = fx
-        out[k, 3] = fy
-        out[k, 4] = couple
-        out[k, 5] = delta
-        out[k, 6] = closing
-        out[k, 7] = sliding
-        out[k, 8] = rate
+        found = (ex, ey, fx, fy, couple, delta, closing, sliding, rate)
+        for i in range(WIDTH):
+            out[k, i] = found[i]
 
 
 @kernel
@@ -74,11 +68,9 @@ def add_contact(
     wrench: Array, end: np.record, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
 ) -> None:
     """Add a contact's force pair to the bodies' wrenches: both forces act at the journal's marker."""
-    b, j = end.bearing.body, end.journal.body
-    add_force(wrench, j, arms[2], arms[3], fx, fy)
-    add_force(wrench, b, arms[0] + ex, arms[1] + ey, -fx, -fy)
-    wrench[j, 0] += couple
-    wrench[b, 0] -= couple
+    add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
+    wrench[end.journal.body, 0] += couple
+    wrench[end.bearing.body, 0] -= couple
 
 
 @kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
-from linkages.planar.dynamics import Workspace, accelerate, generalized_force, inertial_load, workspace
+from linkages.planar.dynamics import accelerate, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
 from linkages.planar.loads import Loads, load_wrenches
 from linkages.planar.motion import evaluate_motions
@@ -50,22 +50,13 @@ def constrained_dynamics(
     acceleration[:] = work.a
     reaction[:] = work.reaction
     needed = np.zeros(len(q))
-    required_forces(bodies, rows, gravity, work, needed)
+    inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], work.pose, -reaction[k], work.load)
+    generalized_force(bodies, work.pose, work.load, needed)
     for i in range(len(bodies)):
         if bodies[i].driven >= 0:
             tau[bodies[i].dof] = needed[bodies[i].dof]
-
-
-@kernel
-def required_forces(bodies: Records, rows: Records, gravity: Array, work: Workspace, force: Array) -> None:
-    """Add to ``force`` (n,) the generalised forces that the accelerations found by `accelerate` require.
-
-    Those of free joints are the applied ones again.
-    """
-    inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], work.pose, -work.reaction[k], work.load)
-    generalized_force(bodies, work.pose, work.load, force)
 
 
 @kernel
@@ -115,8 +106,11 @@ def driven_forces(
     """
     nd, np_, n = len(driven), len(powered), len(into)
     q, v, tau = state[positions], state[rates], applied[into]
-    if len(loads[0]):
-        add_load_forces(bodies, loads, t, q, v, tau)
+    pose, vel, wrench = np.empty((len(bodies), 5)), np.empty((len(bodies), 3)), np.zeros((len(bodies), 3))
+    body_positions(bodies, q, pose)
+    body_velocities(bodies, pose, v, vel)
+    load_wrenches(loads, t, pose, vel, wrench)
+    generalized_force(bodies, pose, wrench, tau)
     drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))
     evaluate_motions(torque[0], torque[1], torque[2], t, drive[nd:], one, two)
     for k in range(np_):
@@ -124,39 +118,18 @@ def driven_forces(
     value = np.empty(nd)
     evaluate_motions(motion[0], motion[1], motion[2], t, value, one, two)
     acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
+    wrench[:] = 0.0
     for k in range(nd):
         d = driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
         acceleration[d] = two[k] + stabilisation * lag
-    constrained_dynamics(
-        bodies, rows, stabilisation, gravity, q, v, np.zeros((len(bodies), 3)), needed, acceleration, reaction
-    )
+    constrained_dynamics(bodies, rows, stabilisation, gravity, q, v, wrench, needed, acceleration, reaction)
     for k in range(nd):
         drive[k] = needed[driven[k]] - tau[driven[k]]
         tau[driven[k]] = needed[driven[k]]
-    if len(rows):
-        add_loop_forces(bodies, rows, q, reaction, tau)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, reaction[k], wrench)
+    generalized_force(bodies, pose, wrench, tau)
     total = applied[:size].copy()
     total[into] = tau
     return total, drive
-
-
-@kernel
-def add_load_forces(bodies: Records, loads: Loads, t: float, q: Array, v: Array, force: Array) -> None:
-    """Add the generalised forces of the applied loads to ``force`` (n,)."""
-    nb = len(bodies)
-    pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
-    body_positions(bodies, q, pose)
-    body_velocities(bodies, pose, v, vel)
-    load_wrenches(loads, t, pose, vel, wrench)
-    generalized_force(bodies, pose, wrench, force)
-
-
-@kernel
-def add_loop_forces(bodies: Records, rows: Records, q: Array, reaction: Array, force: Array) -> None:
-    """Add J^T lambda of the loop reactions to ``force`` (n,)."""
-    pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
-    body_positions(bodies, q, pose)
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], pose, reaction[k], wrench)
-    generalized_force(bodies, pose, wrench, force)

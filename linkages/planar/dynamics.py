@@ -16,6 +16,7 @@ import numpy as np
 from linkages.kernel import Array, Records, inlined_kernel, kernel
 from linkages.planar.kinematics import (
     add_row_wrench,
+    add_to_parent,
     body_accelerations,
     row_acceleration,
     row_rate,
@@ -92,20 +93,24 @@ workspace = kernel(make_workspace)
 
 
 @kernel
+def clear(matrix: Array) -> None:
+    """Fill with zeros; compiles in a fraction of the time that numba's assignment takes."""
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            matrix[i, j] = 0.0
+
+
+@kernel
 def generalized_force(bodies: Records, pose: Array, wrench: Array, tau: Array) -> None:
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
-        p = body.mount.body
         if body.type == REVOLUTE:
             tau[body.dof] += body.sign * wrench[i, 0]
         elif body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
+            ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
             tau[body.dof] += ux * wrench[i, 1] + uy * wrench[i, 2]
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
-        wrench[p, 1] += wrench[i, 1]
-        wrench[p, 2] += wrench[i, 2]
+        add_to_parent(bodies, pose, i, wrench)
 
 
 @kernel
@@ -144,12 +149,8 @@ def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> Non
                 s1, s2 = turned(pose, p, body.ux, body.uy)
                 u0, u1, u2 = i1 * s1 + i2 * s2, i3 * s1 + i4 * s2, i4 * s1 + i5 * s2
                 d = s1 * u1 + s2 * u2
-            axis[i, 0] = s0
-            axis[i, 1] = s1
-            axis[i, 2] = s2
-            axis[i, 3] = u0
-            axis[i, 4] = u1
-            axis[i, 5] = u2
+            axis[i, 0], axis[i, 1], axis[i, 2] = s0, s1, s2
+            axis[i, 3], axis[i, 4], axis[i, 5] = u0, u1, u2
             axis[i, 6] = 1.0 / d
             i0 -= u0 * u0 * axis[i, 6]
             i1 -= u0 * u1 * axis[i, 6]
@@ -211,19 +212,14 @@ def respond(
         body = bodies[i]
         if not body.moving:
             continue
-        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
         if body.dof >= 0 and body.driven < 0:
-            push = tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)
+            push = tau[body.dof]
+            push -= axis[i, 0] * load[i, 0] + axis[i, 1] * load[i, 1] + axis[i, 2] * load[i, 2]
             push *= axis[i, 6]
             axis[i, 7] = push
-            f0 += axis[i, 3] * push
-            f1 += axis[i, 4] * push
-            f2 += axis[i, 5] * push
-        p = body.mount.body
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        load[p, 0] += f0 + rx * f2 - ry * f1
-        load[p, 1] += f1
-        load[p, 2] += f2
+            for k in range(3):
+                load[i, k] += axis[i, 3 + k] * push
+        add_to_parent(bodies, pose, i, load)
     for i in range(1, nb):
         body = bodies[i]
         if not body.moving:
@@ -233,17 +229,14 @@ def respond(
         if bodies[p].moving:
             rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
             a0 = change[p, 0]
-            a1 = change[p, 1] - a0 * ry
-            a2 = change[p, 2] + a0 * rx
+            a1, a2 = change[p, 1] - a0 * ry, change[p, 2] + a0 * rx
         if body.dof >= 0 and body.driven < 0:
             qdd = axis[i, 7] - axis[i, 6] * (axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2)
             a[body.dof] += qdd
             a0 += axis[i, 0] * qdd
             a1 += axis[i, 1] * qdd
             a2 += axis[i, 2] * qdd
-        change[i, 0] = a0
-        change[i, 1] = a1
-        change[i, 2] = a2
+        change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
 
 
 @inlined_kernel
@@ -301,9 +294,7 @@ def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
     """
     nr = len(rows)
     for k in range(nr):
-        for i in range(len(bodies)):
-            for j in range(3):
-                work.load[i, j] = 0.0
+        clear(work.load)
         for i in range(len(work.a)):
             work.row_a[k, i] = 0.0
         add_row_wrench(rows[k], work.pose, -1.0, work.load)
@@ -319,9 +310,7 @@ def solve_semidefinite(matrix: Array, rhs: Array, x: Array) -> None:
     `matrix` and `rhs` are used up.
     """
     n = len(rhs)
-    order = np.arange(n)
-    rank = n
-    scale = 0.0
+    order, rank, scale = np.arange(n), n, 0.0
     for k in range(n):
         scale = max(scale, matrix[k, k])
     for k in range(n):

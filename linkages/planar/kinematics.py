@@ -7,37 +7,40 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, Records, kernel
-from linkages.planar.markers import add_force, arm, gap, gap_acceleration, gap_rate, turned
+from linkages.planar.markers import (
+    add_pair,
+    arm,
+    both_at_b,
+    gap,
+    gap_acceleration,
+    gap_rate,
+    marker_acceleration,
+    marker_velocity,
+    turned,
+)
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 
 @kernel
 def body_positions(bodies: Records, q: Array, pose: Array) -> None:
     """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
-    pose[0, 0] = 0.0
-    pose[0, 1] = 0.0
-    pose[0, 2] = 0.0
+    pose[0, :] = 0.0
     pose[0, 3] = 1.0
-    pose[0, 4] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
         p = body.mount.body
         rx, ry = arm(pose, body.mount)
-        pose[i, 0] = pose[p, 0] + rx
-        pose[i, 1] = pose[p, 1] + ry
+        x, y = pose[p, 0] + rx, pose[p, 1] + ry
         if body.type == PRISMATIC:
             ux, uy = turned(pose, p, body.ux, body.uy)
-            pose[i, 0] += ux * q[body.dof]
-            pose[i, 1] += uy * q[body.dof]
+            x += ux * q[body.dof]
+            y += uy * q[body.dof]
+        angle, cosine, sine = pose[p, 2], pose[p, 3], pose[p, 4]
         if body.type == REVOLUTE:
-            angle = pose[p, 2] + body.sign * q[body.dof]
-            pose[i, 2] = angle
-            pose[i, 3] = math.cos(angle)
-            pose[i, 4] = math.sin(angle)
-        else:
-            pose[i, 2] = pose[p, 2]
-            pose[i, 3] = pose[p, 3]
-            pose[i, 4] = pose[p, 4]
+            angle += body.sign * q[body.dof]
+            cosine, sine = math.cos(angle), math.sin(angle)
+        pose[i, 0], pose[i, 1] = x, y
+        pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
 
 
 @kernel
@@ -49,16 +52,14 @@ def body_velocities(bodies: Records, pose: Array, v: Array, vel: Array) -> None:
         p = body.mount.body
         w = vel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        vx, vy = vel[p, 1] - w * ry, vel[p, 2] + w * rx
+        vx, vy = marker_velocity(vel, p, rx, ry)
         if body.type == REVOLUTE:
             w += body.sign * v[body.dof]
         elif body.type == PRISMATIC:
             ux, uy = turned(pose, p, body.ux, body.uy)
             vx += ux * v[body.dof]
             vy += uy * v[body.dof]
-        vel[i, 0] = w
-        vel[i, 1] = vx
-        vel[i, 2] = vy
+        vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
 
 
 @kernel
@@ -70,8 +71,7 @@ def body_accelerations(bodies: Records, pose: Array, vel: Array, v: Array, a: Ar
         p = body.mount.body
         w, al = vel[p, 0], acc[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        ax = acc[p, 1] - al * ry - w * w * rx
-        ay = acc[p, 2] + al * rx - w * w * ry
+        ax, ay = marker_acceleration(vel, acc, p, rx, ry)
         if body.type == REVOLUTE:
             al += body.sign * a[body.dof]
         elif body.type == PRISMATIC:
@@ -79,9 +79,7 @@ def body_accelerations(bodies: Records, pose: Array, vel: Array, v: Array, a: Ar
             rate = 2.0 * w * v[body.dof]
             ax += ux * a[body.dof] - uy * rate
             ay += uy * a[body.dof] + ux * rate
-        acc[i, 0] = al
-        acc[i, 1] = ax
-        acc[i, 2] = ay
+        acc[i, 0], acc[i, 1], acc[i, 2] = al, ax, ay
 
 
 @kernel
@@ -142,12 +140,19 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
         return
     dx, dy, arms = gap(pose, row.a, row.b)
     ux, uy = row_direction(row, pose)
-    rax, ray, rbx, rby = arms
     if row.kind == ALONG_BODY:  # acts on body a at point b, where it touches
-        rax, ray = rax + dx, ray + dy
-    fx, fy = size * ux, size * uy
-    add_force(wrench, row.b.body, rbx, rby, fx, fy)
-    add_force(wrench, row.a.body, rax, ray, -fx, -fy)
+        arms = both_at_b(arms, dx, dy)
+    add_pair(wrench, row.a, row.b, arms, size * ux, size * uy)
+
+
+@kernel
+def add_to_parent(bodies: Records, pose: Array, i: int, wrench: Array) -> None:
+    """Add the wrench of body i to its parent's."""
+    p = bodies[i].mount.body
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
+    wrench[p, 1] += wrench[i, 1]
+    wrench[p, 2] += wrench[i, 2]
 
 
 @kernel

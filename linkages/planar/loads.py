@@ -92,7 +92,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
         elif load.kind == FORCE:
             value, second = _force(load, breaks, coefficients, segments, t, pose)
             rx, ry = arm(pose, load.a)
-            vx, vy = marker_velocity(vel, load.a, rx, ry)
+            vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
         else:
             if load.kind == SPRING:
@@ -101,10 +101,7 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
                 value, second, rate = _torsion(load, pose, vel)
             power = -value * rate
             energy = 0.5 * load.stiffness * (second - load.free) ** 2
-        outputs[k, 0] = value
-        outputs[k, 1] = second
-        outputs[k, 2] = power
-        outputs[k, 3] = energy
+        outputs[k, 0], outputs[k, 1], outputs[k, 2], outputs[k, 3] = value, second, power, energy
 
 
 @kernel

@@ -143,16 +143,7 @@ def simulate_batch(
         with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
             list(pool.map(one, range(len(table))))
     statistics = {name: found[..., k] for k, name in enumerate(STATISTICS)}
-    return Batch(
-        variables=tuple(variables),
-        values=table,
-        outputs=names,
-        windows=spans,
-        status=status,
-        reason=reason,
-        steps=steps,
-        statistics=statistics,
-    )
+    return Batch(tuple(variables), table, names, spans, statistics, status, reason, steps)
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:

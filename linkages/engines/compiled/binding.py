@@ -69,16 +69,14 @@ def attempt_radau(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
     """Attempt a step with Radau IIA."""
-    error, factor = _attempt_radau(equations, s, t, h, y, exact)
-    return error, factor
+    return _attempt_radau(equations, s, t, h, y, exact)
 
 
 def attempt_explicit(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
     """Attempt a step with Dormand and Prince's pair."""
-    error, factor = _attempt_explicit(equations, s, t, h, y, exact)
-    return error, factor
+    return _attempt_explicit(equations, s, t, h, y, exact)
 
 
 @kernel

@@ -7,21 +7,16 @@ partial derivatives of the contacts' laws (`partials`).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
 from linkages.engines.compiled.entry_points import loads_tangent, solve
-from linkages.engines.compiled.model import Equations, Work
+from linkages.engines.compiled.model import Equations, Scratch, Work
 from linkages.kernel import Array, kernel
-from linkages.kernel.by_reference import reference
 from linkages.planar.arrays import Arrays
-from linkages.planar.contact_partials import INPUTS, OUTPUTS, clear, contact_partials
+from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import inertial_load, loop_responses, respond, solve_semidefinite
+from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond, solve_semidefinite
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
-from linkages.planar.markers import add_force_tangent, gap, gap_rate_tangent, gap_tangent, turned
+from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
 from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
     add_row_tangent,
@@ -33,51 +28,13 @@ from linkages.planar.tangent import (
 )
 
 
-class Scratch(NamedTuple):
-    """Arrays of one direction."""
-
-    partials: Array
-    force: Array
-    dq: Array
-    dv: Array
-    dpose: Array
-    dvel: Array
-    dacc: Array
-    dload: Array
-    dwrench: Array
-    tau: Array
-    da: Array
-    response: Array
-    sizes: Array
-
-
-@kernel
-def _scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
-    return Scratch(
-        np.zeros((nc, OUTPUTS, INPUTS)),
-        np.zeros((nb, 3)),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((nr, nr)),
-        np.zeros(nr),
-    )
-
-
 @kernel
 def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     """Fill ``out`` (ny, ny) with df/dy of `linkages.engines.compiled.equations.derivatives`."""
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
     solve(equations, t, y)
-    kept = _scratch(len(model.bodies), len(w.a), len(model.rows), len(model.ends))
-    s = reference(kept)
+    s = work.scratch
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         memory = work.memory[k]
@@ -103,7 +60,6 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
         else:
             bristle = model.bristles[j - 2 * n]
         _direction(equations, s, t, bristle, out[:, j])
-    s.dq[0] = kept.dq[0]  # `kept` lives until here
 
 
 @kernel
@@ -177,10 +133,9 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int, dz: float) -
         d2 += s.partials[k, 2, i] * inputs[i]
         d3 += s.partials[k, 3, i] * inputs[i]
     # both forces act at the journal's marker
-    force, change = (work.contacts[k, 2], work.contacts[k, 3]), (d0, d1)
-    add_force_tangent(s.dwrench, j, arms[2], arms[3], moved[2], moved[3], force, change)
-    force, change = (-force[0], -force[1]), (-d0, -d1)
-    add_force_tangent(s.dwrench, b, arms[0] + ex, arms[1] + ey, moved[0] + dex, moved[1] + dey, force, change)
+    arms, moved = both_at_b(arms, ex, ey), both_at_b(moved, dex, dey)
+    force = work.contacts[k, 2], work.contacts[k, 3]
+    add_pair_tangent(s.dwrench, end.bearing, end.journal, arms, moved, force, (d0, d1))
     s.dwrench[j, 0] += d2
     s.dwrench[b, 0] -= d2
     return d3

@@ -11,16 +11,33 @@ import numpy as np
 
 from linkages.kernel import Array, Indices
 from linkages.planar.arrays import Arrays
+from linkages.planar.contact_partials import INPUTS, OUTPUTS
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
 from linkages.planar.record_types import REVOLUTE
 from linkages.system import System
 
-_FILM, _TOUCH = (
-    1e4,
-    20.0,
-)  # clearances that count as the length of a linkage, at most: with oil, in dry contact
+#: Clearances that count as the length of a linkage, at most: with oil, in dry contact.
+_FILM, _TOUCH = 1e4, 20.0
+
+
+class Scratch(NamedTuple):
+    """What the Jacobian needs: partial derivatives of the contacts' forces, wrenches, and arrays of one direction."""
+
+    partials: Array
+    force: Array
+    dq: Array
+    dv: Array
+    dpose: Array
+    dvel: Array
+    dacc: Array
+    dload: Array
+    dwrench: Array
+    tau: Array
+    da: Array
+    response: Array
+    sizes: Array
 
 
 class Work(NamedTuple):
@@ -39,6 +56,7 @@ class Work(NamedTuple):
         For prescribed motions and torques.
     forces, efforts, applied : (nj, 3), (nd,), (nl, 4) arrays
         Results for joints, drives and loads; see `linkages.outputs.values.View`.
+    scratch : Scratch
     """
 
     dynamics: Workspace
@@ -51,6 +69,7 @@ class Work(NamedTuple):
     forces: Array
     efforts: Array
     applied: Array
+    scratch: Scratch
 
 
 class Calls(NamedTuple):
@@ -74,18 +93,21 @@ class Equations(NamedTuple):
 
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
-    n, nm = len(model.free) + len(model.driven), max(len(model.driven), len(model.powered))
+    nb, nr, nc, nd = len(model.bodies), len(model.rows), len(model.ends), len(model.driven)
+    n, nm, tree = len(model.free) + nd, max(nd, len(model.powered)), (nb, 3)
+    scratch = ((nc, OUTPUTS, INPUTS), tree, n, n, tree, tree, tree, tree, tree, n, n, (nr, nr), nr)
     return Work(
-        make_workspace(len(model.bodies), n, len(model.rows)),
-        np.zeros((len(model.ends), WIDTH)),
+        make_workspace(nb, n, nr),
+        np.zeros((nc, WIDTH)),
         memory,
         modes,
         np.zeros(nm),
         np.zeros(nm),
         np.zeros(nm),
         np.zeros((len(model.joints), 3)),
-        np.zeros(len(model.driven) + len(model.powered)),
+        np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
+        Scratch(*(np.zeros(shape) for shape in scratch)),
     )
 
 

@@ -13,15 +13,6 @@ _ROUNDS = 4
 
 
 @kernel
-def loop_error(model: Arrays, work: Work) -> float:
-    """Largest closure error of the cut ideal joints at the work's poses [m, rad]."""
-    worst = 0.0
-    for k in range(len(model.rows)):
-        worst = max(worst, abs(row_value(model.rows[k], work.dynamics.pose)))
-    return worst
-
-
-@kernel
 def project_state(equations: Equations, y: Array) -> bool:
     """Move coordinates and rates, in y and in the work, to where the loops are closed; False if they were already.
 

@@ -9,7 +9,7 @@ import numpy as np
 from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
 from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
 from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.statistics import summarise
+from linkages.engines.compiled.statistics import make_sampler, summarise
 from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
@@ -27,12 +27,9 @@ _LANDING = 1e-10  # how close to touching a contact is located, in parts of the 
 
 def join(records: list[Record]) -> Steps:
     """Join the steps of runs of which each continues the one before."""
-    cuts = [slice(0, None)] + [slice(1, None)] * (len(records) - 1)
+    fields = ("times", "states", "observed")
     return Steps(
-        *(
-            np.concatenate([getattr(record, field)[cut] for record, cut in zip(records, cuts, strict=True)])
-            for field in ("times", "states", "observed")
-        )
+        *(np.concatenate([getattr(r, field)[min(k, 1) :] for k, r in enumerate(records)]) for field in fields)
     )
 
 
@@ -113,8 +110,7 @@ class Runner:
 
         Returns False if the ideal linkage does not close where it is asked for.
         """
-        aside, stepper = self.aside(), make_stepper(len(self.start))
-        return summarise(aside, stepper, ideal, outputs, self.tolerance, steps, windows, out)
+        return summarise(make_sampler(self.aside(), ideal, outputs, self.tolerance, steps), windows, out)
 
     def aside(self) -> Equations:
         """Return the equations with contacts that remember nothing, so that a run can go on beside."""
