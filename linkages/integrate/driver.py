@@ -33,28 +33,14 @@ _STUCK = 200  # events in a row without a step worth its name
 
 
 class Options(NamedTuple):
-    """Settings of a run.
+    """Settings of a run."""
 
-    Attributes
-    ----------
-    end : float
-        Last time.
-    first, largest : float
-        Steps.
-    most : int
-        Steps after which the run pauses.
-    relative : float
-        Tolerance that is multiplied by an entry's magnitude and added to its absolute one.
-    landing : (ne,) array
-        How close to zero an event function must come.
-    """
-
-    end: float
-    first: float
-    largest: float
-    most: int
-    relative: float
-    landing: Array
+    end: float  # last time
+    first: float  # step to try first
+    largest: float  # step
+    most: int  # steps after which the run pauses
+    relative: float  # tolerance that is multiplied by an entry's magnitude and added to its absolute one
+    landing: Array  # how close to zero an event function must come, (ne,)
 
 
 class Record(NamedTuple):
@@ -83,8 +69,7 @@ def first_event(
     for k in range(len(modes)):
         m = modes[k]
         a, b = m * g0[k], m * g1[k]
-        if a < 0.0:  # landed just across and turned back: zero is behind
-            a = 0.0
+        a = max(a, 0.0)  # landed just across and turned back: zero is behind
         da, db = m * d0[k] * h, m * d1[k] * h
         right = 1.0
         if b >= 0.0:
@@ -282,15 +267,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             copy(y, states[count])
             observe(problem, t, y, observed[count])
             count += 1
-        return Record(
-            times[:count].copy(),
-            states[:count].copy(),
-            observed[:count].copy(),
-            status,
-            steps,
-            rejected,
-            int(s.memory[COUNT]),
-            h,
-        )
+        found = times[:count].copy(), states[:count].copy(), observed[:count].copy()
+        return Record(*found, status, steps, rejected, int(s.memory[COUNT]), h)
 
     return drive

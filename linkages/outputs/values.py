@@ -38,29 +38,14 @@ _CORNERS = 4
 
 
 class View(NamedTuple):
-    """What is known of a linkage at one state.
-
-    Attributes
-    ----------
-    model : Arrays
-    state : Workspace
-        Of which q, v, pose, vel and acc count.
-    contacts : (nc, WIDTH) array
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
-    forces : (nj, 3) array
-        Force and moment on each joint's child; see `linkages.planar.reactions.joint_forces`.
-    efforts : (nd,) array
-        Torque or force of each drive.
-    loads : (nl, 4) array
-        `linkages.planar.loads.LOAD_OUTPUTS`.
-    """
+    """What is known of a linkage at one state."""
 
     model: Arrays
-    state: Workspace
-    contacts: Array
-    forces: Array
-    efforts: Array
-    loads: Array
+    state: Workspace  # of which q, v, pose, vel and acc count
+    contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
+    forces: Array  # on each joint's child, with moment, (nj, 3); see `linkages.planar.reactions.joint_forces`
+    efforts: Array  # torque or force of each drive, (nd,)
+    loads: Array  # `linkages.planar.loads.LOAD_OUTPUTS`, (nl, 4)
 
 
 @kernel
@@ -180,6 +165,7 @@ def tabulate(
     """
     bodies, powered = model.bodies, model.powered_bodies
     loads = (model.loads, model.load_t, model.load_c, model.load_n)
+    torques = (model.torque, model.torque_c, model.torque_n)
     w, np_ = workspace(len(bodies), q.shape[1], len(model.rows)), len(powered)
     forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + np_)
     applied = np.zeros((len(model.loads), 4))
@@ -196,7 +182,7 @@ def tabulate(
             clear(w.wrench)
             add_known_contacts(model.ends, contacts[i], w.pose, w.wrench)
             load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
-            evaluate_motions(model.torque, model.torque_c, model.torque_n, times[i], value, rate, second)
+            evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
                 w.tau[bodies[powered[k]].dof] = value[k]
             inertial_load(bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)

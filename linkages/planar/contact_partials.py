@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, kernel
-from linkages.planar.contacts import contact_action
+from linkages.planar.contacts import Motion, contact_action
 from linkages.planar.dynamics import clear
 from linkages.planar.record_types import CORNER
 
@@ -23,13 +23,7 @@ _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of
 
 @kernel
 def contact_partials(
-    end: np.record,
-    law: np.record,
-    table: Array,
-    approach: float,
-    bristle: float,
-    motion: tuple[float, float, float, float, float, float, float, float],
-    out: Array,
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, out: Array
 ) -> None:
     """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `contact_action`.
 

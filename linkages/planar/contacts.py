@@ -19,6 +19,9 @@ from linkages.planar.record_types import CORNER
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "bristle_rate")
 WIDTH = len(CLEARANCE_OUTPUTS)
 
+#: Motion of a contact, see `contact_motion`.
+Motion = tuple[float, float, float, float, float, float, float, float]
+
 #: What each joint remembers: the speed at which its contact began [m/s], LuGre's bristle state [m].
 MEMORY = ("approach", "bristle")
 
@@ -74,9 +77,7 @@ def add_contact(
 
 
 @kernel
-def contact_motion(
-    end: np.record, pose: Array, vel: Array
-) -> tuple[tuple[float, float, float, float, float, float, float, float], tuple[float, float, float, float]]:
+def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arms]:
     """Motion of a contact's inner end relative to its outer end, and where they are.
 
     Returns
@@ -96,12 +97,7 @@ def contact_motion(
 
 @kernel
 def contact_action(
-    end: np.record,
-    law: np.record,
-    table: Array,
-    approach: float,
-    bristle: float,
-    motion: tuple[float, float, float, float, float, float, float, float],
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion
 ) -> tuple[float, float, float, float, float, float, float]:
     """Force and couple on the inner body, rate of the bristles; penetration, its rate, sliding speed.
 

@@ -8,7 +8,7 @@ from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.dynamics import accelerate, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
 from linkages.planar.loads import Loads, load_wrenches
-from linkages.planar.motion import evaluate_motions
+from linkages.planar.motion import Curves, evaluate_motions
 
 
 @kernel
@@ -66,9 +66,9 @@ def driven_forces(
     stabilisation: float,
     gravity: Array,
     driven: Indices,
-    motion: tuple[Array, Array, Indices],
+    motion: Curves,
     powered: Indices,
-    torque: tuple[Array, Array, Indices],
+    torque: Curves,
     loads: Loads,
     t: float,
     state: Array,
@@ -112,11 +112,11 @@ def driven_forces(
     load_wrenches(loads, t, pose, vel, wrench)
     generalized_force(bodies, pose, wrench, tau)
     drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))
-    evaluate_motions(torque[0], torque[1], torque[2], t, drive[nd:], one, two)
+    evaluate_motions(torque, t, drive[nd:], one, two)
     for k in range(np_):
         tau[powered[k]] += drive[nd + k]
     value = np.empty(nd)
-    evaluate_motions(motion[0], motion[1], motion[2], t, value, one, two)
+    evaluate_motions(motion, t, value, one, two)
     acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
     wrench[:] = 0.0
     for k in range(nd):

@@ -27,30 +27,17 @@ from linkages.planar.record_types import PRISMATIC, REVOLUTE
 
 
 class Workspace(NamedTuple):
-    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows.
+    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows."""
 
-    Attributes
-    ----------
-    q, v, a : (n,) arrays
-        Coordinates, rates, accelerations.
-    tau : (n,) array
-        Applied generalised forces of the free joints.
-    pose, vel, acc : (nb, 5), (nb, 3), (nb, 3) arrays
-    wrench : (nb, 3) array
-        Applied to the bodies.
-    reaction : (nr,) array
-        Size of each row's reaction.
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    tau: Array
-    pose: Array
-    vel: Array
+    q: Array  # coordinates, (n,)
+    v: Array  # rates
+    a: Array  # accelerations
+    tau: Array  # applied generalised forces of the free joints
+    pose: Array  # (nb, 5)
+    vel: Array  # (nb, 3)
     acc: Array
-    wrench: Array
-    reaction: Array
+    wrench: Array  # applied to the bodies
+    reaction: Array  # size of each row's reaction, (nr,)
     inertia: Array
     axis: Array
     load: Array
@@ -64,28 +51,13 @@ class Workspace(NamedTuple):
 
 
 def make_workspace(nb: int, n: int, nr: int) -> Workspace:
-    """Make the arrays, all zero."""
+    """Make the arrays, all zero, in the order of the attributes."""
     return Workspace(
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((nb, 5)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros(nr),
-        np.zeros((nb, 6)),
-        np.zeros((nb, 8)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros(n),
-        np.zeros(nr),
-        np.zeros((nr, nr)),
-        np.zeros((nr, n)),
-        np.zeros((nr, nb, 3)),
-    )
+        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n),
+        np.zeros((nb, 5)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(nr),
+        np.zeros((nb, 6)), np.zeros((nb, 8)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)),
+        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros((nr, nb, 3)),
+    )  # fmt: skip
 
 
 #: The same for compiled callers.

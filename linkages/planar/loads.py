@@ -33,7 +33,7 @@ from linkages.planar.markers import (
     marker_velocity,
     turned,
 )
-from linkages.planar.motion import motion_value
+from linkages.planar.motion import Curves, motion_value
 from linkages.planar.record_types import FORCE, SPRING, TORQUE
 
 Loads = tuple[Records, Array, Array, Indices]
@@ -59,14 +59,14 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     wrench : (nb, 3) array
         Added to.
     """
-    records, breaks, coefficients, segments = loads
+    records, curves = loads[0], loads[1:]
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
-            wrench[a, 0] += motion_value(breaks, coefficients, segments, load.motion, t)
+            wrench[a, 0] += motion_value(curves, load.motion, t)
         elif load.kind == FORCE:
-            fx, fy = _force(load, breaks, coefficients, segments, t, pose)
+            fx, fy = _force(load, curves, t, pose)
             rx, ry = arm(pose, load.a)
             add_force(wrench, a, rx, ry, fx, fy)
         elif load.kind == SPRING:
@@ -82,15 +82,15 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
 @kernel
 def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load."""
-    records, breaks, coefficients, segments = loads
+    records, curves = loads[0], loads[1:]
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
         if load.kind == TORQUE:
-            value = motion_value(breaks, coefficients, segments, load.motion, t)
+            value = motion_value(curves, load.motion, t)
             power = value * vel[load.a.body, 0]
         elif load.kind == FORCE:
-            value, second = _force(load, breaks, coefficients, segments, t, pose)
+            value, second = _force(load, curves, t, pose)
             rx, ry = arm(pose, load.a)
             vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
@@ -105,12 +105,10 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
 
 
 @kernel
-def _force(
-    load: np.record, breaks: Array, coefficients: Array, segments: Indices, t: float, pose: Array
-) -> tuple[float, float]:
+def _force(load: np.record, curves: Curves, t: float, pose: Array) -> tuple[float, float]:
     """Components of a force in plane axes."""
-    fx = motion_value(breaks, coefficients, segments, load.motion, t)
-    fy = motion_value(breaks, coefficients, segments, load.motion + 1, t)
+    fx = motion_value(curves, load.motion, t)
+    fy = motion_value(curves, load.motion + 1, t)
     if load.turns:
         fx, fy = turned(pose, load.a.body, fx, fy)
     return fx, fy
@@ -155,14 +153,14 @@ def load_wrenches_tangent(
     dwrench : (nb, 3) array
         Added to.
     """
-    records, breaks, coefficients, segments = loads
+    records, curves = loads[0], loads[1:]
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
             continue
         if load.kind == FORCE:
-            fx, fy = _force(load, breaks, coefficients, segments, t, pose)
+            fx, fy = _force(load, curves, t, pose)
             turn = dpose[a, 0] if load.turns else 0.0
             rx, ry = arm(pose, load.a)
             drx, dry = arm_tangent(dpose, load.a, rx, ry)

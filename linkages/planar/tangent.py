@@ -7,9 +7,13 @@ turn x vector. Second derivatives of the joints' coordinates stay as they are.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from linkages.kernel import Array, Records, kernel
+from linkages.planar.contact_partials import INPUTS, OUTPUTS
+from linkages.planar.dynamics import Workspace
 from linkages.planar.kinematics import add_to_parent, row_direction
 from linkages.planar.markers import (
     acceleration_tangent,
@@ -26,21 +30,38 @@ from linkages.planar.markers import (
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
 
+class Scratch(NamedTuple):
+    """Arrays of a Jacobian and of one direction at a time."""
+
+    partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
+    force: (
+        Array  # wrench that each body gets through its joint, at the state itself, (nb, 3); see `transmitted`
+    )
+    dq: Array  # the direction, (n,)
+    dv: Array
+    dpose: Array  # changes along it, (nb, 3)
+    dvel: Array
+    dacc: Array
+    dload: Array
+    dwrench: Array
+    tau: Array  # changes of generalised forces and of accelerations, (n,)
+    da: Array
+    response: Array  # for the changes of the rows' reactions, (nr, nr)
+    sizes: Array
+
+
+def make_scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
+    """Make the arrays for nb bodies, n coordinates, nr closure rows and nc contacts, all zero."""
+    tree = (nb, 3)
+    shapes = ((nc, OUTPUTS, INPUTS), tree, n, n, tree, tree, tree, tree, tree, n, n, (nr, nr), nr)
+    return Scratch(*(np.zeros(shape) for shape in shapes))
+
+
 @kernel
-def body_tangents(
-    bodies: Records,
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    v: Array,
-    a: Array,
-    dq: Array,
-    dv: Array,
-    dpose: Array,
-    dvel: Array,
-    dacc: Array,
-) -> None:
-    """Fill the changes of poses, velocities and accelerations, (nb, 3) each."""
+def body_tangents(bodies: Records, work: Workspace, s: Scratch) -> None:
+    """Fill the changes of poses, velocities and accelerations."""
+    pose, vel, acc, v, a = work.pose, work.vel, work.acc, work.v, work.a
+    dq, dv, dpose, dvel, dacc = s.dq, s.dv, s.dpose, s.dvel, s.dacc
     for i in range(1, len(bodies)):
         body = bodies[i]
         p = body.mount.body
@@ -69,18 +90,9 @@ def body_tangents(
 
 
 @kernel
-def inertial_tangents(
-    bodies: Records,
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    gravity: Array,
-    dpose: Array,
-    dvel: Array,
-    dacc: Array,
-    dload: Array,
-) -> None:
-    """Fill ``dload`` (nb, 3) with the change of the rate of momentum less weight."""
+def inertial_tangents(bodies: Records, gravity: Array, work: Workspace, s: Scratch) -> None:
+    """Fill ``dload`` with the change of the rate of momentum less weight."""
+    pose, vel, acc, dpose, dvel, dacc, dload = work.pose, work.vel, work.acc, s.dpose, s.dvel, s.dacc, s.dload
     for i in range(len(bodies)):
         body = bodies[i]
         cx, cy = turned(pose, i, body.cx, body.cy)
@@ -96,18 +108,9 @@ def inertial_tangents(
 
 
 @kernel
-def residual_tangents(
-    bodies: Records, pose: Array, force: Array, dpose: Array, dload: Array, out: Array
-) -> None:
-    """Fill the free entries of ``out`` (n,) with the change of the generalised forces of free joints.
-
-    Parameters
-    ----------
-    force : (nb, 3) array
-        Wrench that each body gets through its joint, at the state itself; see `transmitted`.
-    dload : (nb, 3) array
-        Change of each body's own load; used up.
-    """
+def residual_tangents(bodies: Records, pose: Array, s: Scratch) -> None:
+    """Fill the free entries of ``tau`` with the change of the free joints' generalised forces; uses up ``dload``."""
+    force, dpose, dload, out = s.force, s.dpose, s.dload, s.tau
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
         if not body.moving:

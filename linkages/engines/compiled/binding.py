@@ -100,12 +100,10 @@ def evaluate(
     tolerance: Array,
     steps: Steps,
     times: Array,
-    q: Array,
-    v: Array,
-    a: Array,
-    contacts: Array,
+    out: tuple[Array, Array, Array, Array],
 ) -> None:
     """Fill q, v, a (nt, n) and contacts (nt, nc, WIDTH) at any times of a run."""
+    q, v, a, contacts = out
     p, s, past = reference(equations), reference(stepper), reference(steps)
     y, w = np.empty(steps.states.shape[1]), p.work.dynamics
     for i in range(len(times)):

@@ -8,7 +8,7 @@ partial derivatives of the contacts' laws (`partials`).
 from __future__ import annotations
 
 from linkages.engines.compiled.entry_points import loads_tangent, solve
-from linkages.engines.compiled.model import Equations, Scratch, Work
+from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import INPUTS, contact_partials
@@ -19,6 +19,7 @@ from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
 from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
+    Scratch,
     add_row_tangent,
     body_tangents,
     inertial_tangents,
@@ -68,7 +69,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     bodies = model.bodies
-    body_tangents(bodies, w.pose, w.vel, w.acc, w.v, w.a, s.dq, s.dv, s.dpose, s.dvel, s.dacc)
+    body_tangents(bodies, w, s)
     clear(s.dwrench)
     for k in range(len(model.ends)):
         rate = _contact_tangent(model, work, s, k, 1.0 if k == bristle else 0.0)
@@ -79,11 +80,11 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
         loads_tangent(equations, t, s.dpose, s.dvel, s.dwrench)
     for k in range(len(model.rows)):
         add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
-    inertial_tangents(bodies, w.pose, w.vel, w.acc, model.gravity, s.dpose, s.dvel, s.dacc, s.dload)
+    inertial_tangents(bodies, model.gravity, w, s)
     for i in range(len(bodies)):
         for k in range(3):
             s.dload[i, k] -= s.dwrench[i, k]
-    residual_tangents(bodies, w.pose, s.force, s.dpose, s.dload, s.tau)
+    residual_tangents(bodies, w.pose, s)
     for i in range(len(s.tau)):
         s.tau[i] = -s.tau[i]
         s.da[i] = 0.0

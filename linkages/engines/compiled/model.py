@@ -11,62 +11,28 @@ import numpy as np
 
 from linkages.kernel import Array, Indices
 from linkages.planar.arrays import Arrays
-from linkages.planar.contact_partials import INPUTS, OUTPUTS
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
 from linkages.planar.record_types import REVOLUTE
+from linkages.planar.tangent import Scratch, make_scratch
 from linkages.system import System
 
 #: Clearances that count as the length of a linkage, at most: with oil, in dry contact.
 _FILM, _TOUCH = 1e4, 20.0
 
 
-class Scratch(NamedTuple):
-    """What the Jacobian needs: partial derivatives of the contacts' forces, wrenches, and arrays of one direction."""
-
-    partials: Array
-    force: Array
-    dq: Array
-    dv: Array
-    dpose: Array
-    dvel: Array
-    dacc: Array
-    dload: Array
-    dwrench: Array
-    tau: Array
-    da: Array
-    response: Array
-    sizes: Array
-
-
 class Work(NamedTuple):
-    """Arrays that an evaluation fills.
-
-    Attributes
-    ----------
-    dynamics : Workspace
-    contacts : (nc, WIDTH) array
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
-    memory : (nc, 2) array
-        `linkages.planar.contacts.MEMORY`.
-    modes : (nc,) array of int
-        1 in contact, -1 free.
-    value, rate, second : arrays
-        For prescribed motions and torques.
-    forces, efforts, applied : (nj, 3), (nd,), (nl, 4) arrays
-        Results for joints, drives and loads; see `linkages.outputs.values.View`.
-    scratch : Scratch
-    """
+    """Arrays that an evaluation fills."""
 
     dynamics: Workspace
-    contacts: Array
-    memory: Array
-    modes: Indices
-    value: Array
+    contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
+    memory: Array  # `linkages.planar.contacts.MEMORY`, (nc, 2)
+    modes: Indices  # 1 in contact, -1 free, (nc,)
+    value: Array  # for prescribed motions and torques
     rate: Array
     second: Array
-    forces: Array
+    forces: Array  # results for joints, drives and loads; see `linkages.outputs.values.View`
     efforts: Array
     applied: Array
     scratch: Scratch
@@ -94,8 +60,7 @@ class Equations(NamedTuple):
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
     nb, nr, nc, nd = len(model.bodies), len(model.rows), len(model.ends), len(model.driven)
-    n, nm, tree = len(model.free) + nd, max(nd, len(model.powered)), (nb, 3)
-    scratch = ((nc, OUTPUTS, INPUTS), tree, n, n, tree, tree, tree, tree, tree, n, n, (nr, nr), nr)
+    n, nm = len(model.free) + nd, max(nd, len(model.powered))
     return Work(
         make_workspace(nb, n, nr),
         np.zeros((nc, WIDTH)),
@@ -107,7 +72,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
-        Scratch(*(np.zeros(shape) for shape in scratch)),
+        make_scratch(nb, n, nr, nc),
     )
 
 

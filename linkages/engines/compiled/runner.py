@@ -99,11 +99,10 @@ class Runner:
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
-        q, v, a = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n))
-        contacts = np.empty((nt, nc, WIDTH))
+        out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         times = np.asarray(times, dtype=np.float64)
-        evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, q, v, a, contacts)
-        return q, v, a, contacts
+        evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, out)
+        return out
 
     def summarise(self, ideal: Ideal, outputs: Records, steps: Steps, windows: Array, out: Array) -> bool:
         """Fill ``out`` (nw, no, ns) with the outputs' `STATISTICS` over windows of a run.

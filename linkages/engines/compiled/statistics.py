@@ -32,33 +32,19 @@ _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
 class Sampler(NamedTuple):
-    """What it takes to know the outputs at any time of a run.
-
-    Attributes
-    ----------
-    equations, stepper, ideal
-        To step again, and for the ideal linkage's state.
-    outputs : array of OUTPUT
-    with_ideal, with_forces, with_loads : bool
-        Whether outputs need the ideal linkage's state, the forces in joints, what the loads do.
-    tolerance : (ny,) array
-        Tolerance of each entry of the state, for the steps between the run's own.
-    steps : Steps
-    y, row : (ny,), (no,) arrays
-        A state and its outputs, to work on.
-    """
+    """What it takes to know the outputs at any time of a run."""
 
     equations: Equations
     stepper: Stepper
     ideal: Ideal
-    outputs: Records
-    with_ideal: bool
-    with_forces: bool
-    with_loads: bool
-    tolerance: Array
+    outputs: Records  # of `linkages.outputs.values.OUTPUT`
+    with_ideal: bool  # whether outputs need the ideal linkage's state
+    with_forces: bool  # the forces in joints
+    with_loads: bool  # what the loads do
+    tolerance: Array  # of each entry of the state, for the steps between the run's own, (ny,)
     steps: Steps
-    y: Array
-    row: Array
+    y: Array  # a state, to work on, (ny,)
+    row: Array  # its outputs, (no,)
 
 
 def make_sampler(

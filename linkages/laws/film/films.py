@@ -40,25 +40,19 @@ class Film(NamedTuple):
 #: The films an experiment can name.
 FILMS = {
     "long": Film(
-        half_film_long,
-        "closed form of the film of extent pi",
-        "L/D > 2, half film",
-        "exact integral of Chen 2025 eq. (8) over the pi film",
+        half_film_long, "closed form of the film of extent pi",
+        "L/D > 2, half film", "exact integral of Chen 2025 eq. (8) over the pi film",
     ),
     "pinkus-sternlicht": Film(
-        pinkus_sternlicht,
-        "rational fit of the film of extent pi",
-        "L/D > 2, half film",
-        "Chen 2025 eqs. (9)-(11), sign corrected",
+        pinkus_sternlicht, "rational fit of the film of extent pi",
+        "L/D > 2, half film", "Chen 2025 eqs. (9)-(11), sign corrected",
     ),
     "short": Film(
-        short_bearing,
-        "closed form of the parabolic film where p > 0",
-        "L/D < 1/4, half film",
-        "Ocvirk's short bearing",
+        short_bearing, "closed form of the parabolic film where p > 0",
+        "L/D < 1/4, half film", "Ocvirk's short bearing",
     ),
     "finite": Film(None, "map of the 2D Reynolds equation", "any L/D", "`linkages.laws.film.film_map`"),
-}
+}  # fmt: skip
 
 
 @kernel

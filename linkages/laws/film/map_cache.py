@@ -57,14 +57,8 @@ def load_map(
 
     Parameters
     ----------
-    slenderness : float
-        L/D > 0.
-    cavitation : str
-        A name in `film_map.CAVITATIONS`.
-    nodes : int
-        Nodes of the map in each direction.
-    progress : callable, optional
-        Called with the part that is done, if the map must be built.
+    slenderness, cavitation, nodes, progress
+        As for `film_map.build_map`, which is called where the map must be built.
 
     Returns
     -------
