@@ -34,9 +34,7 @@ class Scratch(NamedTuple):
     """Arrays of a Jacobian and of one direction at a time."""
 
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
-    force: (
-        Array  # wrench that each body gets through its joint, at the state itself, (nb, 3); see `transmitted`
-    )
+    force: Array  # wrench that each body gets through its joint at the state, (nb, 3); see `transmitted`
     dq: Array  # the direction, (n,)
     dv: Array
     dpose: Array  # changes along it, (nb, 3)

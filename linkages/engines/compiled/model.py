@@ -32,9 +32,9 @@ class Work(NamedTuple):
     value: Array  # for prescribed motions and torques
     rate: Array
     second: Array
-    forces: Array  # results for joints, drives and loads; see `linkages.outputs.values.View`
-    efforts: Array
-    applied: Array
+    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.values.View`
+    efforts: Array  # for drives, (nd,)
+    applied: Array  # for loads, (nl, 4)
     scratch: Scratch
 
 
