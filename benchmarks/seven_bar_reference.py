@@ -39,7 +39,7 @@ def free_motion(system: System) -> FreeMotion:
     bodies, rows, ends, driven = tree.bodies, tree.loop_rows, tree.ends, tree.driven_dofs
     laws, tables, gravity = system.laws, system.film_tables, system.gravity
     memory = np.zeros((len(ends), 2))
-    breaks, coefficients, segments = system.motions.arrays
+    curves = system.motions.arrays
     free = np.setdiff1d(np.arange(tree.size), driven)
     nf, nd, n = len(free), len(driven), tree.size
 
@@ -48,7 +48,7 @@ def free_motion(system: System) -> FreeMotion:
         work = workspace(len(bodies), n, len(rows))
         joints, rate = np.empty((len(ends), WIDTH)), np.empty(2 * nf)
         value, speed, acceleration = np.empty(nd), np.empty(nd), np.empty(nd)
-        evaluate_motions(breaks, coefficients, segments, t, value, speed, acceleration)
+        evaluate_motions(curves, t, value, speed, acceleration)
         for k in range(nf):
             work.q[free[k]], work.v[free[k]] = y[k], y[nf + k]
         for k in range(nd):

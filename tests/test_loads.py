@@ -208,7 +208,7 @@ def test_tables_of_loads_stay_within_their_values_and_are_found_by_bisection():
     motions = Motions(pieces)
     at = np.concatenate([times, RNG.uniform(times[0], times[-1], 500), [-1.0, 3.0]])
     for i, piece in enumerate(pieces):
-        found = [motion_value(*motions.arrays, i, t) for t in at]
+        found = [motion_value(motions.arrays, i, t) for t in at]
         np.testing.assert_allclose(found, PPoly(*piece)(at), atol=1e-12)
     inside = PPoly(*pieces[1])(at[:-2])
     assert inside.min() >= 0.0

@@ -10,12 +10,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.integrate.stepper import COUNT, ERROR, LAST, Stepper, copy
-from linkages.kernel import template
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, template
 
 ORDER = 5
 

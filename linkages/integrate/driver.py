@@ -20,12 +20,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.integrate.stepper import COUNT, Stepper, accept, copy, restart
-from linkages.kernel import kernel, template
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, Indices, kernel, template
 
 #: How a run ends: at its end; after the steps it was given; where `settle` says so (larger values); step too small.
 DONE, PAUSED, COLLAPSED = 0, 1, 2
@@ -36,28 +33,14 @@ _STUCK = 200  # events in a row without a step worth its name
 
 
 class Options(NamedTuple):
-    """Settings of a run.
+    """Settings of a run."""
 
-    Attributes
-    ----------
-    end : float
-        Last time.
-    first, largest : float
-        Steps.
-    most : int
-        Steps after which the run pauses.
-    relative : float
-        Tolerance that is multiplied by an entry's magnitude and added to its absolute one.
-    landing : (ne,) array
-        How close to zero an event function must come.
-    """
-
-    end: float
-    first: float
-    largest: float
-    most: int
-    relative: float
-    landing: Array
+    end: float  # last time
+    first: float  # step to try first
+    largest: float  # step
+    most: int  # steps after which the run pauses
+    relative: float  # tolerance that is multiplied by an entry's magnitude and added to its absolute one
+    landing: Array  # how close to zero an event function must come, (ne,)
 
 
 class Record(NamedTuple):
@@ -75,7 +58,7 @@ class Record(NamedTuple):
 
 @kernel
 def first_event(
-    modes: NDArray[np.int64], landing: Array, g0: Array, d0: Array, g1: Array, d1: Array, h: float
+    modes: Indices, landing: Array, g0: Array, d0: Array, g1: Array, d1: Array, h: float
 ) -> tuple[int, float]:
     """Event function that first leaves its sign within a step, and where, in parts of the step; -1 if none does.
 
@@ -86,8 +69,7 @@ def first_event(
     for k in range(len(modes)):
         m = modes[k]
         a, b = m * g0[k], m * g1[k]
-        if a < 0.0:  # landed just across and turned back: zero is behind
-            a = 0.0
+        a = max(a, 0.0)  # landed just across and turned back: zero is behind
         da, db = m * d0[k] * h, m * d1[k] * h
         right = 1.0
         if b >= 0.0:
@@ -152,7 +134,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         t: float,
         h: float,
         y: Array,
-        modes: NDArray[np.int64],
+        modes: Indices,
         landing: Array,
         event: int,
         fraction: float,
@@ -190,7 +172,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         tolerance: Array,
         t: float,
         start: Array,
-        modes: NDArray[np.int64],
+        modes: Indices,
         width: int,
         options: Options,
     ) -> Record:
@@ -285,15 +267,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             copy(y, states[count])
             observe(problem, t, y, observed[count])
             count += 1
-        return Record(
-            times[:count].copy(),
-            states[:count].copy(),
-            observed[:count].copy(),
-            status,
-            steps,
-            rejected,
-            int(s.memory[COUNT]),
-            h,
-        )
+        found = times[:count].copy(), states[:count].copy(), observed[:count].copy()
+        return Record(*found, status, steps, rejected, int(s.memory[COUNT]), h)
 
     return drive

@@ -11,13 +11,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, HINT, LAST, NOTHING, PREDICTS, Stepper
-from linkages.kernel import kernel, template
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, kernel, template
 
 ORDER = 5
 _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper

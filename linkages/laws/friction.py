@@ -118,31 +118,22 @@ class Friction(NamedTuple):
 FRICTIONS = {
     "none": Friction(None, "0", "frictionless contact", "-"),
     "ambrosio": Friction(
-        ambrosio,
-        "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
-        "sliding; no stiction",
-        "Chen 2025 Table 4; Ambrosio 2003",
+        ambrosio, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
+        "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003",
     ),
     "cubic": Friction(
-        cubic,
-        "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
-        "sliding with a static peak; creeps at rest",
-        "Bai 2016 [0051]-[0055]",
+        cubic, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
+        "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055]",
     ),
     "coulomb": Friction(
-        coulomb,
-        "mu_d tanh(v/v_1)",
-        "sliding; smooth for gradients",
-        "Marques et al., Nonlinear Dyn. 86, 2016",
+        coulomb, "mu_d tanh(v/v_1)",
+        "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016",
     ),
     "lugre": Friction(
-        lugre,
-        "sigma_0 z + sigma_1 dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v)",
-        "stick and slip; one state per joint",
-        "Canudas de Wit et al., IEEE TAC 40, 1995",
-        bristles=True,
+        lugre, "sigma_0 z + sigma_1 dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v)",
+        "stick and slip; one state per joint", "Canudas de Wit et al., IEEE TAC 40, 1995", bristles=True,
     ),
-}
+}  # fmt: skip
 
 
 @kernel

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.laws.contact.contacts import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import film_force
@@ -24,7 +23,7 @@ _DRY = MODELS["dry"]
 @kernel
 def clearance_force(
     joint: np.record,
-    table: NDArray[np.float64],
+    table: Array,
     ex: float,
     ey: float,
     vx: float,
@@ -136,13 +135,7 @@ def dry_force(
 
 @kernel
 def _film(
-    joint: np.record,
-    table: NDArray[np.float64],
-    e: float,
-    v_n: float,
-    v_t: float,
-    omega_b: float,
-    omega_j: float,
+    joint: np.record, table: Array, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float
 ) -> tuple[float, float, float]:
     """Force (normal, tangential) and couple of the film on the journal.
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from linkages.laws.contact.contacts import CONTACTS
 from linkages.laws.contact.material import effective_restitution
@@ -12,35 +14,39 @@ from linkages.laws.film.films import FILMS
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh
 from linkages.laws.friction import FRICTIONS
 
+
+class Law(NamedTuple):
+    """What a row of the tables says of a law."""
+
+    formula: str
+    valid: str
+    source: str
+
+
 #: Motions of the journal for which the long film is compared: name -> (deps, ew/2).
 MOTIONS = {"rotation": (0.0, 1.0), "approach": (1.0, 0.0), "separation": (-1.0, 0.0)}
 #: Slendernesses and eccentricity ratios of that table.
 SLENDERNESSES, RATIOS = (0.25, 0.5, 1.0, 4.0 / 3.0, 2.0, 4.0, 8.0), (0.05, 0.3, 0.5, 0.7, 0.9, 0.95)
 
-_MIXED = [
-    (
-        "blend",
+_MIXED = {
+    "blend": Law(
         "F_L + clip((abs(e) - c)/E_0, 0, 1) (F_D - F_L), film at eps <= eps_max",
         "numerical transition; E_0 is not physical",
         "Chen 2025 eq. (15), made continuous",
     ),
-    (
-        "greenwood-tripp",
+    "greenwood-tripp": Law(
         "p = 16 sqrt(2) pi/15 (n beta sigma)^2 sqrt(sigma/beta) E' F_5/2(h/sigma), integrated over the gap",
         "Gaussian summits, h > 0",
         "Greenwood and Tripp, Proc. IMechE 185, 1970",
     ),
-]
-_VISCOSITY = [
-    ("walther", "log10 log10(nu + 0.7) = A - B log10 T", "nu > 2 mm2/s", "ASTM D341; Walther 1931"),
-    ("vogel", "mu = a exp(b/(T - c))", "T > c, between its three points", "Vogel 1921"),
-    (
-        "ISO VG grade",
-        "walther through nu(40 C) = grade and nu(100 C)",
-        "mineral oil, index 95",
-        "ISO 3448, ASTM D2270",
+}
+_VISCOSITY = {
+    "walther": Law("log10 log10(nu + 0.7) = A - B log10 T", "nu > 2 mm2/s", "ASTM D341; Walther 1931"),
+    "vogel": Law("mu = a exp(b/(T - c))", "T > c, between its three points", "Vogel 1921"),
+    "ISO VG grade": Law(
+        "walther through nu(40 C) = grade and nu(100 C)", "mineral oil, index 95", "ISO 3448, ASTM D2270"
     ),
-]
+}
 
 
 def markdown() -> str:
@@ -51,26 +57,12 @@ def markdown() -> str:
         "Generated from the registries in `linkages/laws` by `docs/make_laws.py`: do not edit.",
         "",
     ]
-    films = [
-        (name, film.formula, film.valid, film.source)
-        for name, film in FILMS.items()
-        if film.force is not None  # its rules of cavitation have rows of their own
-    ]
-    finite = [
-        (f"finite, {name}", rule.formula, rule.valid, rule.source) for name, rule in CAVITATIONS.items()
-    ]
-    parts += _section("Films", films + finite)
+    films = {
+        name: film for name, film in FILMS.items() if film.force is not None
+    }  # the map's rules have rows
+    parts += _section("Films", films | {f"finite, {name}": rule for name, rule in CAVITATIONS.items()})
     parts += _long_bearing()
-    contacts = [
-        (
-            name,
-            f"{law.formula}, chi = {law.chi}" if law.chi != "0" and law.chi else law.formula,
-            law.valid,
-            law.source,
-        )
-        for name, law in CONTACTS.items()
-    ]
-    parts += _section("Contact", contacts)
+    parts += _section("Contact", CONTACTS)
     parts += [
         "E' is the contact modulus, L the length, DR = R_b - R_j, S = pi E' L. No contact pulls: a negative"
         " force is set to zero. ddelta0 is the speed at the start of this contact, and ddelta/ddelta0 is"
@@ -79,20 +71,19 @@ def markdown() -> str:
         "",
     ]
     parts += _restitution()
-    frictions = [(name, law.formula, law.valid, law.source) for name, law in FRICTIONS.items()]
-    parts += _section("Friction", frictions)
+    parts += _section("Friction", FRICTIONS)
     parts += _section("Between film and contact", _MIXED)
     parts += _section("Viscosity", _VISCOSITY)
     return "\n".join(parts)
 
 
-def _section(title: str, rows: list[tuple[str, str, str, str]]) -> list[str]:
+def _section(title: str, laws: Mapping[str, Any]) -> list[str]:
     lines = [f"## {title}", "", "| law | formula | valid for | source |", "|---|---|---|---|"]
-    return [
-        *lines,
-        *(f"| {name} | {formula} | {valid} | {source} |" for name, formula, valid, source in rows),
-        "",
-    ]
+    for name, law in laws.items():
+        chi = getattr(law, "chi", "")
+        formula = f"{law.formula}, chi = {chi}" if chi not in ("", "0") else law.formula
+        lines.append(f"| {name} | {formula} | {law.valid} | {law.source} |")
+    return [*lines, ""]
 
 
 def _restitution() -> list[str]:

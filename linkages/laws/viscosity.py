@@ -13,21 +13,9 @@ _ZERO = 273.15
 #: Kinematic viscosity at 100 deg C [mm2/s] of an oil of viscosity index 95 whose viscosity at 40 deg C is
 #: the middle of the grade: ASTM D2270 (ISO 2909) solved for it, grades of ISO 3448.
 ISO_VG = {
-    10: 2.637,
-    15: 3.381,
-    22: 4.254,
-    32: 5.289,
-    46: 6.645,
-    68: 8.530,
-    100: 11.066,
-    150: 14.546,
-    220: 18.750,
-    320: 23.957,
-    460: 30.350,
-    680: 39.063,
-    1000: 49.859,
-    1500: 64.215,
-}
+    10: 2.637, 15: 3.381, 22: 4.254, 32: 5.289, 46: 6.645, 68: 8.530, 100: 11.066,
+    150: 14.546, 220: 18.750, 320: 23.957, 460: 30.350, 680: 39.063, 1000: 49.859, 1500: 64.215,
+}  # fmt: skip
 
 #: Density of a mineral oil at 15 deg C [kg/m3] and its slope [kg/m3/K]. Assumed, typical.
 DENSITY_15, DENSITY_SLOPE = 870.0, -0.65

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.kernel import Array
 from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
 from linkages.outputs.values import DRIVE, JOINT, tabulate
@@ -15,7 +15,6 @@ from linkages.planar.contacts import WIDTH
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 
-Array = NDArray[np.float64]
 Columns = dict[str, Array]
 
 

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, nearest
+from linkages.kernel import Records
 from linkages.model.experiment import QUANTITIES
 from linkages.outputs.values import CONTACT, COORDINATE, DRIVE, GUIDE, JOINT, LINKAGE, LOAD, OUTPUT, POINT
 from linkages.system import System
@@ -41,25 +41,13 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Owner:
-    """A kind of thing that has outputs.
-
-    Attributes
-    ----------
-    label : str
-        What stands before the dot, in the documentation.
-    real : bool
-        Whether only a linkage with play has it.
-    names : callable
-        From a system to the names of all its things of this kind.
-    record : callable
-        From a system and a name to index, other index, marker and constant of `linkages.outputs.values.OUTPUT`.
-    quantities : dict of str to Quantity
-    """
+    """A kind of thing that has outputs."""
 
     kind: int
-    label: str
-    real: bool
-    names: Callable[[System], Iterable[str]]
+    label: str  # what stands before the dot, in the documentation
+    real: bool  # whether only a linkage with play has it
+    names: Callable[[System], Iterable[str]]  # of all a system's things of this kind
+    #: Index, other index, marker and constant of `linkages.outputs.values.OUTPUT` of the thing with a name.
     record: Callable[[System, str], tuple[Any, ...]]
     quantities: dict[str, Quantity]
 
@@ -189,11 +177,7 @@ OWNERS = (
     ),
     Owner(
         LOAD, "SPRING", False, _loads("springs"), _load,
-        {
-            "force": Quantity("tension", "N", 0),
-            "length": Quantity("distance of its ends", "m", 1),
-            "power": _POWER,
-        },
+        {"force": Quantity("tension", "N", 0), "length": Quantity("distance of its ends", "m", 1), "power": _POWER},
     ),
     Owner(
         LOAD, "TORSION SPRING", False, _loads("torsion_springs"), _load,
@@ -203,9 +187,7 @@ OWNERS = (
             "power": _POWER,
         },
     ),
-    Owner(
-        COORDINATE, "q", False, lambda s: (), lambda s, name: (), {},
-    ),
+    Owner(COORDINATE, "q", False, lambda s: (), lambda s, name: (), {}),
     Owner(
         LINKAGE, "", False, lambda s: ("",), lambda s, name: (0, 0, _NOWHERE, 0.0),
         {
@@ -239,15 +221,9 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
     owner, quantity, thing = _look_up(system, plain, ideal)
     jitter = int(plain != name)
     if jitter and (owner.kind != POINT or ideal):
-        raise InputError(
-            system.experiment.source, f'output "{name}"', "jitter is that of the motion of a link or frame"
-        )
+        raise _wrong(system, name, "jitter is that of the motion of a link or frame")
     if jitter and not _determinate(system):
-        raise InputError(
-            system.experiment.source,
-            f'output "{name}"',
-            "the prescribed drives do not determine an ideal motion to compare with",
-        )
+        raise _wrong(system, name, "the prescribed drives do not determine an ideal motion to compare with")
     if owner.kind == COORDINATE:
         return COORDINATE, 0, system.tree.coordinates.index(thing), 0, 0, _NOWHERE, 0.0
     at, other, marker, constant = owner.record(system, thing)
@@ -281,14 +257,10 @@ def check_output(system: System, name: str) -> None:
     InputError
         If there is none.
     """
-    if not name.startswith(IDEAL):
-        find(system, name)
-        return
     plain = name.removeprefix(IDEAL)
     joint, _, quantity = plain.rpartition(".")
-    if quantity == TURNING and joint in system.mechanism.joint:
-        return
-    find(system, plain, ideal=True)
+    if plain == name or quantity != TURNING or joint not in system.mechanism.joint:
+        find(system, plain, ideal=plain != name)
 
 
 def default_outputs(system: System) -> tuple[str, ...]:
@@ -301,7 +273,7 @@ def default_outputs(system: System) -> tuple[str, ...]:
     )
 
 
-def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> NDArray[np.record]:
+def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:
     """Make the records of named outputs.
 
     Raises
@@ -343,9 +315,11 @@ def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, s
             return owner, owner.quantities[what], thing
     known = names(system, ideal)
     same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
-    raise InputError(
-        system.experiment.source, f'output "{name}"', f"is unknown; {nearest(name, same or known)}"
-    )
+    raise _wrong(system, name, f"is unknown; {nearest(name, same or known)}")
+
+
+def _wrong(system: System, name: str, reason: str) -> InputError:
+    return InputError(system.experiment.source, f'output "{name}"', reason)
 
 
 def _determinate(system: System) -> bool:

@@ -6,13 +6,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.integrate.stepper import copy
+from linkages.kernel import Array, Records, kernel, record_type
 from linkages.kernel.by_reference import reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import inertial_load
+from linkages.planar.dynamics import Workspace, clear, inertial_load, workspace
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
 from linkages.planar.loads import load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
@@ -20,70 +20,40 @@ from linkages.planar.motion import evaluate_motions
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
 from linkages.planar.record_types import MARKER
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 #: Kinds of owners.
 POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE = range(8)
 
 #: One output.
-OUTPUT = np.dtype(
-    (
-        np.record,
-        [
-            ("kind", "i8"),
-            ("what", "i8"),  # quantity of the kind
-            ("at", "i8"),  # contact, joint, drive, load or coordinate
-            ("other", "i8"),  # drive: its coordinate; guide: the block's body
-            ("jitter", "i8"),  # 1: less the ideal linkage's
-            ("marker", MARKER),  # point: where it is; guide: the slot's body and the direction across it
-            ("constant", "f8"),  # point: drawn angle; contact: clearance
-        ],
-    )
+OUTPUT = record_type(
+    kind="i8",
+    what="i8",  # quantity of the kind
+    at="i8",  # contact, joint, drive, load or coordinate
+    other="i8",  # drive: its coordinate; guide: the block's body
+    jitter="i8",  # 1: less the ideal linkage's
+    marker=MARKER,  # point: where it is; guide: the slot's body and the direction across it
+    constant="f8",  # point: drawn angle; contact: clearance
 )
 
 _CORNERS = 4
 
 
 class View(NamedTuple):
-    """What is known of a linkage at one state.
+    """What is known of a linkage at one state."""
 
-    Attributes
-    ----------
-    bodies, ends, gravity
-        Those of the system.
-    q, v : (n,) arrays
-    pose, vel, acc : (nb, 5), (nb, 3), (nb, 3) arrays
-    contacts : (nc, WIDTH) array
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
-    forces : (nj, 3) array
-        Force and moment on each joint's child; see `linkages.planar.reactions.joint_forces`.
-    efforts : (nd,) array
-        Torque or force of each drive.
-    loads : (nl, 4) array
-        `linkages.planar.loads.LOAD_OUTPUTS`.
-    """
-
-    bodies: NDArray[np.record]
-    ends: NDArray[np.record]
-    gravity: Array
-    q: Array
-    v: Array
-    pose: Array
-    vel: Array
-    acc: Array
-    contacts: Array
-    forces: Array
-    efforts: Array
-    loads: Array
+    model: Arrays
+    state: Workspace  # of which q, v, pose, vel and acc count
+    contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
+    forces: Array  # on each joint's child, with moment, (nj, 3); see `linkages.planar.reactions.joint_forces`
+    efforts: Array  # torque or force of each drive, (nd,)
+    loads: Array  # `linkages.planar.loads.LOAD_OUTPUTS`, (nl, 4)
 
 
 @kernel
 def output_value(output: np.record, view: View) -> float:
     """Value of an output at a state; jitter is not taken off."""
-    kind, what, at = output.kind, output.what, output.at
+    kind, what, at, state = output.kind, output.what, output.at, view.state
     if kind == POINT:
-        return point_value(output, view.pose, view.vel, view.acc)
+        return point_value(output, state.pose, state.vel, state.acc)
     if kind == CONTACT:
         return _contact_value(what, at, output.constant, view)
     if kind == GUIDE:
@@ -92,13 +62,13 @@ def output_value(output: np.record, view: View) -> float:
         force = view.forces[at]
         return math.hypot(force[0], force[1]) if what == 2 else force[min(what, 2)]
     if kind == DRIVE:
-        rate, effort = view.v[output.other], view.efforts[at]
+        rate, effort = state.v[output.other], view.efforts[at]
         return effort if what == 0 else (rate if what == 1 else effort * rate)
     if kind == LOAD:
         load = view.loads[at]
         return math.hypot(load[0], load[1]) if what == 3 else load[what]
     if kind == COORDINATE:
-        return view.q[at]
+        return state.q[at]
     return _energy(what, view)
 
 
@@ -113,12 +83,12 @@ def point_value(output: np.record, pose: Array, vel: Array, acc: Array) -> float
     if what == 2:
         return pose[b, 2] + output.constant
     if what < 5:
-        vx, vy = marker_velocity(vel, marker, rx, ry)
+        vx, vy = marker_velocity(vel, b, rx, ry)
         return vx if what == 3 else vy
     if what == 5:
         return vel[b, 0]
     if what < 8:
-        ax, ay = marker_acceleration(vel, acc, marker, rx, ry)
+        ax, ay = marker_acceleration(vel, acc, b, rx, ry)
         return ax if what == 6 else ay
     return acc[b, 0]
 
@@ -133,7 +103,7 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
     if what == 5:
         return 1.0 + contact[5] / clearance
     if what == 6:  # both forces act at the journal's marker, as a point of either body
-        motion, _ = contact_motion(view.ends[at], view.pose, view.vel)
+        motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
         ex, ey, vx, vy, wb, wj, _, _ = motion
         return contact[2] * (vx + wb * ey) + contact[3] * (vy - wb * ex) + contact[4] * (wj - wb)
     if what == 7:
@@ -143,11 +113,11 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
 
 @kernel
 def _guide_value(output: np.record, view: View) -> float:
-    what, first, slot = output.what, output.at, output.marker
+    what, first, slot, pose = output.what, output.at, output.marker, view.state.pose
     if what == 3:
-        return view.pose[output.other, 2] - view.pose[slot.body, 2]
+        return pose[output.other, 2] - pose[slot.body, 2]
     total, largest = 0.0, -np.inf
-    nx, ny = turned(view.pose, slot.body, slot.x, slot.y)
+    nx, ny = turned(pose, slot.body, slot.x, slot.y)
     for k in range(first, first + _CORNERS):
         if what == 0:
             largest = max(largest, _contact_value(5, k, output.constant, view))
@@ -160,15 +130,15 @@ def _guide_value(output: np.record, view: View) -> float:
 
 @kernel
 def _energy(what: int, view: View) -> float:
+    bodies, gravity, pose, vel = view.model.bodies, view.model.gravity, view.state.pose, view.state.vel
     kinetic, potential = 0.0, 0.0
-    for i in range(1, len(view.bodies)):
-        body = view.bodies[i]
-        cx, cy = turned(view.pose, i, body.cx, body.cy)
-        w = view.vel[i, 0]
-        vx, vy = view.vel[i, 1] - w * cy, view.vel[i, 2] + w * cx
+    for i in range(1, len(bodies)):
+        body = bodies[i]
+        cx, cy = turned(pose, i, body.cx, body.cy)
+        w = vel[i, 0]
+        vx, vy = marker_velocity(vel, i, cx, cy)
         kinetic += 0.5 * (body.mass * (vx * vx + vy * vy) + body.inertia * w * w)
-        height = view.gravity[0] * (view.pose[i, 0] + cx) + view.gravity[1] * (view.pose[i, 1] + cy)
-        potential -= body.mass * height
+        potential -= body.mass * (gravity[0] * (pose[i, 0] + cx) + gravity[1] * (pose[i, 1] + cy))
     for k in range(len(view.loads)):
         potential += view.loads[k, 3]
     return kinetic if what == 0 else potential
@@ -176,7 +146,7 @@ def _energy(what: int, view: View) -> float:
 
 @kernel
 def tabulate(
-    outputs: NDArray[np.record],
+    outputs: Records,
     with_forces: bool,
     model: Arrays,
     times: Array,
@@ -193,44 +163,33 @@ def tabulate(
     with_forces : bool
         Whether any output needs the forces in joints or the efforts of drives.
     """
-    bodies, rows, powered = model.bodies, model.rows, model.powered_bodies
+    bodies, powered = model.bodies, model.powered_bodies
     loads = (model.loads, model.load_t, model.load_c, model.load_n)
-    nb, n, np_ = len(bodies), q.shape[1], len(powered)
-    pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
+    torques = (model.torque, model.torque_c, model.torque_n)
+    w, np_ = workspace(len(bodies), q.shape[1], len(model.rows)), len(powered)
     forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + np_)
-    applied, reaction = np.zeros((len(loads[0]), 4)), np.zeros(len(rows))
-    wrench, load, tau = np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
+    applied = np.zeros((len(model.loads), 4))
     value, rate, second = np.zeros(np_), np.zeros(np_), np.zeros(np_)
+    known, state = reference(model), reference(w)
     for i in range(len(times)):
-        body_positions(bodies, q[i], pose)
-        body_velocities(bodies, pose, v[i], vel)
-        body_accelerations(bodies, pose, vel, v[i], a[i], acc)
-        load_outputs(loads, times[i], pose, vel, applied)
+        copy(q[i], w.q)
+        copy(v[i], w.v)
+        body_positions(bodies, w.q, w.pose)
+        body_velocities(bodies, w.pose, w.v, w.vel)
+        body_accelerations(bodies, w.pose, w.vel, w.v, a[i], w.acc)
+        load_outputs(loads, times[i], w.pose, w.vel, applied)
         if with_forces:
-            wrench[:] = 0.0
-            add_known_contacts(model.ends, contacts[i], pose, wrench)
-            load_wrenches(loads, times[i], pose, vel, wrench)
-            evaluate_motions(model.torque, model.torque_c, model.torque_n, times[i], value, rate, second)
+            clear(w.wrench)
+            add_known_contacts(model.ends, contacts[i], w.pose, w.wrench)
+            load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
+            evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
-                tau[bodies[powered[k]].dof] = value[k]
-            inertial_load(bodies, pose, vel, acc, model.gravity, wrench, load)
-            if len(rows):
-                row_reactions(bodies, rows, model.free, pose, load, tau, reaction)
-            joint_forces(model, pose, contacts[i], tau, reaction, load, forces, efforts)
-        view = View(
-            bodies,
-            model.ends,
-            model.gravity,
-            q[i],
-            v[i],
-            pose,
-            vel,
-            acc,
-            contacts[i],
-            forces,
-            efforts,
-            applied,
-        )
+                w.tau[bodies[powered[k]].dof] = value[k]
+            inertial_load(bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
+            if len(model.rows):
+                row_reactions(model, w)
+            joint_forces(model, w, contacts[i], forces, efforts)
+        view = View(known, state, contacts[i], forces, efforts, applied)
         seen = reference(view)
         for k in range(len(outputs)):
             out[i, k] = output_value(outputs[k], seen)

@@ -4,64 +4,35 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+from linkages.kernel import Array, Indices, Records
 
 
 class Arrays(NamedTuple):
-    """What does not change during a run of a linkage with nc contacts; `linkages.system.System.arrays` makes it.
+    """What does not change during a run of a linkage with nc contacts; `linkages.system.System.arrays` makes it."""
 
-    Attributes
-    ----------
-    bodies, rows, ends, joints : arrays of BODY, ROW, ENDS, JOINT
-        The tree, its cut ideal joints, its contacts, where the force in each joint comes from.
-    laws, tables
-        Records of the force laws, maps of finite films; see `linkages.planar.contacts.clearance_wrenches`.
-    limits : (nc,) array
-        Largest |e| of contacts that have only a film; infinite for others [m].
-    touching : (nc,) array of int
-        1 where the contact can touch.
-    bristles : (nb,) array of int
-        Contacts with LuGre friction.
-    free, driven, powered : arrays of int
-        Coordinates: free (powered ones too), prescribed, with an applied torque.
-    driven_bodies, powered_bodies : arrays of int
-        Bodies that the prescribed and the powered joints carry.
-    motion, motion_c, motion_n, torque, torque_c, torque_n
-        `Motions.arrays` of prescribed motions and of torques.
-    loads, load_t, load_c, load_n
-        Applied loads; see `linkages.planar.loads`.
-    gravity : (2,) array
-    size : float
-        Length of the linkage [m].
-    """
-
-    bodies: NDArray[np.record]
-    rows: NDArray[np.record]
-    ends: NDArray[np.record]
-    joints: NDArray[np.record]
-    laws: NDArray[np.record]
-    tables: Array
-    limits: Array
-    touching: Indices
-    bristles: Indices
-    free: Indices
-    driven: Indices
-    powered: Indices
-    driven_bodies: Indices
-    powered_bodies: Indices
-    motion: Array
+    bodies: Records  # the tree
+    rows: Records  # of its cut ideal joints
+    ends: Records  # of its contacts
+    joints: Records  # where the force in each joint comes from
+    laws: Records  # of the contacts
+    tables: Array  # maps of finite films; see `linkages.planar.contacts.clearance_wrenches`
+    limits: Array  # largest |e| of contacts that have only a film; infinite for others [m], (nc,)
+    touching: Indices  # 1 where the contact can touch, (nc,)
+    bristles: Indices  # contacts with LuGre friction, (nb,)
+    free: Indices  # coordinates that are free, powered ones too
+    driven: Indices  # coordinates that are prescribed
+    powered: Indices  # coordinates with an applied torque
+    driven_bodies: Indices  # bodies that the prescribed joints carry
+    powered_bodies: Indices  # bodies that the powered joints carry
+    motion: Array  # `Motions.arrays` of prescribed motions
     motion_c: Array
     motion_n: Indices
-    torque: Array
+    torque: Array  # `Motions.arrays` of torques
     torque_c: Array
     torque_n: Indices
-    loads: NDArray[np.record]
+    loads: Records  # applied loads; see `linkages.planar.loads`
     load_t: Array
     load_c: Array
     load_n: Indices
-    gravity: Array
-    size: float
+    gravity: Array  # (2,)
+    size: float  # length of the linkage [m]

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.integrate.factor import back_substitute, factorise
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.kinematics import (
     body_accelerations,
     body_positions,
@@ -18,8 +17,6 @@ from linkages.planar.kinematics import (
     row_value,
 )
 
-Array = NDArray[np.float64]
-
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
 _ITERATIONS = 50
@@ -28,9 +25,7 @@ _DEPENDENT = 1e-11  # singular values below, in parts of the largest, are those 
 
 
 @kernel
-def closure_error(
-    bodies: NDArray[np.record], rows: NDArray[np.record], offset: Array, q: Array, pose: Array
-) -> Array:
+def closure_error(bodies: Records, rows: Records, offset: Array, q: Array, pose: Array) -> Array:
     """Closure errors (nr,) at q less the wanted offsets; fills `pose`."""
     body_positions(bodies, q, pose)
     error = np.empty(len(rows))
@@ -40,7 +35,7 @@ def closure_error(
 
 
 @kernel
-def closure_jacobian(bodies: NDArray[np.record], rows: NDArray[np.record], pose: Array, n: int) -> Array:
+def closure_jacobian(bodies: Records, rows: Records, pose: Array, n: int) -> Array:
     """Exact Jacobian (nr, n) of the closure rows: column i is the rows' rate when only coordinate i moves."""
     jacobian = np.empty((len(rows), n))
     unit, vel = np.zeros(n), np.empty((len(bodies), 3))
@@ -51,16 +46,6 @@ def closure_jacobian(bodies: NDArray[np.record], rows: NDArray[np.record], pose:
         for k in range(len(rows)):
             jacobian[k, i] = row_rate(rows[k], pose, vel)
     return jacobian
-
-
-@kernel
-def free_columns(jacobian: Array, free: NDArray[np.int64]) -> Array:
-    """Columns of the free coordinates, (nr, nf)."""
-    inner = np.empty((len(jacobian), len(free)))
-    for k in range(len(jacobian)):
-        for i in range(len(free)):
-            inner[k, i] = jacobian[k, free[i]]
-    return inner
 
 
 @kernel
@@ -116,14 +101,7 @@ def sum_of_squares(x: Array) -> float:
 
 
 @kernel
-def close(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    offset: Array,
-    free: NDArray[np.int64],
-    size: float,
-    q: Array,
-) -> bool:
+def close(bodies: Records, rows: Records, offset: Array, free: Indices, size: float, q: Array) -> bool:
     """Move the free coordinates of ``q`` (in place) until the rows are closed.
 
     Newton's method with step halving on the sum of squares. Returns False if it does not converge.
@@ -143,7 +121,7 @@ def close(
     for _ in range(_ITERATIONS):
         if math.sqrt(merit) <= TOLERANCE * size:
             return True
-        inner = free_columns(closure_jacobian(bodies, rows, pose, len(q)), free)
+        inner = closure_jacobian(bodies, rows, pose, len(q))[:, free]
         step = solve_columns(inner, -error)
         trial = q.copy()
         fraction = 1.0
@@ -166,19 +144,12 @@ def close(
 
 
 @kernel
-def consistent_rates(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    free: NDArray[np.int64],
-    q: Array,
-    v: Array,
-    a: Array,
-) -> None:
+def consistent_rates(bodies: Records, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
     """Fill the free entries of rates v and accelerations a so that the rows stay closed; others are given."""
     nb, n = len(bodies), len(q)
     pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
     body_positions(bodies, q, pose)
-    inner = free_columns(closure_jacobian(bodies, rows, pose, n), free)
+    inner = closure_jacobian(bodies, rows, pose, n)[:, free]
     for i in range(len(free)):
         v[free[i]] = 0.0
         a[free[i]] = 0.0
@@ -199,9 +170,7 @@ def consistent_rates(
 
 
 @kernel
-def closure_quality(
-    bodies: NDArray[np.record], rows: NDArray[np.record], free: NDArray[np.int64], q: Array
-) -> float:
+def closure_quality(bodies: Records, rows: Records, free: Indices, q: Array) -> float:
     """Ratio of the smallest to the largest singular value of the free columns of the closure's Jacobian.
 
     It is zero where the linkage is singular or has a free motion left.
@@ -212,16 +181,16 @@ def closure_quality(
         return 0.0
     pose = np.empty((len(bodies), 5))
     body_positions(bodies, q, pose)
-    values = decompose(free_columns(closure_jacobian(bodies, rows, pose, len(q)), free))[1]
+    values = decompose(closure_jacobian(bodies, rows, pose, len(q))[:, free])[1]
     return values[-1] / values[0] if values[0] > 0.0 else 0.0
 
 
 @kernel
 def follow(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
+    bodies: Records,
+    rows: Records,
     offset: Array,
-    free: NDArray[np.int64],
+    free: Indices,
     size: float,
     q: Array,
     v: Array,

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
-from linkages.planar.contacts import contact_action
+from linkages.kernel import Array, kernel
+from linkages.planar.contacts import Motion, contact_action
+from linkages.planar.dynamics import clear
 from linkages.planar.record_types import CORNER
-
-Array = NDArray[np.float64]
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall (2), bristle state.
 INPUTS = 9
@@ -24,22 +22,8 @@ _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of
 
 
 @kernel
-def clear(matrix: Array) -> None:
-    """Fill with zeros; compiles in a fraction of the time that numba's assignment takes."""
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            matrix[i, j] = 0.0
-
-
-@kernel
 def contact_partials(
-    end: np.record,
-    law: np.record,
-    table: Array,
-    approach: float,
-    bristle: float,
-    motion: tuple[float, float, float, float, float, float, float, float],
-    out: Array,
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, out: Array
 ) -> None:
     """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `contact_action`.
 
@@ -56,23 +40,15 @@ def contact_partials(
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
+    turn = gap / distance if corner else 1.0  # of the wall by the gap, seen from the corner
+    scales = (gap, gap, speed, speed, spin, spin, turn, turn, 1.0 / law.bristle_stiffness)
     clear(out)
     for i in range(INPUTS):
         if 6 <= i < 8 and not corner:
             continue
         if i == 8 and law.bristle_stiffness == 1.0:  # no bristles
             continue
-        h = _STEP
-        if i < 2:
-            h *= gap
-        elif i < 4:
-            h *= speed
-        elif i < 6:
-            h *= spin
-        elif i < 8:
-            h *= gap / distance  # turns the wall by the gap, seen from the corner
-        else:
-            h *= 1.0 / law.bristle_stiffness
+        h = _STEP * scales[i]
         d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
         for side in (1.0, -1.0):
             s = side * h

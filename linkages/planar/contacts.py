@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
-from linkages.planar.markers import Arms, add_force, gap, gap_rate, turned
+from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
 from linkages.planar.record_types import CORNER
-
-Array = NDArray[np.float64]
 
 #: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
 #: its rate and the sliding speed of the journal's surface [m/s], rate of LuGre's bristles [m/s]. For the corner of a
@@ -22,14 +19,17 @@ Array = NDArray[np.float64]
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "bristle_rate")
 WIDTH = len(CLEARANCE_OUTPUTS)
 
+#: Motion of a contact, see `contact_motion`.
+Motion = tuple[float, float, float, float, float, float, float, float]
+
 #: What each joint remembers: the speed at which its contact began [m/s], LuGre's bristle state [m].
 MEMORY = ("approach", "bristle")
 
 
 @kernel
 def clearance_wrenches(
-    ends: NDArray[np.record],
-    laws: NDArray[np.record],
+    ends: Records,
+    laws: Records,
     tables: Array,
     memory: Array,
     pose: Array,
@@ -61,15 +61,9 @@ def clearance_wrenches(
             end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
         )
         add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
-        out[k, 0] = ex
-        out[k, 1] = ey
-        out[k, 2] = fx
-        out[k, 3] = fy
-        out[k, 4] = couple
-        out[k, 5] = delta
-        out[k, 6] = closing
-        out[k, 7] = sliding
-        out[k, 8] = rate
+        found = (ex, ey, fx, fy, couple, delta, closing, sliding, rate)
+        for i in range(WIDTH):
+            out[k, i] = found[i]
 
 
 @kernel
@@ -77,17 +71,13 @@ def add_contact(
     wrench: Array, end: np.record, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
 ) -> None:
     """Add a contact's force pair to the bodies' wrenches: both forces act at the journal's marker."""
-    b, j = end.bearing.body, end.journal.body
-    add_force(wrench, j, arms[2], arms[3], fx, fy)
-    add_force(wrench, b, arms[0] + ex, arms[1] + ey, -fx, -fy)
-    wrench[j, 0] += couple
-    wrench[b, 0] -= couple
+    add_pair(wrench, end.bearing, end.journal, both_at_b(arms, ex, ey), fx, fy)
+    wrench[end.journal.body, 0] += couple
+    wrench[end.bearing.body, 0] -= couple
 
 
 @kernel
-def contact_motion(
-    end: np.record, pose: Array, vel: Array
-) -> tuple[tuple[float, float, float, float, float, float, float, float], tuple[float, float, float, float]]:
+def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arms]:
     """Motion of a contact's inner end relative to its outer end, and where they are.
 
     Returns
@@ -107,12 +97,7 @@ def contact_motion(
 
 @kernel
 def contact_action(
-    end: np.record,
-    law: np.record,
-    table: Array,
-    approach: float,
-    bristle: float,
-    motion: tuple[float, float, float, float, float, float, float, float],
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion
 ) -> tuple[float, float, float, float, float, float, float]:
     """Force and couple on the inner body, rate of the bristles; penetration, its rate, sliding speed.
 
@@ -136,15 +121,15 @@ def contact_action(
 
 @kernel
 def clearance_forces(
-    bodies: NDArray[np.record],
-    ends: NDArray[np.record],
-    laws: NDArray[np.record],
+    bodies: Records,
+    ends: Records,
+    laws: Records,
     tables: Array,
     memory: Array,
     state: Array,
-    positions: NDArray[np.int64],
-    rates: NDArray[np.int64],
-    into: NDArray[np.int64],
+    positions: Indices,
+    rates: Indices,
+    into: Indices,
     size: int,
 ) -> Array:
     """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
-from linkages.planar.dynamics import Workspace, accelerate, generalized_force, inertial_load, workspace
+from linkages.kernel import Array, Indices, Records, kernel
+from linkages.planar.dynamics import accelerate, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
 from linkages.planar.loads import Loads, load_wrenches
-from linkages.planar.motion import evaluate_motions
-
-Array = NDArray[np.float64]
+from linkages.planar.motion import Curves, evaluate_motions
 
 
 @kernel
 def constrained_dynamics(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
+    bodies: Records,
+    rows: Records,
     stabilisation: float,
     gravity: Array,
     q: Array,
@@ -53,43 +50,32 @@ def constrained_dynamics(
     acceleration[:] = work.a
     reaction[:] = work.reaction
     needed = np.zeros(len(q))
-    required_forces(bodies, rows, gravity, work, needed)
+    inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], work.pose, -reaction[k], work.load)
+    generalized_force(bodies, work.pose, work.load, needed)
     for i in range(len(bodies)):
         if bodies[i].driven >= 0:
             tau[bodies[i].dof] = needed[bodies[i].dof]
 
 
 @kernel
-def required_forces(
-    bodies: NDArray[np.record], rows: NDArray[np.record], gravity: Array, work: Workspace, force: Array
-) -> None:
-    """Add to ``force`` (n,) the generalised forces that the accelerations found by `accelerate` require.
-
-    Those of free joints are the applied ones again.
-    """
-    inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], work.pose, -work.reaction[k], work.load)
-    generalized_force(bodies, work.pose, work.load, force)
-
-
-@kernel
 def driven_forces(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
+    bodies: Records,
+    rows: Records,
     stabilisation: float,
     gravity: Array,
-    driven: NDArray[np.int64],
-    motion: tuple[Array, Array, NDArray[np.int64]],
-    powered: NDArray[np.int64],
-    torque: tuple[Array, Array, NDArray[np.int64]],
+    driven: Indices,
+    motion: Curves,
+    powered: Indices,
+    torque: Curves,
     loads: Loads,
     t: float,
     state: Array,
-    positions: NDArray[np.int64],
-    rates: NDArray[np.int64],
+    positions: Indices,
+    rates: Indices,
     applied: Array,
-    into: NDArray[np.int64],
+    into: Indices,
     size: int,
 ) -> tuple[Array, Array]:
     """Compute forces of applied loads, drives and loops at a state, added to those already applied.
@@ -120,52 +106,30 @@ def driven_forces(
     """
     nd, np_, n = len(driven), len(powered), len(into)
     q, v, tau = state[positions], state[rates], applied[into]
-    if len(loads[0]):
-        add_load_forces(bodies, loads, t, q, v, tau)
+    pose, vel, wrench = np.empty((len(bodies), 5)), np.empty((len(bodies), 3)), np.zeros((len(bodies), 3))
+    body_positions(bodies, q, pose)
+    body_velocities(bodies, pose, v, vel)
+    load_wrenches(loads, t, pose, vel, wrench)
+    generalized_force(bodies, pose, wrench, tau)
     drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))
-    evaluate_motions(torque[0], torque[1], torque[2], t, drive[nd:], one, two)
+    evaluate_motions(torque, t, drive[nd:], one, two)
     for k in range(np_):
         tau[powered[k]] += drive[nd + k]
     value = np.empty(nd)
-    evaluate_motions(motion[0], motion[1], motion[2], t, value, one, two)
+    evaluate_motions(motion, t, value, one, two)
     acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
+    wrench[:] = 0.0
     for k in range(nd):
         d = driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
         acceleration[d] = two[k] + stabilisation * lag
-    constrained_dynamics(
-        bodies, rows, stabilisation, gravity, q, v, np.zeros((len(bodies), 3)), needed, acceleration, reaction
-    )
+    constrained_dynamics(bodies, rows, stabilisation, gravity, q, v, wrench, needed, acceleration, reaction)
     for k in range(nd):
         drive[k] = needed[driven[k]] - tau[driven[k]]
         tau[driven[k]] = needed[driven[k]]
-    if len(rows):
-        add_loop_forces(bodies, rows, q, reaction, tau)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, reaction[k], wrench)
+    generalized_force(bodies, pose, wrench, tau)
     total = applied[:size].copy()
     total[into] = tau
     return total, drive
-
-
-@kernel
-def add_load_forces(
-    bodies: NDArray[np.record], loads: Loads, t: float, q: Array, v: Array, force: Array
-) -> None:
-    """Add the generalised forces of the applied loads to ``force`` (n,)."""
-    nb = len(bodies)
-    pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
-    body_positions(bodies, q, pose)
-    body_velocities(bodies, pose, v, vel)
-    load_wrenches(loads, t, pose, vel, wrench)
-    generalized_force(bodies, pose, wrench, force)
-
-
-@kernel
-def add_loop_forces(
-    bodies: NDArray[np.record], rows: NDArray[np.record], q: Array, reaction: Array, force: Array
-) -> None:
-    """Add J^T lambda of the loop reactions to ``force`` (n,)."""
-    pose, wrench = np.empty((len(bodies), 5)), np.zeros((len(bodies), 3))
-    body_positions(bodies, q, pose)
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], pose, reaction[k], wrench)
-    generalized_force(bodies, pose, wrench, force)

@@ -12,11 +12,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import inlined_kernel, kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel
 from linkages.planar.kinematics import (
     add_row_wrench,
+    add_to_parent,
     body_accelerations,
     row_acceleration,
     row_rate,
@@ -25,34 +25,19 @@ from linkages.planar.kinematics import (
 from linkages.planar.markers import turned
 from linkages.planar.record_types import PRISMATIC, REVOLUTE
 
-Array = NDArray[np.float64]
-
 
 class Workspace(NamedTuple):
-    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows.
+    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows."""
 
-    Attributes
-    ----------
-    q, v, a : (n,) arrays
-        Coordinates, rates, accelerations.
-    tau : (n,) array
-        Applied generalised forces of the free joints.
-    pose, vel, acc : (nb, 5), (nb, 3), (nb, 3) arrays
-    wrench : (nb, 3) array
-        Applied to the bodies.
-    reaction : (nr,) array
-        Size of each row's reaction.
-    """
-
-    q: Array
-    v: Array
-    a: Array
-    tau: Array
-    pose: Array
-    vel: Array
+    q: Array  # coordinates, (n,)
+    v: Array  # rates
+    a: Array  # accelerations
+    tau: Array  # applied generalised forces of the free joints
+    pose: Array  # (nb, 5)
+    vel: Array  # (nb, 3)
     acc: Array
-    wrench: Array
-    reaction: Array
+    wrench: Array  # applied to the bodies
+    reaction: Array  # size of each row's reaction, (nr,)
     inertia: Array
     axis: Array
     load: Array
@@ -66,28 +51,13 @@ class Workspace(NamedTuple):
 
 
 def make_workspace(nb: int, n: int, nr: int) -> Workspace:
-    """Make the arrays, all zero."""
+    """Make the arrays, all zero, in the order of the attributes."""
     return Workspace(
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((nb, 5)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros(nr),
-        np.zeros((nb, 6)),
-        np.zeros((nb, 8)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros(n),
-        np.zeros(nr),
-        np.zeros((nr, nr)),
-        np.zeros((nr, n)),
-        np.zeros((nr, nb, 3)),
-    )
+        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n),
+        np.zeros((nb, 5)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(nr),
+        np.zeros((nb, 6)), np.zeros((nb, 8)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)),
+        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros((nr, nb, 3)),
+    )  # fmt: skip
 
 
 #: The same for compiled callers.
@@ -95,24 +65,28 @@ workspace = kernel(make_workspace)
 
 
 @kernel
-def generalized_force(bodies: NDArray[np.record], pose: Array, wrench: Array, tau: Array) -> None:
-    """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
-    for i in range(len(bodies) - 1, 0, -1):
-        body = bodies[i]
-        p = body.mount.body
-        if body.type == REVOLUTE:
-            tau[body.dof] += body.sign * wrench[i, 0]
-        elif body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            tau[body.dof] += ux * wrench[i, 1] + uy * wrench[i, 2]
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
-        wrench[p, 1] += wrench[i, 1]
-        wrench[p, 2] += wrench[i, 2]
+def clear(matrix: Array) -> None:
+    """Fill with zeros; compiles in a fraction of the time that numba's assignment takes."""
+    for i in range(matrix.shape[0]):
+        for j in range(matrix.shape[1]):
+            matrix[i, j] = 0.0
 
 
 @kernel
-def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Array) -> None:
+def generalized_force(bodies: Records, pose: Array, wrench: Array, tau: Array) -> None:
+    """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
+    for i in range(len(bodies) - 1, 0, -1):
+        body = bodies[i]
+        if body.type == REVOLUTE:
+            tau[body.dof] += body.sign * wrench[i, 0]
+        elif body.type == PRISMATIC:
+            ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
+            tau[body.dof] += ux * wrench[i, 1] + uy * wrench[i, 2]
+        add_to_parent(bodies, pose, i, wrench)
+
+
+@kernel
+def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> None:
     """Articulated inertias of a configuration.
 
     Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
@@ -147,12 +121,8 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
                 s1, s2 = turned(pose, p, body.ux, body.uy)
                 u0, u1, u2 = i1 * s1 + i2 * s2, i3 * s1 + i4 * s2, i4 * s1 + i5 * s2
                 d = s1 * u1 + s2 * u2
-            axis[i, 0] = s0
-            axis[i, 1] = s1
-            axis[i, 2] = s2
-            axis[i, 3] = u0
-            axis[i, 4] = u1
-            axis[i, 5] = u2
+            axis[i, 0], axis[i, 1], axis[i, 2] = s0, s1, s2
+            axis[i, 3], axis[i, 4], axis[i, 5] = u0, u1, u2
             axis[i, 6] = 1.0 / d
             i0 -= u0 * u0 * axis[i, 6]
             i1 -= u0 * u1 * axis[i, 6]
@@ -176,13 +146,7 @@ def articulate(bodies: NDArray[np.record], pose: Array, inertia: Array, axis: Ar
 
 @kernel
 def inertial_load(
-    bodies: NDArray[np.record],
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    gravity: Array,
-    wrench: Array,
-    load: Array,
+    bodies: Records, pose: Array, vel: Array, acc: Array, gravity: Array, wrench: Array, load: Array
 ) -> None:
     """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches."""
     for i in range(len(bodies)):
@@ -198,7 +162,7 @@ def inertial_load(
 
 @kernel
 def respond(
-    bodies: NDArray[np.record], pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
+    bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
 ) -> None:
     """Change of the accelerations that given loads cause.
 
@@ -220,19 +184,14 @@ def respond(
         body = bodies[i]
         if not body.moving:
             continue
-        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
         if body.dof >= 0 and body.driven < 0:
-            push = tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)
+            push = tau[body.dof]
+            push -= axis[i, 0] * load[i, 0] + axis[i, 1] * load[i, 1] + axis[i, 2] * load[i, 2]
             push *= axis[i, 6]
             axis[i, 7] = push
-            f0 += axis[i, 3] * push
-            f1 += axis[i, 4] * push
-            f2 += axis[i, 5] * push
-        p = body.mount.body
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        load[p, 0] += f0 + rx * f2 - ry * f1
-        load[p, 1] += f1
-        load[p, 2] += f2
+            for k in range(3):
+                load[i, k] += axis[i, 3 + k] * push
+        add_to_parent(bodies, pose, i, load)
     for i in range(1, nb):
         body = bodies[i]
         if not body.moving:
@@ -242,27 +201,18 @@ def respond(
         if bodies[p].moving:
             rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
             a0 = change[p, 0]
-            a1 = change[p, 1] - a0 * ry
-            a2 = change[p, 2] + a0 * rx
+            a1, a2 = change[p, 1] - a0 * ry, change[p, 2] + a0 * rx
         if body.dof >= 0 and body.driven < 0:
             qdd = axis[i, 7] - axis[i, 6] * (axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2)
             a[body.dof] += qdd
             a0 += axis[i, 0] * qdd
             a1 += axis[i, 1] * qdd
             a2 += axis[i, 2] * qdd
-        change[i, 0] = a0
-        change[i, 1] = a1
-        change[i, 2] = a2
+        change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
 
 
 @inlined_kernel
-def accelerate(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    stabilisation: float,
-    gravity: Array,
-    work: Workspace,
-) -> None:
+def accelerate(bodies: Records, rows: Records, stabilisation: float, gravity: Array, work: Workspace) -> None:
     """Accelerations and loop reactions of a tree whose cut ideal joints are closed by multipliers.
 
     Takes `work`'s v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free joints; fills a,
@@ -300,7 +250,7 @@ def accelerate(
 
 
 @kernel
-def add_change(bodies: NDArray[np.record], factor: float, change: Array, acc: Array) -> None:
+def add_change(bodies: Records, factor: float, change: Array, acc: Array) -> None:
     """Add a multiple of what `respond` found to the bodies' accelerations."""
     for i in range(1, len(bodies)):
         if bodies[i].moving:
@@ -309,16 +259,14 @@ def add_change(bodies: NDArray[np.record], factor: float, change: Array, acc: Ar
 
 
 @kernel
-def loop_responses(bodies: NDArray[np.record], rows: NDArray[np.record], work: Workspace) -> None:
+def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
     """Accelerations that a unit reaction of each row causes: of coordinates, bodies, and rows.
 
     Takes `work`'s pose and axis; fills row_a, row_change and response.
     """
     nr = len(rows)
     for k in range(nr):
-        for i in range(len(bodies)):
-            for j in range(3):
-                work.load[i, j] = 0.0
+        clear(work.load)
         for i in range(len(work.a)):
             work.row_a[k, i] = 0.0
         add_row_wrench(rows[k], work.pose, -1.0, work.load)
@@ -334,9 +282,7 @@ def solve_semidefinite(matrix: Array, rhs: Array, x: Array) -> None:
     `matrix` and `rhs` are used up.
     """
     n = len(rhs)
-    order = np.arange(n)
-    rank = n
-    scale = 0.0
+    order, rank, scale = np.arange(n), n, 0.0
     for k in range(n):
         scale = max(scale, matrix[k, k])
     for k in range(n):

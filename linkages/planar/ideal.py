@@ -5,19 +5,16 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.planar.closure import close, consistent_rates
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
-
-Array = NDArray[np.float64]
 
 
 class Ideal(NamedTuple):
     """Arrays of the ideal linkage: closure rows of all cut joints, and what `ideal_state` fills."""
 
-    rows: NDArray[np.record]
+    rows: Records
     q: Array
     v: Array
     a: Array
@@ -26,7 +23,7 @@ class Ideal(NamedTuple):
     acc: Array
 
 
-def make_ideal(rows: NDArray[np.record], nb: int, n: int) -> Ideal:
+def make_ideal(rows: Records, nb: int, n: int) -> Ideal:
     """Make the arrays for nb bodies and n coordinates."""
     shape = (nb, 3)
     return Ideal(

@@ -5,46 +5,46 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
-from linkages.planar.markers import add_force, arm, gap, gap_acceleration, gap_rate, turned
+from linkages.kernel import Array, Records, kernel
+from linkages.planar.markers import (
+    add_pair,
+    arm,
+    both_at_b,
+    gap,
+    gap_acceleration,
+    gap_rate,
+    marker_acceleration,
+    marker_velocity,
+    turned,
+)
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
-
-Array = NDArray[np.float64]
 
 
 @kernel
-def body_positions(bodies: NDArray[np.record], q: Array, pose: Array) -> None:
+def body_positions(bodies: Records, q: Array, pose: Array) -> None:
     """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
-    pose[0, 0] = 0.0
-    pose[0, 1] = 0.0
-    pose[0, 2] = 0.0
+    pose[0, :] = 0.0
     pose[0, 3] = 1.0
-    pose[0, 4] = 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
         p = body.mount.body
         rx, ry = arm(pose, body.mount)
-        pose[i, 0] = pose[p, 0] + rx
-        pose[i, 1] = pose[p, 1] + ry
+        x, y = pose[p, 0] + rx, pose[p, 1] + ry
         if body.type == PRISMATIC:
             ux, uy = turned(pose, p, body.ux, body.uy)
-            pose[i, 0] += ux * q[body.dof]
-            pose[i, 1] += uy * q[body.dof]
+            x += ux * q[body.dof]
+            y += uy * q[body.dof]
+        angle, cosine, sine = pose[p, 2], pose[p, 3], pose[p, 4]
         if body.type == REVOLUTE:
-            angle = pose[p, 2] + body.sign * q[body.dof]
-            pose[i, 2] = angle
-            pose[i, 3] = math.cos(angle)
-            pose[i, 4] = math.sin(angle)
-        else:
-            pose[i, 2] = pose[p, 2]
-            pose[i, 3] = pose[p, 3]
-            pose[i, 4] = pose[p, 4]
+            angle += body.sign * q[body.dof]
+            cosine, sine = math.cos(angle), math.sin(angle)
+        pose[i, 0], pose[i, 1] = x, y
+        pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
 
 
 @kernel
-def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Array) -> None:
+def body_velocities(bodies: Records, pose: Array, v: Array, vel: Array) -> None:
     """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
     vel[0, :] = 0.0
     for i in range(1, len(bodies)):
@@ -52,22 +52,18 @@ def body_velocities(bodies: NDArray[np.record], pose: Array, v: Array, vel: Arra
         p = body.mount.body
         w = vel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        vx, vy = vel[p, 1] - w * ry, vel[p, 2] + w * rx
+        vx, vy = marker_velocity(vel, p, rx, ry)
         if body.type == REVOLUTE:
             w += body.sign * v[body.dof]
         elif body.type == PRISMATIC:
             ux, uy = turned(pose, p, body.ux, body.uy)
             vx += ux * v[body.dof]
             vy += uy * v[body.dof]
-        vel[i, 0] = w
-        vel[i, 1] = vx
-        vel[i, 2] = vy
+        vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
 
 
 @kernel
-def body_accelerations(
-    bodies: NDArray[np.record], pose: Array, vel: Array, v: Array, a: Array, acc: Array
-) -> None:
+def body_accelerations(bodies: Records, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
     """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin."""
     acc[0, :] = 0.0
     for i in range(1, len(bodies)):
@@ -75,8 +71,7 @@ def body_accelerations(
         p = body.mount.body
         w, al = vel[p, 0], acc[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        ax = acc[p, 1] - al * ry - w * w * rx
-        ay = acc[p, 2] + al * rx - w * w * ry
+        ax, ay = marker_acceleration(vel, acc, p, rx, ry)
         if body.type == REVOLUTE:
             al += body.sign * a[body.dof]
         elif body.type == PRISMATIC:
@@ -84,9 +79,7 @@ def body_accelerations(
             rate = 2.0 * w * v[body.dof]
             ax += ux * a[body.dof] - uy * rate
             ay += uy * a[body.dof] + ux * rate
-        acc[i, 0] = al
-        acc[i, 1] = ax
-        acc[i, 2] = ay
+        acc[i, 0], acc[i, 1], acc[i, 2] = al, ax, ay
 
 
 @kernel
@@ -147,18 +140,23 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
         return
     dx, dy, arms = gap(pose, row.a, row.b)
     ux, uy = row_direction(row, pose)
-    rax, ray, rbx, rby = arms
     if row.kind == ALONG_BODY:  # acts on body a at point b, where it touches
-        rax, ray = rax + dx, ray + dy
-    fx, fy = size * ux, size * uy
-    add_force(wrench, row.b.body, rbx, rby, fx, fy)
-    add_force(wrench, row.a.body, rax, ray, -fx, -fy)
+        arms = both_at_b(arms, dx, dy)
+    add_pair(wrench, row.a, row.b, arms, size * ux, size * uy)
 
 
 @kernel
-def spread(
-    bodies: NDArray[np.record], q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array
-) -> None:
+def add_to_parent(bodies: Records, pose: Array, i: int, wrench: Array) -> None:
+    """Add the wrench of body i to its parent's."""
+    p = bodies[i].mount.body
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
+    wrench[p, 1] += wrench[i, 1]
+    wrench[p, 2] += wrench[i, 2]
+
+
+@kernel
+def spread(bodies: Records, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
     """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
     for k in range(len(q)):
         body_positions(bodies, q[k], pose[k])

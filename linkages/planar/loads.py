@@ -16,9 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.markers import (
     Two,
     add_force,
@@ -34,11 +33,10 @@ from linkages.planar.markers import (
     marker_velocity,
     turned,
 )
-from linkages.planar.motion import motion_value
+from linkages.planar.motion import Curves, motion_value
 from linkages.planar.record_types import FORCE, SPRING, TORQUE
 
-Array = NDArray[np.float64]
-Loads = tuple[NDArray[np.record], Array, Array, NDArray[np.int64]]
+Loads = tuple[Records, Array, Array, Indices]
 
 #: What is known of each load at a state. Force: fx, fy in plane axes [N]; torque: its value [N m] and 0; spring:
 #: tension [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]. Then for each the power that it
@@ -61,14 +59,14 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     wrench : (nb, 3) array
         Added to.
     """
-    records, breaks, coefficients, segments = loads
+    records, curves = loads[0], loads[1:]
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
-            wrench[a, 0] += motion_value(breaks, coefficients, segments, load.motion, t)
+            wrench[a, 0] += motion_value(curves, load.motion, t)
         elif load.kind == FORCE:
-            fx, fy = _force(load, breaks, coefficients, segments, t, pose)
+            fx, fy = _force(load, curves, t, pose)
             rx, ry = arm(pose, load.a)
             add_force(wrench, a, rx, ry, fx, fy)
         elif load.kind == SPRING:
@@ -84,17 +82,17 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
 @kernel
 def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load."""
-    records, breaks, coefficients, segments = loads
+    records, curves = loads[0], loads[1:]
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
         if load.kind == TORQUE:
-            value = motion_value(breaks, coefficients, segments, load.motion, t)
+            value = motion_value(curves, load.motion, t)
             power = value * vel[load.a.body, 0]
         elif load.kind == FORCE:
-            value, second = _force(load, breaks, coefficients, segments, t, pose)
+            value, second = _force(load, curves, t, pose)
             rx, ry = arm(pose, load.a)
-            vx, vy = marker_velocity(vel, load.a, rx, ry)
+            vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
         else:
             if load.kind == SPRING:
@@ -103,19 +101,14 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
                 value, second, rate = _torsion(load, pose, vel)
             power = -value * rate
             energy = 0.5 * load.stiffness * (second - load.free) ** 2
-        outputs[k, 0] = value
-        outputs[k, 1] = second
-        outputs[k, 2] = power
-        outputs[k, 3] = energy
+        outputs[k, 0], outputs[k, 1], outputs[k, 2], outputs[k, 3] = value, second, power, energy
 
 
 @kernel
-def _force(
-    load: np.record, breaks: Array, coefficients: Array, segments: NDArray[np.int64], t: float, pose: Array
-) -> tuple[float, float]:
+def _force(load: np.record, curves: Curves, t: float, pose: Array) -> tuple[float, float]:
     """Components of a force in plane axes."""
-    fx = motion_value(breaks, coefficients, segments, load.motion, t)
-    fy = motion_value(breaks, coefficients, segments, load.motion + 1, t)
+    fx = motion_value(curves, load.motion, t)
+    fy = motion_value(curves, load.motion + 1, t)
     if load.turns:
         fx, fy = turned(pose, load.a.body, fx, fy)
     return fx, fy
@@ -160,14 +153,14 @@ def load_wrenches_tangent(
     dwrench : (nb, 3) array
         Added to.
     """
-    records, breaks, coefficients, segments = loads
+    records, curves = loads[0], loads[1:]
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
             continue
         if load.kind == FORCE:
-            fx, fy = _force(load, breaks, coefficients, segments, t, pose)
+            fx, fy = _force(load, curves, t, pose)
             turn = dpose[a, 0] if load.turns else 0.0
             rx, ry = arm(pose, load.a)
             drx, dry = arm_tangent(dpose, load.a, rx, ry)

@@ -12,11 +12,9 @@ marker a to marker b. Directions of change are given as in `linkages.planar.tang
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 
-Array = NDArray[np.float64]
 Two = tuple[float, float]
 Arms = tuple[float, float, float, float]
 
@@ -42,41 +40,35 @@ def arm_tangent(dpose: Array, marker: np.record, rx: float, ry: float) -> Two:
 
 
 @kernel
-def marker_velocity(vel: Array, marker: np.record, rx: float, ry: float) -> Two:
-    """Velocity of a marker with the arm r [m/s]."""
-    w = vel[marker.body, 0]
-    return vel[marker.body, 1] - w * ry, vel[marker.body, 2] + w * rx
+def marker_velocity(vel: Array, body: int, rx: float, ry: float) -> Two:
+    """Velocity of a body's marker with the arm r [m/s]."""
+    w = vel[body, 0]
+    return vel[body, 1] - w * ry, vel[body, 2] + w * rx
 
 
 @kernel
-def marker_acceleration(vel: Array, acc: Array, marker: np.record, rx: float, ry: float) -> Two:
-    """Acceleration of a marker with the arm r [m/s2]."""
-    w, al = vel[marker.body, 0], acc[marker.body, 0]
-    return (
-        acc[marker.body, 1] - al * ry - w * w * rx,
-        acc[marker.body, 2] + al * rx - w * w * ry,
-    )
+def marker_acceleration(vel: Array, acc: Array, body: int, rx: float, ry: float) -> Two:
+    """Acceleration of a body's marker with the arm r [m/s2]."""
+    w, al = vel[body, 0], acc[body, 0]
+    return acc[body, 1] - al * ry - w * w * rx, acc[body, 2] + al * rx - w * w * ry
 
 
 @kernel
-def velocity_tangent(
-    vel: Array, dvel: Array, marker: np.record, rx: float, ry: float, drx: float, dry: float
-) -> Two:
+def velocity_tangent(vel: Array, dvel: Array, body: int, rx: float, ry: float, drx: float, dry: float) -> Two:
     """Change of a marker's velocity; its arm r changes by dr."""
-    w, dw = vel[marker.body, 0], dvel[marker.body, 0]
-    return dvel[marker.body, 1] - dw * ry - w * dry, dvel[marker.body, 2] + dw * rx + w * drx
+    w, dw = vel[body, 0], dvel[body, 0]
+    return dvel[body, 1] - dw * ry - w * dry, dvel[body, 2] + dw * rx + w * drx
 
 
 @kernel
 def acceleration_tangent(
-    vel: Array, acc: Array, dvel: Array, dacc: Array, marker: np.record, rx: float, ry: float, drx: float, dry: float
-) -> Two:  # fmt: skip
+    vel: Array, acc: Array, dvel: Array, dacc: Array, body: int, rx: float, ry: float, drx: float, dry: float
+) -> Two:
     """Change of a marker's acceleration; its arm r changes by dr."""
-    b = marker.body
-    w, al, dw, dal = vel[b, 0], acc[b, 0], dvel[b, 0], dacc[b, 0]
+    w, al, dw, dal = vel[body, 0], acc[body, 0], dvel[body, 0], dacc[body, 0]
     return (
-        dacc[b, 1] - dal * ry - al * dry - 2.0 * w * dw * rx - w * w * drx,
-        dacc[b, 2] + dal * rx + al * drx - 2.0 * w * dw * ry - w * w * dry,
+        dacc[body, 1] - dal * ry - al * dry - 2.0 * w * dw * rx - w * w * drx,
+        dacc[body, 2] + dal * rx + al * drx - 2.0 * w * dw * ry - w * w * dry,
     )
 
 
@@ -93,16 +85,16 @@ def gap(pose: Array, a: np.record, b: np.record) -> tuple[float, float, Arms]:
 @kernel
 def gap_rate(vel: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     """Rate of a gap [m/s]."""
-    vax, vay = marker_velocity(vel, a, arms[0], arms[1])
-    vbx, vby = marker_velocity(vel, b, arms[2], arms[3])
+    vax, vay = marker_velocity(vel, a.body, arms[0], arms[1])
+    vbx, vby = marker_velocity(vel, b.body, arms[2], arms[3])
     return vbx - vax, vby - vay
 
 
 @kernel
 def gap_acceleration(vel: Array, acc: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     """Second rate of a gap [m/s2]."""
-    aax, aay = marker_acceleration(vel, acc, a, arms[0], arms[1])
-    abx, aby = marker_acceleration(vel, acc, b, arms[2], arms[3])
+    aax, aay = marker_acceleration(vel, acc, a.body, arms[0], arms[1])
+    abx, aby = marker_acceleration(vel, acc, b.body, arms[2], arms[3])
     return abx - aax, aby - aay
 
 
@@ -119,8 +111,8 @@ def gap_tangent(dpose: Array, a: np.record, b: np.record, arms: Arms) -> tuple[f
 @kernel
 def gap_rate_tangent(vel: Array, dvel: Array, a: np.record, b: np.record, arms: Arms, change: Arms) -> Two:
     """Change of a gap's rate; the arms change as `gap_tangent` says."""
-    ax, ay = velocity_tangent(vel, dvel, a, arms[0], arms[1], change[0], change[1])
-    bx, by = velocity_tangent(vel, dvel, b, arms[2], arms[3], change[2], change[3])
+    ax, ay = velocity_tangent(vel, dvel, a.body, arms[0], arms[1], change[0], change[1])
+    bx, by = velocity_tangent(vel, dvel, b.body, arms[2], arms[3], change[2], change[3])
     return bx - ax, by - ay
 
 
@@ -143,8 +135,14 @@ def add_force_tangent(
 
 
 @kernel
+def both_at_b(arms: Arms, dx: float, dy: float) -> Arms:
+    """Arms of a force at marker b and of the opposite one, which acts there too, across the gap."""
+    return arms[0] + dx, arms[1] + dy, arms[2], arms[3]
+
+
+@kernel
 def add_pair(wrench: Array, a: np.record, b: np.record, arms: Arms, fx: float, fy: float) -> None:
-    """Add a force that acts on b at its marker and the opposite one on a at its own."""
+    """Add a force on body b at the one arm and the opposite one on body a at the other."""
     add_force(wrench, b.body, arms[2], arms[3], fx, fy)
     add_force(wrench, a.body, arms[0], arms[1], -fx, -fy)
 

@@ -6,26 +6,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Indices, kernel
 
-Array = NDArray[np.float64]
+#: Piecewise polynomials: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,).
+Curves = tuple[Array, Array, Indices]
 
 
 class Pieces(NamedTuple):
-    """A piecewise polynomial: the first and last pieces extend to all times.
+    """A piecewise polynomial: the first and last pieces extend to all times."""
 
-    Attributes
-    ----------
-    c : (order, n) array
-        Coefficients of powers of the time since each piece's start, highest power first.
-    x : (n + 1,) array
-        Breaks between the pieces [s].
-    """
-
-    c: Array
-    x: Array
+    c: Array  # coefficients of powers of the time since each piece's start, highest power first, (order, n)
+    x: Array  # breaks between the pieces [s], (n + 1,)
 
 
 def constant_rate(start: float, speed: float) -> Pieces:
@@ -81,40 +73,32 @@ class Motions:
             self.coefficients[i, : len(p.x) - 1, order - len(p.c) :] = p.c.T
 
     @property
-    def arrays(self) -> tuple[Array, Array, NDArray[np.int64]]:
-        """Breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) for compiled code."""
+    def arrays(self) -> Curves:
+        """The curves for compiled code."""
         return self.breaks, self.coefficients, self.segments
 
     def __call__(self, times: Array) -> tuple[Array, Array, Array]:
         """Values, rates and second derivatives (nt, n) at the given times."""
         shape = (len(times), len(self.pieces))
         out = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-        _tabulate(*self.arrays, np.asarray(times, dtype=np.float64), *out)
+        _tabulate(self.arrays, np.asarray(times, dtype=np.float64), *out)
         return out
 
 
 @kernel
-def _tabulate(
-    breaks: Array,
-    coefficients: Array,
-    segments: NDArray[np.int64],
-    times: Array,
-    value: Array,
-    rate: Array,
-    acceleration: Array,
-) -> None:
+def _tabulate(curves: Curves, times: Array, value: Array, rate: Array, acceleration: Array) -> None:
     """Fill value, rate and acceleration (nt, n) over time."""
     for k in range(len(times)):
-        evaluate_motions(breaks, coefficients, segments, times[k], value[k], rate[k], acceleration[k])
+        evaluate_motions(curves, times[k], value[k], rate[k], acceleration[k])
 
 
 @kernel
-def _segment(breaks: Array, segments: NDArray[np.int64], i: int, t: float) -> int:
-    """Piece of polynomial i that holds at time t, by bisection."""
-    low, high = 0, segments[i]
+def last_start(starts: Array, t: float) -> int:
+    """Last of the rising starts that is not after t; the first if all are."""
+    low, high = 0, len(starts)
     while high - low > 1:
         middle = (low + high) // 2
-        if t >= breaks[i, middle]:
+        if starts[middle] <= t:
             low = middle
         else:
             high = middle
@@ -122,9 +106,10 @@ def _segment(breaks: Array, segments: NDArray[np.int64], i: int, t: float) -> in
 
 
 @kernel
-def motion_value(breaks: Array, coefficients: Array, segments: NDArray[np.int64], i: int, t: float) -> float:
+def motion_value(curves: Curves, i: int, t: float) -> float:
     """Value of polynomial i alone; see `evaluate_motions`."""
-    k = _segment(breaks, segments, i, t)
+    breaks, coefficients, segments = curves
+    k = last_start(breaks[i, : segments[i]], t)
     s = t - breaks[i, k]
     value = 0.0
     for m in range(coefficients.shape[2]):
@@ -133,24 +118,15 @@ def motion_value(breaks: Array, coefficients: Array, segments: NDArray[np.int64]
 
 
 @kernel
-def evaluate_motions(
-    breaks: Array,
-    coefficients: Array,
-    segments: NDArray[np.int64],
-    t: float,
-    value: Array,
-    rate: Array,
-    acceleration: Array,
-) -> None:
+def evaluate_motions(curves: Curves, t: float, value: Array, rate: Array, acceleration: Array) -> None:
     """Fill value, rate and acceleration (n,) at time t; the first and last pieces extend to all times."""
+    breaks, coefficients, segments = curves
     for i in range(len(segments)):
-        k = _segment(breaks, segments, i, t)
+        k = last_start(breaks[i, : segments[i]], t)
         s = t - breaks[i, k]
         p0, p1, p2 = 0.0, 0.0, 0.0
         for c in coefficients[i, k]:
             p2 = p2 * s + 2.0 * p1
             p1 = p1 * s + p0
             p0 = p0 * s + c
-        value[i] = p0
-        rate[i] = p1
-        acceleration[i] = p2
+        value[i], rate[i], acceleration[i] = p0, p1, p2

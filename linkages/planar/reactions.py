@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, Records, kernel
 from linkages.planar.arrays import Arrays
-from linkages.planar.closure import closure_jacobian, free_columns, solve_columns
+from linkages.planar.closure import closure_jacobian, solve_columns
 from linkages.planar.contacts import add_contact
-from linkages.planar.dynamics import generalized_force
+from linkages.planar.dynamics import Workspace, generalized_force
 from linkages.planar.kinematics import add_row_wrench
 from linkages.planar.markers import arm, gap, turned
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
 from linkages.planar.tangent import transmitted
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
 _CORNERS = 4
 
 
 @kernel
-def add_known_contacts(ends: NDArray[np.record], contacts: Array, pose: Array, wrench: Array) -> None:
+def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Array) -> None:
     """Add the force pairs of contacts whose `linkages.planar.contacts.CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
     for k in range(len(ends)):
         ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
@@ -30,66 +26,41 @@ def add_known_contacts(ends: NDArray[np.record], contacts: Array, pose: Array, w
 
 
 @kernel
-def row_reactions(
-    bodies: NDArray[np.record],
-    rows: NDArray[np.record],
-    free: Indices,
-    pose: Array,
-    load: Array,
-    tau: Array,
-    reaction: Array,
-) -> None:
-    """Fill the size of each row's reaction, (nr,), so that nothing is left for the free coordinates to carry.
+def row_reactions(model: Arrays, work: Workspace) -> None:
+    """Find the size of each row's reaction, so that nothing is left for the free coordinates to carry.
 
-    Statically indeterminate reactions are those with the smallest sum of squares.
-
-    Parameters
-    ----------
-    load : (nb, 3) array
-        From `linkages.planar.dynamics.inertial_load`.
-    tau : (n,) array
-        Applied generalised forces of the free coordinates.
+    Takes `work`'s pose, tau, and load from `linkages.planar.dynamics.inertial_load`; fills reaction. Statically
+    indeterminate reactions are those with the smallest sum of squares.
     """
-    n = len(tau)
-    left, used = np.zeros(n), load.copy()
-    generalized_force(bodies, pose, used, left)
-    jacobian = free_columns(closure_jacobian(bodies, rows, pose, n), free)
+    bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
+    left, used = np.zeros(n), work.load.copy()
+    generalized_force(bodies, work.pose, used, left)
+    jacobian = closure_jacobian(bodies, rows, work.pose, n)[:, free]
     rhs = np.empty(len(free))
     for i in range(len(free)):
-        rhs[i] = left[free[i]] - tau[free[i]]
+        rhs[i] = left[free[i]] - work.tau[free[i]]
     found = solve_columns(np.ascontiguousarray(jacobian.T), rhs)
     for k in range(len(rows)):
-        reaction[k] = found[k]
+        work.reaction[k] = found[k]
 
 
 @kernel
-def joint_forces(
-    model: Arrays,
-    pose: Array,
-    contacts: Array,
-    tau: Array,
-    reaction: Array,
-    load: Array,
-    forces: Array,
-    efforts: Array,
-) -> None:
+def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array, efforts: Array) -> None:
     """Fill the forces in all joints and the efforts of all drives.
 
     Parameters
     ----------
+    work : Workspace
+        Its pose, tau, reaction, and load from `linkages.planar.dynamics.inertial_load`; on return the load is the
+        wrench that each body gets through its joint.
     contacts : (nc, WIDTH) array
-    tau : (n,) array
-        Applied generalised forces.
-    reaction : (nr,) array
-        Sizes of the rows' reactions.
-    load : (nb, 3) array
-        From `linkages.planar.dynamics.inertial_load`; on return the wrench that each body gets through its joint.
     forces : (nj, 3) array
         Filled with fx, fy [N] and moment about the joint [N m] on each joint's child, its drive's effort left out.
     efforts : (nd,) array
         Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
     """
     bodies, rows, ends, joints = model.bodies, model.rows, model.ends, model.joints
+    pose, load, reaction = work.pose, work.load, work.reaction
     driven, powered = model.driven_bodies, model.powered_bodies
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, -reaction[k], load)
@@ -100,14 +71,18 @@ def joint_forces(
         fx, fy, moment = 0.0, 0.0, 0.0
         if joint.source == OF_TREE:
             rx, ry = arm(pose, joint.child)
-            ox, oy = (
-                pose[at, 0] - pose[joint.child.body, 0] - rx,
-                pose[at, 1] - pose[joint.child.body, 1] - ry,
-            )
+            b = joint.child.body
+            ox, oy = pose[at, 0] - pose[b, 0] - rx, pose[at, 1] - pose[b, 1] - ry
             fx, fy = load[at, 1], load[at, 2]
             moment = load[at, 0] + ox * fy - oy * fx
             if joint.reversed:
                 fx, fy, moment = -fx, -fy, -moment
+            if joint.type == REVOLUTE:  # what is left is its drive's
+                moment = 0.0
+            elif joint.type == PRISMATIC:
+                ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
+                along = fx * ux + fy * uy
+                fx, fy = fx - along * ux, fy - along * uy
         elif joint.source == OF_ROWS:
             fx, fy = reaction[at], reaction[at + 1]
             if joint.type == PRISMATIC:
@@ -124,20 +99,11 @@ def joint_forces(
                 fx += contacts[i, 2]
                 fy += contacts[i, 3]
                 moment += (rx - cx) * contacts[i, 3] - (ry - cy) * contacts[i, 2]
-        if joint.source == OF_TREE and joint.type == REVOLUTE:  # what is left is its drive's
-            moment = 0.0
-        elif joint.source == OF_TREE and joint.type == PRISMATIC:
-            ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
-            along = fx * ux + fy * uy
-            fx -= along * ux
-            fy -= along * uy
-        forces[k, 0] = fx
-        forces[k, 1] = fy
-        forces[k, 2] = moment
+        forces[k, 0], forces[k, 1], forces[k, 2] = fx, fy, moment
     for k in range(len(driven)):
         efforts[k] = _along(bodies[driven[k]], pose, load[driven[k]])
     for k in range(len(powered)):
-        efforts[len(driven) + k] = tau[bodies[powered[k]].dof]
+        efforts[len(driven) + k] = work.tau[bodies[powered[k]].dof]
 
 
 @kernel

@@ -7,47 +7,65 @@ turn x vector. Second derivatives of the joints' coordinates stay as they are.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
-from linkages.kernel import kernel
-from linkages.planar.kinematics import row_direction
+import numpy as np
+
+from linkages.kernel import Array, Records, kernel
+from linkages.planar.contact_partials import INPUTS, OUTPUTS
+from linkages.planar.dynamics import Workspace
+from linkages.planar.kinematics import add_to_parent, row_direction
 from linkages.planar.markers import (
     acceleration_tangent,
-    add_force_tangent,
+    add_pair_tangent,
+    both_at_b,
     gap,
     gap_acceleration,
     gap_rate,
     gap_rate_tangent,
     gap_tangent,
     turned,
+    velocity_tangent,
 )
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 
-Array = NDArray[np.float64]
+
+class Scratch(NamedTuple):
+    """Arrays of a Jacobian and of one direction at a time."""
+
+    partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
+    force: Array  # wrench that each body gets through its joint at the state, (nb, 3); see `transmitted`
+    dq: Array  # the direction, (n,)
+    dv: Array
+    dpose: Array  # changes along it, (nb, 3)
+    dvel: Array
+    dacc: Array
+    dload: Array
+    dwrench: Array
+    tau: Array  # changes of generalised forces and of accelerations, (n,)
+    da: Array
+    response: Array  # for the changes of the rows' reactions, (nr, nr)
+    sizes: Array
+
+
+def make_scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
+    """Make the arrays for nb bodies, n coordinates, nr closure rows and nc contacts, all zero."""
+    tree = (nb, 3)
+    shapes = ((nc, OUTPUTS, INPUTS), tree, n, n, tree, tree, tree, tree, tree, n, n, (nr, nr), nr)
+    return Scratch(*(np.zeros(shape) for shape in shapes))
 
 
 @kernel
-def body_tangents(
-    bodies: NDArray[np.record],
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    v: Array,
-    a: Array,
-    dq: Array,
-    dv: Array,
-    dpose: Array,
-    dvel: Array,
-    dacc: Array,
-) -> None:
-    """Fill the changes of poses, velocities and accelerations, (nb, 3) each."""
+def body_tangents(bodies: Records, work: Workspace, s: Scratch) -> None:
+    """Fill the changes of poses, velocities and accelerations."""
+    pose, vel, acc, v, a = work.pose, work.vel, work.acc, work.v, work.a
+    dq, dv, dpose, dvel, dacc = s.dq, s.dv, s.dpose, s.dvel, s.dacc
     for i in range(1, len(bodies)):
         body = bodies[i]
         p = body.mount.body
         if not body.moving:
             continue
-        w, al, turn, dw, dal = vel[p, 0], acc[p, 0], dpose[p, 0], dvel[p, 0], dacc[p, 0]
+        w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         ux, uy, slide, rate, push, drate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if body.type == PRISMATIC:
@@ -56,36 +74,23 @@ def body_tangents(
         # change of the arm r, of u, and of z x u
         tx, ty = -turn * uy, turn * ux
         drx, dry = -turn * ry + ux * slide, turn * rx + uy * slide
-        dpose[i, 0] = turn
-        dpose[i, 1] = dpose[p, 1] + drx
-        dpose[i, 2] = dpose[p, 2] + dry
-        dvel[i, 0] = dw
-        dvel[i, 1] = dvel[p, 1] - dw * ry - w * dry + tx * rate + ux * drate
-        dvel[i, 2] = dvel[p, 2] + dw * rx + w * drx + ty * rate + uy * drate
-        dacc[i, 0] = dal
+        dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
+        dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
         twist, dtwist = 2.0 * w * rate, 2.0 * (dw * rate + w * drate)
-        dacc[i, 1] = dacc[p, 1] - dal * ry - al * dry - 2.0 * w * dw * rx - w * w * drx
-        dacc[i, 1] += tx * push - dtwist * uy - twist * ty
-        dacc[i, 2] = dacc[p, 2] + dal * rx + al * drx - 2.0 * w * dw * ry - w * w * dry
-        dacc[i, 2] += ty * push + dtwist * ux + twist * tx
+        dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
+        dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx + tx * rate + ux * drate, dvy + ty * rate + uy * drate
+        dacc[i, 0] = dacc[p, 0]
+        dacc[i, 1] = dax + (tx * push - dtwist * uy - twist * ty)
+        dacc[i, 2] = day + (ty * push + dtwist * ux + twist * tx)
         if body.type == REVOLUTE:
             dpose[i, 0] += body.sign * dq[body.dof]
             dvel[i, 0] += body.sign * dv[body.dof]
 
 
 @kernel
-def inertial_tangents(
-    bodies: NDArray[np.record],
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    gravity: Array,
-    dpose: Array,
-    dvel: Array,
-    dacc: Array,
-    dload: Array,
-) -> None:
-    """Fill ``dload`` (nb, 3) with the change of the rate of momentum less weight."""
+def inertial_tangents(bodies: Records, gravity: Array, work: Workspace, s: Scratch) -> None:
+    """Fill ``dload`` with the change of the rate of momentum less weight."""
+    pose, vel, acc, dpose, dvel, dacc, dload = work.pose, work.vel, work.acc, s.dpose, s.dvel, s.dacc, s.dload
     for i in range(len(bodies)):
         body = bodies[i]
         cx, cy = turned(pose, i, body.cx, body.cy)
@@ -97,23 +102,13 @@ def inertial_tangents(
         dfx = m * (dacc[i, 1] - dal * cy - al * dcy - 2.0 * w * dw * cx - w * w * dcx)
         dfy = m * (dacc[i, 2] + dal * cx + al * dcx - 2.0 * w * dw * cy - w * w * dcy)
         dload[i, 0] = body.inertia * dal + dcx * fy - dcy * fx + cx * dfy - cy * dfx
-        dload[i, 1] = dfx
-        dload[i, 2] = dfy
+        dload[i, 1], dload[i, 2] = dfx, dfy
 
 
 @kernel
-def residual_tangents(
-    bodies: NDArray[np.record], pose: Array, force: Array, dpose: Array, dload: Array, out: Array
-) -> None:
-    """Fill the free entries of ``out`` (n,) with the change of the generalised forces of free joints.
-
-    Parameters
-    ----------
-    force : (nb, 3) array
-        Wrench that each body gets through its joint, at the state itself; see `transmitted`.
-    dload : (nb, 3) array
-        Change of each body's own load; used up.
-    """
+def residual_tangents(bodies: Records, pose: Array, s: Scratch) -> None:
+    """Fill the free entries of ``tau`` with the change of the free joints' generalised forces; uses up ``dload``."""
+    force, dpose, dload, out = s.force, s.dpose, s.dload, s.tau
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
         if not body.moving:
@@ -127,23 +122,16 @@ def residual_tangents(
                 turn = dpose[p, 0]
                 out[body.dof] = ux * dload[i, 1] + uy * dload[i, 2]
                 out[body.dof] += turn * (ux * force[i, 2] - uy * force[i, 1])
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         drx, dry = dpose[i, 1] - dpose[p, 1], dpose[i, 2] - dpose[p, 2]
-        dload[p, 0] += dload[i, 0] + rx * dload[i, 2] - ry * dload[i, 1]
+        add_to_parent(bodies, pose, i, dload)
         dload[p, 0] += drx * force[i, 2] - dry * force[i, 1]
-        dload[p, 1] += dload[i, 1]
-        dload[p, 2] += dload[i, 2]
 
 
 @kernel
-def transmitted(bodies: NDArray[np.record], pose: Array, load: Array) -> None:
+def transmitted(bodies: Records, pose: Array, load: Array) -> None:
     """Turn the bodies' own loads (nb, 3), in place, into the wrenches that they get through their joints."""
     for i in range(len(bodies) - 1, 0, -1):
-        p = bodies[i].mount.body
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        load[p, 0] += load[i, 0] + rx * load[i, 2] - ry * load[i, 1]
-        load[p, 1] += load[i, 1]
-        load[p, 2] += load[i, 2]
+        add_to_parent(bodies, pose, i, load)
 
 
 @kernel
@@ -154,17 +142,13 @@ def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwre
     dx, dy, arms = gap(pose, row.a, row.b)
     ex, ey, moved = gap_tangent(dpose, row.a, row.b, arms)
     ux, uy = row_direction(row, pose)
-    rax, ray, rbx, rby = arms
-    drax, dray, drbx, drby = moved
     dux, duy = 0.0, 0.0
     if row.kind == ALONG_BODY:
         turn = dpose[row.a.body, 0]
         dux, duy = -turn * uy, turn * ux
-        rax, ray, drax, dray = rax + dx, ray + dy, drax + ex, dray + ey
+        arms, moved = both_at_b(arms, dx, dy), both_at_b(moved, ex, ey)
     force, change = (size * ux, size * uy), (size * dux, size * duy)
-    add_force_tangent(dwrench, row.b.body, rbx, rby, drbx, drby, force, change)
-    force, change = (-size * ux, -size * uy), (-size * dux, -size * duy)
-    add_force_tangent(dwrench, row.a.body, rax, ray, drax, dray, force, change)
+    add_pair_tangent(dwrench, row.a, row.b, arms, moved, force, change)
 
 
 @kernel
@@ -176,8 +160,8 @@ def row_tangent(
         return dacc[row.b.body, 0] - dacc[row.a.body, 0]
     px, py, arms = gap(pose, row.a, row.b)
     dpx, dpy, moved = gap_tangent(dpose, row.a, row.b, arms)
-    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, row.a, arms[0], arms[1], moved[0], moved[1])
-    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, row.b, arms[2], arms[3], moved[2], moved[3])
+    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, row.a.body, arms[0], arms[1], moved[0], moved[1])
+    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, row.b.body, arms[2], arms[3], moved[2], moved[3])
     dax, day = abx - aax, aby - aay
     if row.kind != ALONG_BODY:
         return dax * row.ux + day * row.uy

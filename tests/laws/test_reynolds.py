@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from linkages.laws.film.closed_form import half_film_long, short_bearing
-from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds, solve_even, solve_odd
+from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds, solve_half
 
 
 def manufactured(parity, around):
@@ -28,7 +28,7 @@ def manufactured(parity, around):
     width = mesh.width[rows].copy()
     if parity == "even":
         width[[0, -1]] *= 0.5
-    p = (solve_even if parity == "even" else solve_odd)(mesh, source * width[:, None] * mesh.height)
+    p = solve_half(mesh, source * width[:, None] * mesh.height, 1 if parity == "even" else -1)
     return np.abs(p[rows] - f * np.cos(0.5 * math.pi * z)).max()
 
 

@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.errors import AssemblyError, InputError, Status
+from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
 from linkages.planar.ideal import make_ideal
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _MOST_STEPS = 20_000_000  # of one run
 
@@ -52,7 +50,7 @@ class Batch:
     statistics: dict[str, Array]
     status: list[Status]
     reason: list[str]
-    steps: NDArray[np.int64]
+    steps: Indices
 
     def __getattr__(self, name: str) -> Array:
         if name not in STATISTICS:
@@ -145,16 +143,7 @@ def simulate_batch(
         with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
             list(pool.map(one, range(len(table))))
     statistics = {name: found[..., k] for k, name in enumerate(STATISTICS)}
-    return Batch(
-        variables=tuple(variables),
-        values=table,
-        outputs=names,
-        windows=spans,
-        status=status,
-        reason=reason,
-        steps=steps,
-        statistics=statistics,
-    )
+    return Batch(tuple(variables), table, names, spans, statistics, status, reason, steps)
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:

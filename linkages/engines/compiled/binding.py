@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numba import typeof
-from numpy.typing import NDArray
 
 from linkages.engines.compiled import entry_points
 from linkages.engines.compiled.equations import add_loads, derivatives, outside, solve_state
@@ -18,13 +17,10 @@ from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import address, kernel
+from linkages.kernel import Array, address, kernel
 from linkages.kernel.by_reference import Reference, reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3
@@ -73,16 +69,14 @@ def attempt_radau(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
     """Attempt a step with Radau IIA."""
-    error, factor = _attempt_radau(equations, s, t, h, y, exact)
-    return error, factor
+    return _attempt_radau(equations, s, t, h, y, exact)
 
 
 def attempt_explicit(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
     """Attempt a step with Dormand and Prince's pair."""
-    error, factor = _attempt_explicit(equations, s, t, h, y, exact)
-    return error, factor
+    return _attempt_explicit(equations, s, t, h, y, exact)
 
 
 @kernel
@@ -106,12 +100,10 @@ def evaluate(
     tolerance: Array,
     steps: Steps,
     times: Array,
-    q: Array,
-    v: Array,
-    a: Array,
-    contacts: Array,
+    out: tuple[Array, Array, Array, Array],
 ) -> None:
     """Fill q, v, a (nt, n) and contacts (nt, nc, WIDTH) at any times of a run."""
+    q, v, a, contacts = out
     p, s, past = reference(equations), reference(stepper), reference(steps)
     y, w = np.empty(steps.states.shape[1]), p.work.dynamics
     for i in range(len(times)):

@@ -10,15 +10,11 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from numba.core import types
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper
-from linkages.kernel import caller, kernel
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, caller, kernel
 
 VECTOR, MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
 PAIR = types.UniTuple(types.float64, 2)

@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages.engines.compiled.entry_points import loads, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
-from linkages.planar.dynamics import accelerate
+from linkages.planar.dynamics import accelerate, clear
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
-
-Array = NDArray[np.float64]
 
 BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
@@ -34,14 +29,12 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
         w.v[model.free[i]] = y[n + i]
     value, rate, second = work.value, work.rate, work.second
     if len(model.driven):
-        evaluate_motions(model.motion, model.motion_c, model.motion_n, t, value, rate, second)
+        evaluate_motions((model.motion, model.motion_c, model.motion_n), t, value, rate, second)
         for k in range(len(model.driven)):
             d = model.driven[k]
-            w.q[d] = value[k]
-            w.v[d] = rate[k]
-            w.a[d] = second[k]
+            w.q[d], w.v[d], w.a[d] = value[k], rate[k], second[k]
     if len(model.powered):
-        evaluate_motions(model.torque, model.torque_c, model.torque_n, t, value, rate, second)
+        evaluate_motions((model.torque, model.torque_c, model.torque_n), t, value, rate, second)
         for k in range(len(model.powered)):
             w.tau[model.powered[k]] = value[k]
     for k in range(len(model.bristles)):
@@ -56,10 +49,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     model, work = equations.model, equations.work
     set_state(model, work, t, y)
     w = work.dynamics
-    for i in range(len(w.wrench)):
-        w.wrench[i, 0] = 0.0
-        w.wrench[i, 1] = 0.0
-        w.wrench[i, 2] = 0.0
+    clear(w.wrench)
     clearance_wrenches(
         model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts
     )

@@ -7,24 +7,19 @@ partial derivatives of the contacts' laws (`partials`).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages.engines.compiled.entry_points import loads_tangent, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import reference
+from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
-from linkages.planar.contact_partials import INPUTS, OUTPUTS, clear, contact_partials
+from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import inertial_load, loop_responses, respond, solve_semidefinite
+from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond, solve_semidefinite
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
-from linkages.planar.markers import add_force_tangent, gap, gap_rate_tangent, gap_tangent, turned
+from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
 from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
+    Scratch,
     add_row_tangent,
     body_tangents,
     inertial_tangents,
@@ -33,45 +28,6 @@ from linkages.planar.tangent import (
     transmitted,
 )
 
-Array = NDArray[np.float64]
-
-
-class Scratch(NamedTuple):
-    """Arrays of one direction."""
-
-    partials: Array
-    force: Array
-    dq: Array
-    dv: Array
-    dpose: Array
-    dvel: Array
-    dacc: Array
-    dload: Array
-    dwrench: Array
-    tau: Array
-    da: Array
-    response: Array
-    sizes: Array
-
-
-@kernel
-def _scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
-    return Scratch(
-        np.zeros((nc, OUTPUTS, INPUTS)),
-        np.zeros((nb, 3)),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros((nb, 3)),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((nr, nr)),
-        np.zeros(nr),
-    )
-
 
 @kernel
 def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
@@ -79,8 +35,7 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
     solve(equations, t, y)
-    kept = _scratch(len(model.bodies), len(w.a), len(model.rows), len(model.ends))
-    s = reference(kept)
+    s = work.scratch
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         memory = work.memory[k]
@@ -106,7 +61,6 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
         else:
             bristle = model.bristles[j - 2 * n]
         _direction(equations, s, t, bristle, out[:, j])
-    s.dq[0] = kept.dq[0]  # `kept` lives until here
 
 
 @kernel
@@ -115,7 +69,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     bodies = model.bodies
-    body_tangents(bodies, w.pose, w.vel, w.acc, w.v, w.a, s.dq, s.dv, s.dpose, s.dvel, s.dacc)
+    body_tangents(bodies, w, s)
     clear(s.dwrench)
     for k in range(len(model.ends)):
         rate = _contact_tangent(model, work, s, k, 1.0 if k == bristle else 0.0)
@@ -126,11 +80,11 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
         loads_tangent(equations, t, s.dpose, s.dvel, s.dwrench)
     for k in range(len(model.rows)):
         add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
-    inertial_tangents(bodies, w.pose, w.vel, w.acc, model.gravity, s.dpose, s.dvel, s.dacc, s.dload)
+    inertial_tangents(bodies, model.gravity, w, s)
     for i in range(len(bodies)):
         for k in range(3):
             s.dload[i, k] -= s.dwrench[i, k]
-    residual_tangents(bodies, w.pose, s.force, s.dpose, s.dload, s.tau)
+    residual_tangents(bodies, w.pose, s)
     for i in range(len(s.tau)):
         s.tau[i] = -s.tau[i]
         s.da[i] = 0.0
@@ -180,10 +134,9 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int, dz: float) -
         d2 += s.partials[k, 2, i] * inputs[i]
         d3 += s.partials[k, 3, i] * inputs[i]
     # both forces act at the journal's marker
-    force, change = (work.contacts[k, 2], work.contacts[k, 3]), (d0, d1)
-    add_force_tangent(s.dwrench, j, arms[2], arms[3], moved[2], moved[3], force, change)
-    force, change = (-force[0], -force[1]), (-d0, -d1)
-    add_force_tangent(s.dwrench, b, arms[0] + ex, arms[1] + ey, moved[0] + dex, moved[1] + dey, force, change)
+    arms, moved = both_at_b(arms, ex, ey), both_at_b(moved, dex, dey)
+    force = work.contacts[k, 2], work.contacts[k, 3]
+    add_pair_tangent(s.dwrench, end.bearing, end.journal, arms, moved, force, (d0, d1))
     s.dwrench[j, 0] += d2
     s.dwrench[b, 0] -= d2
     return d3

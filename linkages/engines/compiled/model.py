@@ -8,52 +8,34 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.kernel import Array, Indices
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
 from linkages.planar.record_types import REVOLUTE
+from linkages.planar.tangent import Scratch, make_scratch
 from linkages.system import System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-_FILM, _TOUCH = (
-    1e4,
-    20.0,
-)  # clearances that count as the length of a linkage, at most: with oil, in dry contact
+#: Clearances that count as the length of a linkage, at most: with oil, in dry contact.
+_FILM, _TOUCH = 1e4, 20.0
 
 
 class Work(NamedTuple):
-    """Arrays that an evaluation fills.
-
-    Attributes
-    ----------
-    dynamics : Workspace
-    contacts : (nc, WIDTH) array
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
-    memory : (nc, 2) array
-        `linkages.planar.contacts.MEMORY`.
-    modes : (nc,) array of int
-        1 in contact, -1 free.
-    value, rate, second : arrays
-        For prescribed motions and torques.
-    forces, efforts, applied : (nj, 3), (nd,), (nl, 4) arrays
-        Results for joints, drives and loads; see `linkages.outputs.values.View`.
-    """
+    """Arrays that an evaluation fills."""
 
     dynamics: Workspace
-    contacts: Array
-    memory: Array
-    modes: Indices
-    value: Array
+    contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
+    memory: Array  # `linkages.planar.contacts.MEMORY`, (nc, 2)
+    modes: Indices  # 1 in contact, -1 free, (nc,)
+    value: Array  # for prescribed motions and torques
     rate: Array
     second: Array
-    forces: Array
-    efforts: Array
-    applied: Array
+    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.values.View`
+    efforts: Array  # for drives, (nd,)
+    applied: Array  # for loads, (nl, 4)
+    scratch: Scratch
 
 
 class Calls(NamedTuple):
@@ -77,18 +59,20 @@ class Equations(NamedTuple):
 
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
-    n, nm = len(model.free) + len(model.driven), max(len(model.driven), len(model.powered))
+    nb, nr, nc, nd = len(model.bodies), len(model.rows), len(model.ends), len(model.driven)
+    n, nm = len(model.free) + nd, max(nd, len(model.powered))
     return Work(
-        make_workspace(len(model.bodies), n, len(model.rows)),
-        np.zeros((len(model.ends), WIDTH)),
+        make_workspace(nb, n, nr),
+        np.zeros((nc, WIDTH)),
         memory,
         modes,
         np.zeros(nm),
         np.zeros(nm),
         np.zeros(nm),
         np.zeros((len(model.joints), 3)),
-        np.zeros(len(model.driven) + len(model.powered)),
+        np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
+        make_scratch(nb, n, nr, nc),
     )
 
 

@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.dynamics import articulate, loop_responses, solve_semidefinite
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
 
-Array = NDArray[np.float64]
-
 _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length
 _ROUNDS = 4
-
-
-@kernel
-def loop_error(model: Arrays, work: Work) -> float:
-    """Largest closure error of the cut ideal joints at the work's poses [m, rad]."""
-    worst = 0.0
-    for k in range(len(model.rows)):
-        worst = max(worst, abs(row_value(model.rows[k], work.dynamics.pose)))
-    return worst
 
 
 @kernel

@@ -9,15 +9,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.entry_points import attempt, project, solve
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper, copy, hint, restart
-from linkages.kernel import kernel
-
-Array = NDArray[np.float64]
+from linkages.kernel import Array, kernel
+from linkages.planar.motion import last_start
 
 _TRIES = 30
 
@@ -31,19 +29,6 @@ class Steps(NamedTuple):
 
 
 @kernel
-def last_step(grid: Array, t: float) -> int:
-    """Last step that is not after t; the first if all are."""
-    low, high = 0, len(grid)
-    while high - low > 1:
-        middle = (low + high) // 2
-        if grid[middle] <= t:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-@kernel
 def remember(equations: Equations, steps: Steps, k: int) -> None:
     """Restore what the contacts remember after step k."""
     for c in range(steps.memory.shape[1]):
@@ -53,7 +38,7 @@ def remember(equations: Equations, steps: Steps, k: int) -> None:
 @kernel
 def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
     """Fill y with the state at time t of a run, NaN if it cannot be had; leave the equations solved there."""
-    k = last_step(steps.times, t)
+    k = last_start(steps.times, t)
     start = steps.times[k]
     remember(equations, steps, k)
     copy(steps.states[k], y)

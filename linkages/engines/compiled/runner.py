@@ -6,28 +6,21 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
 from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
 from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.statistics import summarise
+from linkages.engines.compiled.statistics import make_sampler, summarise
 from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
+from linkages.kernel import Array, Indices, Records
 from linkages.model.tables import IMPLICIT
 from linkages.planar.contacts import WIDTH
 from linkages.planar.ideal import Ideal
 from linkages.system import System
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
-
-STATUS = {
-    DONE: Status.OK,
-    COLLAPSED: Status.STEP_SIZE_COLLAPSE,
-    LEFT: Status.JOURNAL_LEFT_BEARING,
-}
+STATUS = {DONE: Status.OK, COLLAPSED: Status.STEP_SIZE_COLLAPSE, LEFT: Status.JOURNAL_LEFT_BEARING}
 
 _FIRST = 1e-7  # first step, in parts of the duration
 _TRAVEL = 0.1  # of the fastest drive in a step [rad or m], at most
@@ -36,12 +29,9 @@ _LANDING = 1e-10  # how close to touching a contact is located, in parts of the 
 
 def join(records: list[Record]) -> Steps:
     """Join the steps of runs of which each continues the one before."""
-    cuts = [slice(0, None)] + [slice(1, None)] * (len(records) - 1)
+    fields = ("times", "states", "observed")
     return Steps(
-        *(
-            np.concatenate([getattr(record, field)[cut] for record, cut in zip(records, cuts, strict=True)])
-            for field in ("times", "states", "observed")
-        )
+        *(np.concatenate([getattr(r, field)[min(k, 1) :] for k, r in enumerate(records)]) for field in fields)
     )
 
 
@@ -117,21 +107,17 @@ class Runner:
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
-        q, v, a = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n))
-        contacts = np.empty((nt, nc, WIDTH))
+        out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         times = np.asarray(times, dtype=np.float64)
-        evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, q, v, a, contacts)
-        return q, v, a, contacts
+        evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, out)
+        return out
 
-    def summarise(
-        self, ideal: Ideal, outputs: NDArray[np.record], steps: Steps, windows: Array, out: Array
-    ) -> bool:
+    def summarise(self, ideal: Ideal, outputs: Records, steps: Steps, windows: Array, out: Array) -> bool:
         """Fill ``out`` (nw, no, ns) with the outputs' `STATISTICS` over windows of a run.
 
         Returns False if the ideal linkage does not close where it is asked for.
         """
-        aside, stepper = self.aside(), make_stepper(len(self.start))
-        return summarise(aside, stepper, ideal, outputs, self.tolerance, steps, windows, out)
+        return summarise(make_sampler(self.aside(), ideal, outputs, self.tolerance, steps), windows, out)
 
     def aside(self) -> Equations:
         """Return the equations with contacts that remember nothing, so that a run can go on beside."""

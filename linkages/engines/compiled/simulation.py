@@ -6,26 +6,21 @@ import time as clock
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
+from linkages.kernel import Array
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.closure import closure_error
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
-Array = NDArray[np.float64]
-
 _CHUNK = 20_000  # steps between two looks at the clock and at the keyboard
 
 
-def simulate(
-    system: System,
-    progress: Callable[[float], None] | None = None,
-) -> Trajectory:
+def simulate(system: System, progress: Callable[[float], None] | None = None) -> Trajectory:
     """Simulate a system with the compiled engine.
 
     Parameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 from linkages.engines.compiled.entry_points import solve
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
-from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import kernel
+from linkages.integrate.stepper import Stepper, copy, make_stepper
+from linkages.kernel import Array, Records, kernel
 from linkages.kernel.by_reference import reference
 from linkages.outputs.values import DRIVE, JOINT, LINKAGE, LOAD, View, output_value, point_value
 from linkages.planar.dynamics import inertial_load
@@ -19,8 +20,6 @@ from linkages.planar.ideal import Ideal, ideal_state
 from linkages.planar.loads import load_outputs
 from linkages.planar.reactions import joint_forces
 from linkages.results.parabola import parabola_top
-
-Array = NDArray[np.float64]
 
 #: What is filled for each window and output. To add one: its name here, at the end, and its formula in `_averages`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
@@ -32,44 +31,56 @@ _INSIDE = 0.02  # of a bracket's half: a new point keeps so far from the old one
 _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
-@kernel
-def _needs(outputs: NDArray[np.record]) -> tuple[bool, bool, bool]:
-    """Whether outputs need the ideal linkage's state, the forces in joints, what the loads do."""
-    ideal, forces, loads = False, False, False
-    for k in range(len(outputs)):
-        kind = outputs[k].kind
-        ideal = ideal or outputs[k].jitter != 0
-        forces = forces or kind in (JOINT, DRIVE)
-        loads = loads or kind in (LOAD, LINKAGE)
-    return ideal, forces, loads
+class Sampler(NamedTuple):
+    """What it takes to know the outputs at any time of a run."""
+
+    equations: Equations
+    stepper: Stepper
+    ideal: Ideal
+    outputs: Records  # of `linkages.outputs.values.OUTPUT`
+    with_ideal: bool  # whether outputs need the ideal linkage's state
+    with_forces: bool  # the forces in joints
+    with_loads: bool  # what the loads do
+    tolerance: Array  # of each entry of the state, for the steps between the run's own, (ny,)
+    steps: Steps
+    y: Array  # a state, to work on, (ny,)
+    row: Array  # its outputs, (no,)
+
+
+def make_sampler(
+    equations: Equations, ideal: Ideal, outputs: Records, tolerance: Array, steps: Steps
+) -> Sampler:
+    """Make the rest of a sampler."""
+    kinds, n = outputs["kind"], len(tolerance)
+    return Sampler(
+        equations,
+        make_stepper(n),
+        ideal,
+        outputs,
+        bool(outputs["jitter"].any()),
+        bool(np.isin(kinds, (JOINT, DRIVE)).any()),
+        bool(np.isin(kinds, (LOAD, LINKAGE)).any()),
+        tolerance,
+        steps,
+        np.empty(n),
+        np.empty(len(outputs)),
+    )
 
 
 @kernel
-def _look(
-    equations: Equations,
-    ideal: Ideal,
-    needs: tuple[bool, bool, bool],
-    outputs: NDArray[np.record],
-    t: float,
-    out: Array,
-) -> bool:
+def _look(sampler: Sampler, t: float, out: Array) -> bool:
     """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
-    model, work = equations.model, equations.work
+    model, work, ideal = sampler.equations.model, sampler.equations.work, sampler.ideal
     w = work.dynamics
-    if needs[0] and not ideal_state(model, w, ideal):
+    if sampler.with_ideal and not ideal_state(model, w, ideal):
         return False
-    if needs[2] and len(model.loads):
+    if sampler.with_loads and len(model.loads):
         load_outputs((model.loads, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied)
-    if needs[1]:
+    if sampler.with_forces:
         inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
-        joint_forces(
-            model, w.pose, work.contacts, w.tau, w.reaction, w.load, work.forces, work.efforts,
-        )  # fmt: skip
-    view = View(
-        model.bodies, model.ends, model.gravity, w.q, w.v, w.pose, w.vel, w.acc,
-        work.contacts, work.forces, work.efforts, work.applied,
-    )  # fmt: skip
-    seen = reference(view)
+        joint_forces(model, w, work.contacts, work.forces, work.efforts)
+    view = View(model, w, work.contacts, work.forces, work.efforts, work.applied)
+    seen, outputs = reference(view), sampler.outputs
     for k in range(len(outputs)):
         out[k] = output_value(outputs[k], seen)
         if outputs[k].jitter:
@@ -78,78 +89,74 @@ def _look(
 
 
 @kernel
-def _refine(
-    equations: Equations,
-    ideal: Ideal,
-    needs: tuple[bool, bool, bool],
-    outputs: NDArray[np.record],
-    k: int,
-    sign: float,
-    s: Stepper,
-    tolerance: Array,
-    steps: Steps,
-    bracket: Array,
-    y: Array,
-    row: Array,
-) -> tuple[float, float]:
-    """Largest sign * output k within a bracket: times and signed values of three points, the middle one highest."""
-    a, b, c = bracket[0], bracket[1], bracket[2]
-    fa, fb, fc = bracket[3], bracket[4], bracket[5]
-    for _ in range(_ROUNDS):
-        t, _ = parabola_top(a, b, c, fa, fb, fc)
-        t = min(max(t, a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
-        if abs(t - b) < 1e-5 * (c - a):
-            break
-        replay(equations, s, tolerance, steps, t, y)
-        if not _look(equations, ideal, needs, outputs, t, row):
-            break
-        f = sign * row[k]
-        gain = abs(f - fb)
-        if f > fb:
-            if t < b:
-                c, fc = b, fb
-            else:
-                a, fa = b, fb
-            b, fb = t, f
-        elif t < b:
-            a, fa = t, f
-        else:
-            c, fc = t, f
-        if gain <= _FLAT * abs(fb):
-            break
-    return b, fb
+def _sample(sampler: Sampler, t: float, out: Array) -> bool:
+    """Fill ``out`` (no,) with the outputs at time t; returns False if the ideal linkage does not close."""
+    replay(sampler.equations, sampler.stepper, sampler.tolerance, sampler.steps, t, sampler.y)
+    return _look(sampler, t, out)
 
 
 @kernel
-def summarise(
-    equations: Equations,
-    stepper: Stepper,
-    ideal: Ideal,
-    outputs: NDArray[np.record],
-    tolerance: Array,
-    steps: Steps,
-    windows: Array,
-    out: Array,
-) -> bool:
+def _top(bracket: Array) -> float:
+    """Where the parabola through a bracket's three points, times and values (2, 3), is highest."""
+    t, f = bracket[0], bracket[1]
+    return parabola_top(t[0], t[1], t[2], f[0], f[1], f[2])[0]
+
+
+@kernel
+def _narrow(bracket: Array, t: float, f: float) -> None:
+    """Put a point within a bracket in the middle if it is higher than what is there, else at its end."""
+    end = 0 if t < bracket[0, 1] else 2
+    if f > bracket[1, 1]:
+        bracket[0, 2 - end], bracket[1, 2 - end] = bracket[0, 1], bracket[1, 1]
+        end = 1
+    bracket[0, end], bracket[1, end] = t, f
+
+
+@kernel
+def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[float, float]:
+    """Largest sign * output k within a bracket of signed values whose middle is highest, and its time."""
+    for _ in range(_ROUNDS):
+        a, b, c, highest = bracket[0, 0], bracket[0, 1], bracket[0, 2], bracket[1, 1]
+        t = min(max(_top(bracket), a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
+        if abs(t - b) < 1e-5 * (c - a) or not _sample(sampler, t, sampler.row):
+            break
+        f = sign * sampler.row[k]
+        _narrow(bracket, t, f)
+        if abs(f - highest) <= _FLAT * abs(bracket[1, 1]):
+            break
+    return bracket[0, 1], bracket[1, 1]
+
+
+@kernel
+def _turn(sampler: Sampler, k: int, sign: float, bracket: Array) -> bool:
+    """Narrow a bracket whose highest point is at an end to one whose middle is highest; False if there is none."""
+    t = _top(bracket)
+    if not _sample(sampler, t, sampler.row):
+        return False
+    f = sign * sampler.row[k]
+    if f <= max(bracket[1, 0], bracket[1, 2]):
+        return False
+    _narrow(bracket, t, f)
+    return True
+
+
+@kernel
+def summarise(given: Sampler, windows: Array, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run; returns False if the ideal linkage does not close.
 
     Parameters
     ----------
-    tolerance : (ny,) array
-        Tolerance of each entry of the state, for the steps between the run's own.
     windows : (nw, 2) array
         Times [s].
     """
-    p, s, beside, past = reference(equations), reference(stepper), reference(ideal), reference(steps)
-    grid, states = past.times, past.states
-    nt, n, no = len(grid), states.shape[1], len(outputs)
-    y, row, bracket = np.empty(n), np.empty(no), np.empty(6)
-    needs = _needs(outputs)
-    table = np.empty((nt, no))
+    sampler = reference(given)
+    grid, states = sampler.steps.times, sampler.steps.states
+    nt, no = len(grid), len(sampler.outputs)
+    bracket, table = np.empty((2, 3)), np.empty((nt, no))
     for i in range(nt):
-        remember(p, past, i)
-        solve(p, grid[i], states[i])
-        if not _look(p, beside, needs, outputs, grid[i], table[i]):
+        remember(sampler.equations, sampler.steps, i)
+        solve(sampler.equations, grid[i], states[i])
+        if not _look(sampler, grid[i], table[i]):
             return False
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
@@ -158,8 +165,7 @@ def summarise(
         times, values = np.empty(size), np.empty((size, no))
         count = 0
         if first == last or grid[first] > t0:
-            replay(p, s, tolerance, past, t0, y)
-            if not _look(p, beside, needs, outputs, t0, values[0]):
+            if not _sample(sampler, t0, values[0]):
                 return False
             times[0] = t0
             count = 1
@@ -170,8 +176,7 @@ def summarise(
             copy(table[i], values[count])
             count += 1
         if times[count - 1] < t1:
-            replay(p, s, tolerance, past, t1, y)
-            if not _look(p, beside, needs, outputs, t1, values[count]):
+            if not _sample(sampler, t1, values[count]):
                 return False
             times[count] = t1
             count += 1
@@ -185,8 +190,7 @@ def summarise(
                     copy(values[i - 1], values[i])
                 times[place] = 0.5 * (times[place - 1] + times[place + 1])
                 count += 1
-                replay(p, s, tolerance, past, times[place], y)
-                if not _look(p, beside, needs, outputs, times[place], values[place]):
+                if not _sample(sampler, times[place], values[place]):
                     return False
         for k in range(no):
             for side in range(2):
@@ -203,18 +207,12 @@ def summarise(
                         break
                     left = min(max(i - 1, 0), count - 3)
                     for j in range(3):
-                        bracket[j] = times[left + j]
-                        bracket[3 + j] = sign * values[left + j, k]
+                        bracket[0, j], bracket[1, j] = times[left + j], sign * values[left + j, k]
                     if i in (0, count - 1):
                         tried[i] = True
-                        if not _turn(
-                            p, beside, needs, outputs, k, sign, s, tolerance, past, bracket, y, row
-                        ):  # fmt: skip
+                        if not _turn(sampler, k, sign, bracket):
                             continue
-                    t, f = _refine(
-                        p, beside, needs, outputs, k, sign, s, tolerance, past, bracket, y,
-                        row,
-                    )  # fmt: skip
+                    t, f = _refine(sampler, k, sign, bracket)
                     if f > best:
                         best, when = f, t
                     if best <= floor and t == times[i]:
@@ -223,37 +221,6 @@ def summarise(
                     tried[i] = True
                 out[m, k, side] = sign * best
                 out[m, k, 2 + side] = when
-    return True
-
-
-@kernel
-def _turn(
-    equations: Equations,
-    ideal: Ideal,
-    needs: tuple[bool, bool, bool],
-    outputs: NDArray[np.record],
-    k: int,
-    sign: float,
-    s: Stepper,
-    tolerance: Array,
-    steps: Steps,
-    bracket: Array,
-    y: Array,
-    row: Array,
-) -> bool:
-    """Narrow a bracket whose highest point is at an end to one whose middle is highest; False if there is none."""
-    t, _ = parabola_top(bracket[0], bracket[1], bracket[2], bracket[3], bracket[4], bracket[5])
-    replay(equations, s, tolerance, steps, t, y)
-    if not _look(equations, ideal, needs, outputs, t, row):
-        return False
-    f = sign * row[k]
-    if f <= max(bracket[3], bracket[5]):
-        return False
-    if t < bracket[1]:
-        bracket[2], bracket[5] = bracket[1], bracket[4]
-    else:
-        bracket[0], bracket[3] = bracket[1], bracket[4]
-    bracket[1], bracket[4] = t, f
     return True
 
 

@@ -41,15 +41,8 @@ class Contact(NamedTuple):
         return address(self.force, _SIGNATURE)
 
 
-def _damped(
-    chi: str,
-    factor: Callable[[float], float],
-    valid: str,
-    source: str,
-    force: Callable[..., float] = power_law,
-    formula: str = "K delta^n (1 + chi ddelta/ddelta0)",
-) -> Contact:
-    return Contact(force, formula, valid, source, chi, factor, force is not power_law)
+def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> Contact:
+    return Contact(power_law, "K delta^n (1 + chi ddelta/ddelta0)", valid, source, chi, factor)
 
 
 def _lankarani_nikravesh(e: float) -> float:
@@ -58,75 +51,59 @@ def _lankarani_nikravesh(e: float) -> float:
 
 def _conformal(force: Callable[..., float], formula: str, source: str) -> Contact:
     valid = "conformal cylinders, delta << DR"
-    return _damped("3(1-e^2)/4", _lankarani_nikravesh, valid, source, force, formula)
+    return Contact(force, formula, valid, source, "3(1-e^2)/4", _lankarani_nikravesh, conformal=True)
 
 
 #: The contact laws an experiment can name.
 CONTACTS = {
     "hertz": Contact(
-        power_law, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0"
+        power_law, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0",
     ),
     "kelvin-voigt": Contact(
-        kelvin_voigt,
-        "K delta + D ddelta",
-        "one known impacting mass; jumps at first touch",
-        "Goldsmith, Impact, 1960",
+        kelvin_voigt, "K delta + D ddelta",
+        "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960",
     ),
     "hunt-crossley": _damped(
-        "3(1-e)/2", lambda e: 1.5 * (1.0 - e), "e > 0.9", "Hunt and Crossley, J. Appl. Mech. 42, 1975"
+        "3(1-e)/2", lambda e: 1.5 * (1.0 - e),
+        "e > 0.9", "Hunt and Crossley, J. Appl. Mech. 42, 1975",
     ),
     "lankarani-nikravesh": _damped(
-        "3(1-e^2)/4",
-        _lankarani_nikravesh,
-        "e > 0.9, low speed, compact bodies",
-        "Lankarani and Nikravesh, J. Mech. Des. 112, 1990",
+        "3(1-e^2)/4", _lankarani_nikravesh,
+        "e > 0.9, low speed, compact bodies", "Lankarani and Nikravesh, J. Mech. Des. 112, 1990",
     ),
     "herbert-mcwhannell": _damped(
-        "6(1-e)/((2e-1)^2+3)",
-        lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
-        "e > 0.7",
-        "Herbert and McWhannell, J. Eng. Ind. 99, 1977",
+        "6(1-e)/((2e-1)^2+3)", lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
+        "e > 0.7", "Herbert and McWhannell, J. Eng. Ind. 99, 1977",
     ),
     "lee-wang": _damped(
-        "3(1-e)/4",
-        lambda e: 0.75 * (1.0 - e),
-        "e > 0.97: half the damping that small losses need",
-        "Lee and Wang, J. Mech. Transm. 105, 1983",
+        "3(1-e)/4", lambda e: 0.75 * (1.0 - e),
+        "e > 0.97: half the damping that small losses need", "Lee and Wang, J. Mech. Transm. 105, 1983",
     ),
     "flores": _damped(
-        "8(1-e)/(5e)",
-        lambda e: 1.6 * (1.0 - e) / max(e, LEAST_RESTITUTION),
-        "any e",
-        "Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25, 2011",
+        "8(1-e)/(5e)", lambda e: 1.6 * (1.0 - e) / max(e, LEAST_RESTITUTION),
+        "any e", "Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25, 2011",
     ),
     "gonthier": _damped(
-        "(1-e^2)/e",
-        lambda e: (1.0 - e * e) / max(e, LEAST_RESTITUTION),
-        "any e",
-        "Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11, 2004",
+        "(1-e^2)/e", lambda e: (1.0 - e * e) / max(e, LEAST_RESTITUTION),
+        "any e", "Gonthier, McPhee, Lange and Piedboeuf, Multibody Syst. Dyn. 11, 2004",
     ),
     "zhiying-qishao": _damped(
-        "3(1-e^2)/4 exp(2(1-e))",
-        lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e)),
-        "e > 0.3",
-        "Zhiying and Qishao, J. Dyn. Control 4, 2006",
+        "3(1-e^2)/4 exp(2(1-e))", lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e)),
+        "e > 0.3", "Zhiying and Qishao, J. Dyn. Control 4, 2006",
     ),
     "hu-guo": _damped(
-        "3(1-e)/(2e)",
-        lambda e: 1.5 * (1.0 - e) / max(e, LEAST_RESTITUTION),
-        "any e",
-        "Hu and Guo, Multibody Syst. Dyn. 35, 2015",
+        "3(1-e)/(2e)", lambda e: 1.5 * (1.0 - e) / max(e, LEAST_RESTITUTION),
+        "any e", "Hu and Guo, Multibody Syst. Dyn. 35, 2015",
     ),
     "esdu-78035": _conformal(esdu_78035, "delta = F/S (ln(4 S DR/F) + 1), S = pi E' L", "ESDU 78035, 1978"),
     "johnson": _conformal(
-        johnson, "delta = F/S (ln(4 S DR/F) - 1), S = pi E' L", "Johnson, Contact Mechanics, 1985"
+        johnson, "delta = F/S (ln(4 S DR/F) - 1), S = pi E' L", "Johnson, Contact Mechanics, 1985",
     ),
     "dubowsky-freudenstein": _conformal(
-        dubowsky_freudenstein,
-        "delta = F/S (ln(L^3 DR pi E'/(F R_b R_j)) + 1), S = pi E' L",
+        dubowsky_freudenstein, "delta = F/S (ln(L^3 DR pi E'/(F R_b R_j)) + 1), S = pi E' L",
         "Dubowsky and Freudenstein, J. Eng. Ind. 93, 1971",
     ),
-}
+}  # fmt: skip
 
 
 @kernel

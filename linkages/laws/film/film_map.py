@@ -24,13 +24,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from linkages.kernel import kernel
+from linkages.kernel import Array, kernel
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
-
-Array = NDArray[np.float64]
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
 VERSION = 1
@@ -57,22 +54,14 @@ class Cavitation(NamedTuple):
 #: The rules of cavitation of a finite film.
 CAVITATIONS = {
     "guembel": Cavitation(
-        0,
-        "2D Reynolds equation on the whole film, max(p, 0)",
-        "any L/D, eps <= 0.999",
-        "Guembel's half-Sommerfeld condition",
-        480,
-        32,
+        0, "2D Reynolds equation on the whole film, max(p, 0)",
+        "any L/D, eps <= 0.999", "Guembel's half-Sommerfeld condition", around=480, along=32,
     ),
     "reynolds": Cavitation(
-        1,
-        "2D Reynolds equation with p >= 0 as complementarity",
-        "any L/D, eps <= 0.999",
-        "Swift-Stieber condition; Butenschoen 1976",
-        240,
-        20,
+        1, "2D Reynolds equation with p >= 0 as complementarity",
+        "any L/D, eps <= 0.999", "Swift-Stieber condition; Butenschoen 1976", around=240, along=20,
     ),
-}
+}  # fmt: skip
 
 
 @kernel
@@ -132,12 +121,8 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
 def _basis(s: float) -> tuple[float, float, float, float]:
     """Cubic B-splines on a uniform grid, at s in [0, 1] of an interval."""
     r = 1.0 - s
-    return (
-        r * r * r / 6.0,
-        (4.0 - 6.0 * s * s + 3.0 * s * s * s) / 6.0,
-        (4.0 - 6.0 * r * r + 3.0 * r * r * r) / 6.0,
-        s * s * s / 6.0,
-    )
+    b1, b2 = 4.0 - 6.0 * s * s + 3.0 * s * s * s, 4.0 - 6.0 * r * r + 3.0 * r * r * r
+    return r * r * r / 6.0, b1 / 6.0, b2 / 6.0, s * s * s / 6.0
 
 
 def solve_scaled(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:

@@ -8,11 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
-from linkages.kernel import address, caller, kernel
+from linkages.kernel import Array, address, caller, kernel
 from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
 from linkages.laws.film.film_map import finite_film
 
@@ -42,30 +40,24 @@ class Film(NamedTuple):
 #: The films an experiment can name.
 FILMS = {
     "long": Film(
-        half_film_long,
-        "closed form of the film of extent pi",
-        "L/D > 2, half film",
-        "exact integral of Chen 2025 eq. (8) over the pi film",
+        half_film_long, "closed form of the film of extent pi",
+        "L/D > 2, half film", "exact integral of Chen 2025 eq. (8) over the pi film",
     ),
     "pinkus-sternlicht": Film(
-        pinkus_sternlicht,
-        "rational fit of the film of extent pi",
-        "L/D > 2, half film",
-        "Chen 2025 eqs. (9)-(11), sign corrected",
+        pinkus_sternlicht, "rational fit of the film of extent pi",
+        "L/D > 2, half film", "Chen 2025 eqs. (9)-(11), sign corrected",
     ),
     "short": Film(
-        short_bearing,
-        "closed form of the parabolic film where p > 0",
-        "L/D < 1/4, half film",
-        "Ocvirk's short bearing",
+        short_bearing, "closed form of the parabolic film where p > 0",
+        "L/D < 1/4, half film", "Ocvirk's short bearing",
     ),
     "finite": Film(None, "map of the 2D Reynolds equation", "any L/D", "`linkages.laws.film.film_map`"),
-}
+}  # fmt: skip
 
 
 @kernel
 def film_force(
-    film: int, eps: float, deps: float, ew: float, slenderness: float, table: NDArray[np.float64]
+    film: int, eps: float, deps: float, ew: float, slenderness: float, table: Array
 ) -> tuple[float, float, float]:
     """Evaluate a film; eps is clipped to `EPS_MAX`.
 

@@ -18,11 +18,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.kernel import Array
 from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map, map_head
-
-Array = NDArray[np.float64]
 
 _MAGIC = b"FILMMAP1"
 _DIGEST = hashlib.sha256().digest_size
@@ -59,14 +57,8 @@ def load_map(
 
     Parameters
     ----------
-    slenderness : float
-        L/D > 0.
-    cavitation : str
-        A name in `film_map.CAVITATIONS`.
-    nodes : int
-        Nodes of the map in each direction.
-    progress : callable, optional
-        Called with the part that is done, if the map must be built.
+    slenderness, cavitation, nodes, progress
+        As for `film_map.build_map`, which is called where the map must be built.
 
     Returns
     -------

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-Array = NDArray[np.float64]
+from linkages.kernel import Array
 
 #: Lines of the default mesh around the film and along its half length.
 AROUND, ALONG = 240, 20
@@ -116,15 +116,18 @@ def _cube_integral(eps: float, theta: Array) -> Array:
     )
 
 
+def _sommerfeld(eps: float, theta: Array) -> Array:
+    """Sommerfeld's angle."""
+    return 2.0 * np.arctan2(math.sqrt((1.0 - eps) / (1.0 + eps)) * np.sin(0.5 * theta), np.cos(0.5 * theta))
+
+
 def _graded(eps: float, xi: Array) -> Array:
     """Solve (theta + psi(theta))/2 = xi for theta, psi Sommerfeld's angle: symmetric about pi."""
-    grade = math.sqrt((1.0 - eps) / (1.0 + eps))
     low, high = np.zeros_like(xi), np.full_like(xi, math.pi)
     mirror = np.where(xi > math.pi, 2.0 * math.pi - xi, xi)
     for _ in range(60):  # bisection: the sum is monotonic, and this is not where the time goes
         middle = 0.5 * (low + high)
-        psi = 2.0 * np.arctan2(grade * np.sin(0.5 * middle), np.cos(0.5 * middle))
-        above = 0.5 * (middle + psi) > mirror
+        above = 0.5 * (middle + _sommerfeld(eps, middle)) > mirror
         high, low = np.where(above, middle, high), np.where(above, low, middle)
     theta = 0.5 * (low + high)
     theta[mirror <= 0.0] = 0.0
@@ -149,45 +152,30 @@ def _banded(forward: Array, backward: Array, cube: Array, mesh: Mesh) -> Array:
     return band
 
 
-def solve_odd(mesh: Mesh, load: Array) -> Array:
-    """Solve -div(h^3 grad p) = load for p odd about theta = 0 and pi.
+def solve_half(mesh: Mesh, load: Array, parity: int) -> Array:
+    """Solve -div(h^3 grad p) = load for p even (parity 1) or odd (parity -1) about theta = 0 and pi.
 
     Parameters
     ----------
-    load : array of shape (around/2 - 1, along)
-        Integrals over the cells of the lines strictly between 0 and pi.
+    load : array of shape (around/2 + parity, along)
+        Integrals over the cells of the lines from 0 to pi, of which the first and the last are half cells; for odd p
+        over those of the lines strictly between.
 
     Returns
     -------
     p : array of shape (around, along)
     """
     half, k = mesh.theta.size // 2, mesh.along_theta
-    band = _banded(k[1:half], k[: half - 1], mesh.cube[1:half], mesh)
+    if parity > 0:
+        lines, cube = slice(0, half + 1), mesh.cube[: half + 1].copy()
+        cube[[0, -1]] *= 0.5
+        band = _banded(np.append(k[:half], 0.0), np.append(0.0, k[:half]), cube, mesh)
+    else:
+        lines = slice(1, half)
+        band = _banded(k[lines], k[: half - 1], mesh.cube[lines], mesh)
     p = np.zeros((mesh.theta.size, mesh.z.size))
-    p[1:half] = solveh_banded(band, load.ravel(), lower=True, check_finite=False).reshape(load.shape)
-    p[half + 1 :] = -p[half - 1 : 0 : -1]
-    return p
-
-
-def solve_even(mesh: Mesh, load: Array) -> Array:
-    """Solve -div(h^3 grad p) = load for p even about theta = 0 and pi.
-
-    Parameters
-    ----------
-    load : array of shape (around/2 + 1, along)
-        Integrals over the cells of the lines from 0 to pi; the first and last cell are half cells.
-
-    Returns
-    -------
-    p : array of shape (around, along)
-    """
-    half, k = mesh.theta.size // 2, mesh.along_theta
-    cube = mesh.cube[: half + 1].copy()
-    cube[[0, -1]] *= 0.5
-    band = _banded(np.append(k[:half], 0.0), np.append(0.0, k[:half]), cube, mesh)
-    p = np.empty((mesh.theta.size, mesh.z.size))
-    p[: half + 1] = solveh_banded(band, load.ravel(), lower=True, check_finite=False).reshape(load.shape)
-    p[half + 1 :] = p[half - 1 : 0 : -1]
+    p[lines] = solveh_banded(band, load.ravel(), lower=True, check_finite=False).reshape(load.shape)
+    p[half + 1 :] = parity * p[half - 1 : 0 : -1]
     return p
 
 
@@ -201,8 +189,8 @@ def full_film(mesh: Mesh) -> tuple[Array, Array]:
     half = mesh.theta.size // 2
     rate_b = mesh.rate_b[: half + 1].copy()
     rate_b[[0, -1]] *= 0.5
-    p_b = solve_even(mesh, -rate_b[:, None] * mesh.height)
-    p_w = solve_odd(mesh, -mesh.rate_w[1:half, None] * mesh.height)
+    p_b = solve_half(mesh, -rate_b[:, None] * mesh.height, 1)
+    p_w = solve_half(mesh, -mesh.rate_w[1:half, None] * mesh.height, -1)
     return p_b, p_w
 
 
@@ -290,8 +278,6 @@ def _integrate(mesh: Mesh, p: Array) -> Pressure:
     total = np.maximum(p, 0.0) + np.maximum(following, 0.0)
     span = np.abs(p) + np.abs(following)
     part = np.divide(total, span, out=np.zeros_like(p), where=span > 0.0)
-    grade = math.sqrt((1.0 - mesh.eps) / (1.0 + mesh.eps))
-    psi = 2.0 * np.arctan2(grade * np.sin(0.5 * mesh.theta), np.cos(0.5 * mesh.theta))
-    turn = np.diff(np.append(psi, 2.0 * math.pi))
+    turn = np.diff(np.append(_sommerfeld(mesh.eps, mesh.theta), 2.0 * math.pi))
     extent = float(turn @ part @ mesh.height) / math.sqrt(1.0 - mesh.eps**2)
     return Pressure(mesh, positive, float(mesh.force_n @ mean), float(mesh.force_t @ mean), extent)
