@@ -46,6 +46,9 @@ CHANGES = {
     "bearing": {"sdf.joints.A.bearing.radius": 0.016},
     "clearance": {"joints.A.clearance": 2e-4, "joints.B.viscosity": 0.3},
     "offset": {"joints.A.offset": [1e-4, -5e-5]},
+    "table with an offset": {
+        "joints.A": {"model": "lubricated", "clearance": 1e-4, "viscosity": 0.1, "offset": [5e-5, 0.0]}
+    },
     "model": {"joints.B": {"model": "ideal"}},
     "film": {"joints.A.film": "finite"},
     "drive": {"drives.O1.speed": 7.0, "drives.O4.angle": 0.3},
