@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.cluster.hierarchy import DisjointSet
 
 from linkages.errors import InputError, nearest
 from linkages.files.sdf import RawJoint, RawLink, RawModel, read_sdf
@@ -278,16 +277,31 @@ def _joint(raw: RawJoint, basis: Array) -> Joint:
     )
 
 
+class Chains:
+    """Links joined by joints so far; `of` has the set of those that each link is joined to, itself among them."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.of = {name: {name} for name in ("world", *mechanism.link)}
+
+    def join(self, joint: Joint) -> bool:
+        """Join the two links of a joint; returns whether they were not joined before."""
+        if joint.child in self.of[joint.parent]:
+            return False
+        together = self.of[joint.parent] | self.of[joint.child]
+        self.of |= dict.fromkeys(together, together)
+        return True
+
+
 def _check(mechanism: Mechanism) -> None:
     path = mechanism.source
     for link in mechanism.links:
         if link.inertia <= 0.0:
             raise _wrong(path, link, "has no moment of inertia about the plane's normal; give one")
-    chains = DisjointSet(["world", *mechanism.link])
+    chains = Chains(mechanism)
     for joint in mechanism.joints:
-        chains.merge(joint.parent, joint.child)
+        chains.join(joint)
     for link in mechanism.links:
-        if not chains.connected("world", link.name):
+        if link.name not in chains.of["world"]:
             raise _wrong(path, link, "is not connected to the world by any chain of joints")
     for joint in mechanism.joints:
         for part, kind in (("bearing", "revolute"), ("slot", "prismatic")):

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.cluster.hierarchy import DisjointSet
 
 from linkages.errors import InputError
-from linkages.model.mechanism import Joint, Mechanism
+from linkages.model.mechanism import Chains, Joint, Mechanism
 from linkages.planar import record_types as types
 
 Array = NDArray[np.float64]
@@ -227,14 +226,14 @@ def spanning_tree(
     InputError
         If the driven and powered joints alone already close a loop.
     """
-    carried = DisjointSet(["world", *mechanism.link])
+    carried = Chains(mechanism)
 
     def priority(joint: Joint) -> int:
         return [joint.type == "fixed", joint.name in driven, joint.name in powered, True].index(True)
 
     kept, loops = [], set()
     for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
-        if carried.merge(joint.parent, joint.child):
+        if carried.join(joint):
             kept.append(joint)
             continue
         loops.add(joint.name)
