@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -32,6 +34,27 @@ def dry(tmp_path_factory):
     (folder / "machine.sdf").write_text(four_bar())
     (folder / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
     return study(load(folder / "dry.toml"), error_estimate=False)
+
+
+AFTER = """
+import gc, sys, threading, linkages
+from pathlib import Path
+from linkages.plots.animation.recording import write_animation
+gc.disable()
+system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.02})
+write_animation(linkages.study(system, "compiled", error_estimate=False), Path(sys.argv[1]))
+collecting = threading.Thread(target=gc.collect)
+collecting.start()
+collecting.join()
+print("alive")
+"""
+
+
+def test_a_recording_leaves_nothing_that_another_thread_could_free(tmp_path):
+    """Drake ends the process where a Meshcat is freed by another thread than its own."""
+    command = [sys.executable, "-c", AFTER, str(tmp_path / "animation.html")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.stdout == "alive\n", done.stderr
 
 
 def test_each_frame_shows_the_largest_force_within_it():

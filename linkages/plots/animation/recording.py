@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 from pathlib import Path
 
@@ -46,6 +47,12 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
     ValueError
         If the linkage cannot be assembled with such large offsets, or its drives do not determine its motion.
     """
+    page = _page(study, exaggerate)
+    gc.collect()  # a diagram is freed by the collector alone, and a Meshcat must end in the thread that made it
+    path.write_text(page, encoding="utf-8")
+
+
+def _page(study: Study, exaggerate: float) -> str:
     tree = study.system.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -76,7 +83,7 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
             view.show(frame, slow * t)
     visualizer.StopRecording()
     visualizer.PublishRecording()
-    path.write_text(_captioned(meshcat.StaticHtml(), study, views, times, slow), encoding="utf-8")
+    return _captioned(meshcat.StaticHtml(), study, views, times, slow)
 
 
 def frames(study: Study, exaggerate: float = 1.0) -> tuple[Array, Array]:
