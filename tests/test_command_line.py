@@ -162,8 +162,9 @@ def test_new_files_run_at_once(model, tmp_path, capsys, monkeypatch):
     assert main(["simulate", "my-press.toml", *words]) == 0
     shown = capsys.readouterr().out
     assert "status ok" in shown
-    table = [line for line in shown.split("\n\n", 1)[1].split("\n\nwritten")[0].splitlines() if line]
-    assert len({len(line) for line in table}) == 1  # columns end where their heads do, however long the names
+    for section in shown.split("\n\n", 1)[1].split("\n\nwritten")[0].split("\n\n"):
+        # columns end where their heads do, however long the names
+        assert len({len(line) for line in section.splitlines()}) == 1
 
 
 def test_the_drawing_of_the_new_machine_closes_and_its_bars_are_uniform_steel(tmp_path):

@@ -141,6 +141,26 @@ def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_p
     assert 'src="http' not in page
 
 
+def test_a_run_leaves_nothing_of_another_run_in_its_folder(experiment_file, tmp_path, capsys):
+    """Nor does it say that it wrote what it has not; files of the user's own stay."""
+    out = tmp_path / "out"
+    out.mkdir()
+    for name in (
+        "animation.html",
+        "impacts.csv",
+        "output_crank.x.png",
+        "report.html",
+        "summary.json",
+        "mine.txt",
+    ):
+        (out / name).write_text("of old")
+    words = ["simulate", str(experiment_file(four_bar(), TOML)), "--engine", "compiled", "--out", str(out)]
+    assert main([*words, "--no-plots", "--no-animation"]) == 0
+    assert {path.name for path in out.iterdir()} == {"summary.json", "trajectory.npz", "mine.txt"}
+    assert (out / "summary.json").read_text() != "of old"
+    assert capsys.readouterr().out.endswith(f"written to {out}/: summary.json, trajectory.npz\n")
+
+
 def test_the_same_input_gives_the_same_summary(experiment_file, tmp_path):
     path = experiment_file(four_bar(), TOML)
     texts = []

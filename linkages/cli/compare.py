@@ -49,11 +49,11 @@ def run(options: argparse.Namespace) -> int:
         name: {"max_difference": row.max_difference, "relative": row.relative}
         for name, row in result.differences.items()
     }
-    with OutputFolder(out) as folder:
+    with (outputs := OutputFolder(out)) as folder:
         (folder / "compare.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     if not options.quiet:
         print(format_comparison(result, system))
-        print(f"\n{written(out)}")
+        print(f"\n{written(out, outputs.names)}")
     return report_failures({f"the {engine} run": found for engine, found in result.runs.items()})
 
 

@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
 
         poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
         summary["verify"] = asdict(verify(robot, poses))
-    with OutputFolder(out) as folder:
+    with (outputs := OutputFolder(out)) as folder:
         (folder / "modes.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.three_rrr.figures import write_figures
@@ -73,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
 
             write_animation(results, folder / "animation.html")
     print(format_table(summary))
-    print(f"\n{written(out)}")
+    print(f"\n{written(out, outputs.names)}")
     if results.branch.status is Status.OK:
         return 0
     fold, end = results.branch.singularities[-1].time, results.branch.times[-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,7 +87,6 @@ def output_folder(options: argparse.Namespace, name: str) -> Path:
     return out
 
 
-def written(out: Path) -> str:
-    """Say what is in the folder of results."""
-    names = sorted(p.name for p in out.iterdir() if p.name[0] != "." and p.suffix != ".lock")
+def written(out: Path, names: Iterable[str]) -> str:
+    """Say what was written into the folder of results."""
     return f"written to {out}{os.sep}: {', '.join(names)}"

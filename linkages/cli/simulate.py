@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 
 HELP = "run an experiment; write numbers, figures and an animation"
 
+#: What a run may leave in its folder, and a report of it: none of it stays beside the files of another run.
+_MADE = (
+    "summary.json", "trajectory.npz", "impacts.csv", "output_*.png", "orbits.png", "impacts.png", "joint_forces.png",
+    "drive_torques.png", "animation.html", "report.html",
+)  # fmt: skip
+
 _EXAMPLES = """examples:
   linkages simulate seven_bar.toml
   linkages simulate my.toml --engine compiled --set joints.A.clearance=2e-4 --set drives.O1.speed=7 --out results/thin
@@ -79,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
         say(line)
     if options.verbose:
         say(f"\n{_details(result, summary)}")
-    with OutputFolder(out) as folder:
+    with (results := OutputFolder(out, _MADE)) as folder:
         (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         if system.touching.any():
@@ -90,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
             write_figures(result, folder)
         if not options.no_animation:
             _animate(result, folder / "animation.html", options.exaggerate)
-    say(f"\n{written(out)}")
+    say(f"\n{written(out, results.names)}")
     status = report_failures({"the run": runs.pop("the run")})
     report_failures(runs)
     return status

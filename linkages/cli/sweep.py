@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
     bar = stages(options, 1.0, "")("sweep")
     result = sweep(system, path, values, names, *turns, horizons=True, threads=options.threads, progress=bar)
     units = {name: unit(system, name) for name in names}
-    with OutputFolder(out) as folder:
+    with (outputs := OutputFolder(out)) as folder:
         _write_table(result, folder / "sweep.csv")
         (folder / "sweep.json").write_text(json.dumps(_content(result, units)) + "\n", encoding="utf-8")
         if not options.no_plots:
@@ -91,7 +91,7 @@ def run(options: argparse.Namespace) -> int:
             bifurcation_figure(result, units).savefig(folder / "sweep.png")
     if not options.quiet:
         print(format_sweep(result, units))
-        print(f"\n{written(out)}")
+        print(f"\n{written(out, outputs.names)}")
     failed = [point for point in result.points if point.status is not Status.OK]
     for point in failed:
         print(f"{path} = {point.value:g}: {point.status.value}; {point.status.remedy}", file=sys.stderr)

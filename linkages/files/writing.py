@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -33,14 +33,26 @@ def whole(path: Path) -> Iterator[Path]:
 class OutputFolder:
     """Collects files in a hidden folder and moves them into place together at the end.
 
+    Parameters
+    ----------
+    out : Path
+    stale : sequence of str
+        Patterns of files that an earlier run may have left there: they are removed where this one writes none.
+
+    Attributes
+    ----------
+    names : list of str
+        What was written, in the order of the alphabet; known at the end.
+
     Raises
     ------
     InputError
         On entry, if the folder cannot be written.
     """
 
-    def __init__(self, out: Path) -> None:
-        self.out = out
+    def __init__(self, out: Path, stale: Sequence[str] = ()) -> None:
+        self.out, self.stale = out, stale
+        self.names: list[str] = []
 
     def __enter__(self) -> Path:
         try:
@@ -52,6 +64,10 @@ class OutputFolder:
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
-            for file in self.partial.iterdir():
-                file.replace(self.out / file.name)
+            self.names = sorted(file.name for file in self.partial.iterdir())
+            for old in {path for pattern in self.stale for path in self.out.glob(pattern)}:
+                if old.name not in self.names:
+                    old.unlink()
+            for name in self.names:
+                (self.partial / name).replace(self.out / name)
         shutil.rmtree(self.partial, ignore_errors=True)

@@ -123,7 +123,7 @@ def run(options: argparse.Namespace) -> int:
 
         write_table(results, root / TABLE)
         print(format_table(results) + "\n")
-    print(written(root))
+    print(written(root, sorted(p.name for p in root.iterdir() if p.name[0] != "." and p.suffix != ".lock")))
     return 0
 
 

@@ -84,7 +84,7 @@ def _sensitivity(options: argparse.Namespace) -> int:
     if not 0 <= seed < 2**32:
         raise InputError("--seed", str(seed), "must be between 0 and 2^32 - 1")
     out = output_folder(options, f"{study.source.stem}_sensitivity")
-    with OutputFolder(out) as folder:
+    with (outputs := OutputFolder(out)) as folder:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:
@@ -93,5 +93,5 @@ def _sensitivity(options: argparse.Namespace) -> int:
             write_indices(study, report, folder / "sobol.png")
             write_one_at_a_time(study, report, folder / "one_at_a_time.png")
     print(format_sensitivity(study, report) + "\n")
-    print(written(out))
+    print(written(out, outputs.names))
     return 0
