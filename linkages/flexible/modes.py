@@ -92,6 +92,29 @@ class ModesAt:
     mass: Array
 
 
+def continued(shapes: Array, target: Array, mass: Array) -> tuple[NDArray[np.int64], Array, Array]:
+    """Take from the target's modes those that continue the given ones: the sum of their MAC largest, signs alike.
+
+    Parameters
+    ----------
+    shapes : (size, n) array
+    target : (size, m) array
+        In any order and with any signs; m >= n.
+    mass : (size, size) array
+        At the target.
+
+    Returns
+    -------
+    (n,) array of int, (size, n), (n,) arrays
+        Which they are, their shapes, and the MAC of each.
+    """
+    table = mac(shapes, target, mass)
+    _, order = linear_sum_assignment(-table)
+    found = target[:, order]
+    signs = np.where(np.einsum("sn,st,tn->n", shapes, mass, found) < 0.0, -1.0, 1.0)
+    return order, found * signs, table[np.arange(len(order)), order]
+
+
 def track(
     points: Iterable[ModesAt], between: Callable[[float], ModesAt], count: int
 ) -> tuple[Array, Array, Array]:
@@ -128,14 +151,10 @@ def _advance(
     between: Callable[[float], ModesAt], shapes: Array, start: float, target: ModesAt, halvings: int
 ) -> tuple[Array, Array, Array]:
     """Carry modes with `shapes` (size, count) from a parameter to the target; the least MAC comes last."""
-    table = mac(shapes, target.shapes, target.mass)
-    _, order = linear_sum_assignment(-table)
-    quality = table[np.arange(len(order)), order]
+    order, found, quality = continued(shapes, target.shapes, target.mass)
     if halvings and np.min(quality) < _LEAST_MAC:
         middle = between(0.5 * (start + target.parameter))
         _, shapes, first = _advance(between, shapes, start, middle, halvings - 1)
         values, shapes, second = _advance(between, shapes, middle.parameter, target, halvings - 1)
         return values, shapes, np.minimum(first, second)
-    found = target.shapes[:, order]
-    signs = np.where(np.einsum("sn,st,tn->n", shapes, target.mass, found) < 0.0, -1.0, 1.0)
-    return target.values[order], found * signs, quality
+    return target.values[order], found, quality

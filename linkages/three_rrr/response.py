@@ -10,7 +10,7 @@ import numpy as np
 from linkages.errors import InputError
 from linkages.flexible import Array
 from linkages.flexible import response as flexible
-from linkages.flexible.modes import dense_modes
+from linkages.flexible.modes import continued, dense_modes
 from linkages.three_rrr.branch import Branch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion
@@ -80,8 +80,8 @@ def recursion(
     start : str
         "rest": no displacement and no rate; "quasi-static": on the quasi-static solution.
     printed : bool
-        Whether to return from the modal basis of a step with the basis of the next step, as printed. Signs of
-        eigenvectors are arbitrary, so that this feeds energy in. By default the basis is the same both ways.
+        Whether to return from the modal basis of a step with the basis of the next step, as printed, in which modes
+        keep their order and signs. By default the basis is the same both ways.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def recursion(
             q, dq = flexible.modal_step(
                 values[i], alpha, beta, into @ u[n], into @ v[n], form.T @ load[n], times[n + 1] - times[n]
             )
-            out = shapes[i + 1] if printed else form
+            out = continued(form, shapes[i + 1], m[i + 1])[1] if printed else form
             u[n + 1], v[n + 1] = out @ q, out @ dq
     return Response(state, u, v, a, model.platform_displacement(state, u))
 
