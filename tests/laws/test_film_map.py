@@ -35,7 +35,7 @@ def rule_and_table(request):
     return request.param, build_map(SLENDERNESS, request.param)
 
 
-def map_errors(rule, table, largest, count=150):
+def map_errors(rule, table, largest, count=150, slenderness=SLENDERNESS):
     """Differences from the solver at random points with eps up to `largest`, in units of |F_long|."""
     random = np.random.default_rng(7)
     errors = []
@@ -43,8 +43,8 @@ def map_errors(rule, table, largest, count=150):
         eps = -math.expm1(-x)
         deps, ew = math.cos(y), 2.0 * math.sin(y) / (1.0 - eps * eps) ** 0.25
         f_n, f_t, _ = finite_film(eps, deps, ew, table)
-        scale = math.hypot(*half_film_long(eps, deps, ew, SLENDERNESS)[:2])
-        exact = solve_scaled(eps, SLENDERNESS, rule, np.array([y]))[0]
+        scale = math.hypot(*half_film_long(eps, deps, ew, slenderness)[:2])
+        exact = solve_scaled(eps, slenderness, rule, np.array([y]))[0]
         errors.append(math.hypot(f_n / scale - exact[0], f_t / scale - exact[1]))
     return max(errors)
 
@@ -53,6 +53,12 @@ def test_map_against_the_solver(rule_and_table):
     """Interpolation error; Reynolds' free boundary moves by mesh lines, which no smooth spline follows."""
     rule, table = rule_and_table
     assert map_errors(rule, table, 0.99) < {"guembel": 5e-4, "reynolds": 1e-3}[rule]
+
+
+@pytest.mark.slow
+def test_map_of_a_long_bearing_against_the_solver():
+    """Under Reynolds' condition the middle of the film is wet all around in a part of the map."""
+    assert map_errors("reynolds", build_map(16.0, "reynolds"), 0.99, slenderness=16.0) < 1e-3
 
 
 def test_map_at_its_nodes_is_the_solver(rule_and_table):

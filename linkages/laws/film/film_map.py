@@ -30,7 +30,7 @@ from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
-VERSION = 1
+VERSION = 2
 #: Largest eccentricity ratio of a map.
 EPS_LIMIT = 0.999
 #: Nodes of a map in x and in y.

@@ -11,7 +11,10 @@ is (f_n, f_t) = integral of p*(cos, sin)(theta) dtheta dz, and its power is -int
 
 Two rules of cavitation: *guembel* solves the whole film and drops negative pressure; *reynolds* solves the
 complementarity problem p >= 0, h^3-Laplacian of p <= 12*(...), p * (difference) = 0. Both are homogeneous
-of degree one in (b, w), and both give a passive film, in the discrete equations too.
+of degree one in (b, w), and both give a passive film, in the discrete equations too. The ring is closed:
+only an open end, or a groove that is asked for, holds the pressure at ambient. Under *reynolds* the middle of
+a long bearing (from L/D of about 2 on) fills all around, and with L/D its force tends to that of the full
+film without cavitation, of which the open ends shift the pressure and nothing else.
 
 The mesh is graded: half of its circumferential lines are spread evenly in theta, half in Sommerfeld's
 angle, d(psi)/d(theta) = sqrt(1 - eps^2)/h, which resolves the thin film at any eps; the axial lines are
@@ -218,56 +221,75 @@ def reynolds(
 
     Notes
     -----
-    Without a groove the circle is cut where the film opens fastest, which is always cavitated: there the
-    complementarity condition holds with p = 0. Primal-dual active set: Hintermueller, Ito and Kunisch 2003.
+    A film may be wet all around, as the middle of a long bearing is: the ring is never cut where it is wet.
+    Primal-dual active set: Hintermueller, Ito and Kunisch 2003. It wets one more line of cells in a step, so
+    that it starts, without a guess, from the film on a mesh half as fine.
     """
-    around, along = mesh.theta.size, mesh.z.size
-    cut = 0
-    if not ambient_at_widest:
-        cut = int(np.argmax((deps * mesh.rate_b + half_ew * mesh.rate_w) / mesh.width))
-    index = (cut + 1 + np.arange(around - 1)) % around
-    band = _banded(mesh.along_theta[index], mesh.along_theta[index - 1], mesh.cube[index], mesh)
-    load = -((deps * mesh.rate_b + half_ew * mesh.rate_w)[index, None] * mesh.height)
-    wet = np.ones((around - 1, along), dtype=bool) if guess is None else guess[index] > 0.0
-    p = np.zeros((around, along))
-    for _ in range(100):
-        inner = _solve_wet(band, load, wet)
-        excess = _multiply(band, inner) - load
-        following = np.where(wet, inner > 0.0, excess < 0.0)
+    load = -((deps * mesh.rate_b + half_ew * mesh.rate_w)[:, None] * mesh.height)
+    count, rows = load.shape
+    wet = np.ones(load.shape, dtype=bool)
+    if guess is not None:
+        wet = guess > 0.0
+    elif count % 4 == 0 and count >= 32 and rows % 2 == 0 and rows >= 4:
+        coarse = make_mesh(mesh.eps, mesh.slenderness, count // 2, rows // 2)
+        film = reynolds(coarse, deps, half_ew, ambient_at_widest=ambient_at_widest)
+        wet = (film.p > 0.0).repeat(2, axis=0).repeat(2, axis=1)
+    free = np.ones_like(wet)
+    free[0] = not ambient_at_widest
+    wet &= free
+    # conductances from each cell to the next around the film, and along it
+    around, along = mesh.along_theta[:, None] * mesh.height, mesh.cube[:, None] * mesh.along_z
+    for _ in range(steps := count + rows):
+        p = _solve_wet(around, along, load, wet)
+        error = 1e-14 * ((around + along) * np.abs(p)).max()  # round-off of the flow wets no cell
+        following = np.where(wet, p > 0.0, _outflow(around, along, p) < load - error) & free
         if np.array_equal(following, wet):
-            p[index] = np.where(wet, inner, 0.0)
             return _integrate(mesh, p)
         wet = following
-    raise ArithmeticError(f"film at eps = {mesh.eps!r}: the active set did not settle in 100 steps")
+    raise ArithmeticError(f"film at eps = {mesh.eps!r}: the active set did not settle in {steps} steps")
 
 
-def _solve_wet(band: Array, load: Array, wet: NDArray[np.bool_]) -> Array:
-    """Solve on the wet cells, with p = 0 on the others."""
-    inner = np.zeros_like(load)
-    rows = np.flatnonzero(wet.any(axis=1))
-    if rows.size == 0:
-        return inner
-    along = load.shape[1]
-    part = slice(rows[0], rows[-1] + 1)
-    on = wet[part].ravel()
-    small = band[:, rows[0] * along : (rows[-1] + 1) * along].copy()
-    small[0, ~on] = 1.0
-    for step in (1, along):
-        small[step, :-step] *= on[:-step] & on[step:]
-        small[step, -step:] = 0.0
-    right = np.where(on, load[part].ravel(), 0.0)
-    inner[part] = solveh_banded(small, right, lower=True, check_finite=False).reshape(-1, along)
-    return inner
+def _solve_wet(around: Array, along: Array, load: Array, wet: NDArray[np.bool_]) -> Array:
+    """Solve -div(h^3 grad p) = load on the wet cells, with p = 0 on the others, from the conductances.
+
+    The lines follow each other from one that is dry; where none is, the ring is folded, line i next to line
+    -1 - i, and the band twice as wide.
+    """
+    p = np.zeros_like(load)
+    count, rows = load.shape
+    lines = np.arange(count)
+    used = np.asarray(wet.any(axis=1))
+    if used.all():
+        lines[0::2], lines[1::2] = np.arange(count // 2), np.arange(count - 1, count // 2 - 1, -1)
+    else:
+        lines = np.roll(lines, -np.argmin(used))
+        lines = lines[used[lines]]
+        if lines.size == 0:
+            return p
+    place = np.full(count, -1)
+    place[lines] = np.arange(lines.size)
+    after = np.roll(place, -1)
+    joined = np.flatnonzero((place >= 0) & (after >= 0))
+    first, apart = np.minimum(place, after)[joined], np.abs(place - after)[joined]
+    diagonal = around + np.roll(around, 1, axis=0) + along
+    diagonal[:, 1:] += along[:, :-1]
+    band = np.zeros((apart.max(initial=1) * rows + 1, lines.size, rows))
+    band[0] = np.where(wet, diagonal, 1.0)[lines]
+    band[1, :, :-1] = (-along[:, :-1] * (wet[:, :-1] & wet[:, 1:]))[lines]
+    band[apart * rows, first] = (-around * (wet & np.roll(wet, -1, axis=0)))[joined]
+    right = np.where(wet, load, 0.0)[lines].ravel()
+    flat = band.reshape(len(band), -1)
+    p[lines] = solveh_banded(flat, right, lower=True, check_finite=False).reshape(-1, rows)
+    return p
 
 
-def _multiply(band: Array, p: Array) -> Array:
-    """Product of the banded matrix with a pressure of shape (lines, along)."""
-    flat, along = p.ravel(), p.shape[1]
-    out = band[0] * flat
-    for step in (1, along):
-        out[step:] += band[step, :-step] * flat[:-step]
-        out[:-step] += band[step, :-step] * flat[step:]
-    return out.reshape(p.shape)
+def _outflow(around: Array, along: Array, p: Array) -> Array:
+    """Flow out of each cell, -div(h^3 grad p) integrated over it, from the conductances."""
+    on, out = around * (p - np.roll(p, -1, axis=0)), along * p
+    out[:, :-1] -= along[:, :-1] * p[:, 1:]
+    flow = on - np.roll(on, 1, axis=0) + out
+    flow[:, 1:] -= out[:, :-1]
+    return flow
 
 
 def _integrate(mesh: Mesh, p: Array) -> Pressure:
