@@ -102,7 +102,7 @@ def map_error(rule, slenderness, table, largest, count=300):
 def main():
     print(f"{'film map':24s}{'L/D':>8s}{'build [s]':>12s}{'error, eps < 0.99':>20s}{'eps < 0.999':>14s}")
     for rule in CAVITATIONS:
-        for slenderness in (0.25, 4.0 / 3.0, 4.0):
+        for slenderness in (0.25, 4.0 / 3.0, 4.0, 16.0):
             start = time.perf_counter()
             table = build_map(slenderness, rule)
             built = time.perf_counter() - start
