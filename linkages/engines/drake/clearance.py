@@ -55,8 +55,9 @@ class ClearanceJoints(LeafSystem):
     -----
     Where a joint can touch: the approach speed of its present contact is discrete state, latched by an event that
     witness functions locate at the contact's start (they need the context's accuracy to be set). Each start and end
-    is an event, so that no integration step lies across one. Where friction is LuGre's: the bristles are continuous
-    state.
+    is an event, so that no integration step lies across one. It is infinite between contacts: a step that is tried
+    across a start meets the law without damping, which an approach speed of some other contact, or of none, would make
+    arbitrarily large. Where friction is LuGre's: the bristles are continuous state.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ class ClearanceJoints(LeafSystem):
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         needs = {self.input_port_ticket(self._state.get_index())}
         if len(self._touching):
-            self.DeclareDiscreteState(len(laws))
+            self.DeclareDiscreteState(np.full(len(laws), np.inf))  # no contact yet, hence no damping
             needs.add(self.xd_ticket())
         if len(self._bristles):
             self.DeclareContinuousState(len(self._bristles))
@@ -138,9 +139,9 @@ class ClearanceJoints(LeafSystem):
         def latch(
             system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State
         ) -> EventStatus:
-            speed = float(self.evaluate(context)[k, _CLOSING])
-            if speed > 0.0:  # a start; at an end the latched speed no longer matters
-                state.get_mutable_discrete_state(0).SetAtIndex(k, speed)
+            touch = self.evaluate(context)[k]
+            starts = (touch[_PENETRATION], touch[_CLOSING]) > (0.0, 0.0)
+            state.get_mutable_discrete_state(0).SetAtIndex(k, touch[_CLOSING] if starts else np.inf)
             return EventStatus.Succeeded()
 
         return self.MakeWitnessFunction(
