@@ -268,6 +268,17 @@ def test_command_writes_tables_and_a_figure(tmp_path, capsys):
     assert (tmp_path / "sweep.png").stat().st_size > 10_000
 
 
+def test_a_sweep_over_friction_begins_without_any(tmp_path):
+    arguments = ["--vary", "joints.B.friction.coefficient=0:0.1:2", "--revolutions", "1", "--transient", "0"]
+    words = ["sweep", "slider_crank_dry.toml", *arguments, "--output", "B.force", "--no-plots"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    points = json.loads((tmp_path / "sweep.json").read_text())["points"]
+    smooth, rough = (np.array(point["outputs"]["B.force"]["max"]) for point in points)
+    free = stroboscopic(shipped("slider_crank_dry", **{"joints.B.friction.law": "none"}), ["B.force"], 1, 0)
+    np.testing.assert_array_equal(smooth, free.high["B.force"])
+    assert (rough != smooth).all()
+
+
 @pytest.mark.parametrize("vary", ["drives.O.speed", "drives.O.speed=1:2", "drives.O.speed=1:2:1", "=1:2:3"])
 def test_a_range_that_is_none_is_refused(vary, tmp_path, capsys):
     out = tmp_path / "out"

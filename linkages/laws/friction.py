@@ -8,9 +8,9 @@ v
 bristle
     State z of the bristles [m], of LuGre only (`bristle_rate` is its rate).
 joint
-    Record of `linkages.laws.PARAMETERS`: static and dynamic coefficient ``mu_s >= mu_d > 0``; speeds
-    ``0 <= v_0 < v_1`` [m/s], whose meaning is said with each law; ``bristle_stiffness`` sigma_0 [1/m] and
-    ``bristle_damping`` sigma_1 [s/m], per unit of load.
+    Record of `linkages.laws.PARAMETERS`: static and dynamic coefficient ``mu_s >= mu_d >= 0``, ``mu_s > 0`` (LuGre:
+    ``mu_d > 0``); where both are zero no law is called. Speeds ``0 <= v_0 < v_1`` [m/s], whose meaning is said with
+    each law; ``bristle_stiffness`` sigma_0 [1/m] and ``bristle_damping`` sigma_1 [s/m], per unit of load.
 
 All laws are odd in (v, bristle), continuous and dissipative (LuGre: passive). To add one: its function here, and a
 line in `FRICTIONS`.

@@ -18,7 +18,7 @@ def _known(registry: Mapping[str, object]) -> AfterValidator:
     """Validate a law's name against its registry as it is then: a law registered later can be named too."""
 
     def check_name(name: str) -> str:
-        names = sorted(set(registry) - {"none"})
+        names = sorted(registry)
         if name not in names:
             raise ValueError(f'"{name}" is unknown; {nearest(name, names)}')
         return name
@@ -126,8 +126,10 @@ class Friction(Table):
     """Friction between journal and bearing, for dry and mixed joints."""
 
     law: FrictionLaw = Field(description="friction law")
-    coefficient: Positive = Field(description="dynamic coefficient [1]")
-    static: Positive | None = Field(None, description="static coefficient; default: the dynamic one [1]")
+    coefficient: NonNegative | None = Field(
+        None, description="dynamic coefficient; every law but none needs it; 0: no friction [1]"
+    )
+    static: NonNegative | None = Field(None, description="static coefficient; default: the dynamic one [1]")
     v_0: NonNegative = Field(1e-4, description="first speed of the law [m/s]")
     v_1: Positive = Field(1e-3, description="second speed of the law, above v_0 [m/s]")
     bristle_stiffness: Positive = Field(1e5, description="LuGre: sigma_0 per unit of load [1/m]")
@@ -137,11 +139,20 @@ class Friction(Table):
     def _ordered(self) -> Friction:
         if self.v_1 <= self.v_0:
             raise ValueError("v_1 must be above v_0")
-        if self.static is not None and self.static < self.coefficient:
+        if self.coefficient is None and self.law != "none":
+            raise ValueError(f"{self.law} needs its coefficient [1]")
+        if self.static is not None and self.static < (self.coefficient or 0.0):
             raise ValueError("static must not be below coefficient")
         if self.law == "cubic" and self.v_0 == 0.0:
             raise ValueError("cubic needs v_0 above 0")
+        if self.law == "lugre" and self.coefficient == 0.0 and self.static:
+            raise ValueError("lugre with a static coefficient needs a coefficient above 0")
         return self
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any friction."""
+        return self.law != "none" and bool(self.coefficient or self.static)
 
 
 class Mixed(Table):

@@ -72,7 +72,7 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
         )
     if joint.contact is not None and joint.can_touch:
         _fill_contact(record, joint.contact, bearing, joint.clearance or 0.0)
-    if joint.friction is not None and joint.can_touch:
+    if joint.friction is not None and joint.friction.acts and joint.can_touch:
         friction = joint.friction
         record["friction"] = FRICTIONS[friction.law].address
         record["bristles"] = FRICTIONS[friction.law].bristles
