@@ -116,6 +116,31 @@ def test_overrides_reach_the_file(tmp_path):
     assert changed.joint["A"].bearing.radius == 0.02
 
 
+def test_a_number_of_numpy_is_a_number(tmp_path):
+    path = tmp_path / "m.sdf"
+    path.write_text(four_bar())
+    values = {
+        "links.coupler.mass": 0.1 + 0.2,
+        "frames.crank_tip.pose.x": 0.11,
+        "frames.crank_tip.pose.yaw": 0.1,
+    }
+    plain, numpy = (
+        load_mechanism(path, {k: kind(v) for k, v in values.items()}) for kind in (float, np.float64)
+    )
+    assert numpy.values == plain.values
+    assert numpy.link["coupler"].mass == 0.1 + 0.2
+
+
+def test_an_override_does_not_complete_a_pose(tmp_path):
+    path = tmp_path / "m.sdf"
+    text = four_bar()
+    path.write_text(text.replace("<pose>0.1 0 0 0 0 0</pose>", "<pose>0.1 0 0</pose>", 1))
+    assert path.read_text() != text
+    for override in ({}, {"frames.crank_tip.pose.x": 0.2}, {"frames.crank_tip.pose.yaw": 0.2}):
+        with pytest.raises(InputError, match=r'<frame name="crank_tip">/<pose>: has 3 numbers; 6 are needed'):
+            load_mechanism(path, override)
+
+
 GOOD = four_bar()
 LINK = bar("spare", 0.1, "__model__")
 
@@ -174,6 +199,10 @@ REFUSED = {
     "damping": (
         GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>0.1</damping></dynamics></axis>", 1),
         "is not supported",
+    ),
+    "damping not a number": (
+        GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>none</damping></dynamics></axis>", 1),
+        '<damping>: "none" is not a number',
     ),
     "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
     "nested model": (GOOD.replace("</model>", "<include><uri>x</uri></include></model>"), "nested models"),

@@ -328,10 +328,10 @@ class _Reader:
         length = float(np.linalg.norm(direction))
         if length < 1e-9:
             raise self.error(f"{where}/<axis>/<xyz>", "has no length; give a direction")
+        dynamics, spot = axis.find("dynamics"), f"{where}/<axis>/<dynamics>"
         for key in ("damping", "friction", "spring_stiffness"):
-            if float(axis.findtext(f"dynamics/{key}", "0")) != 0.0:
-                spot = f"{where}/<axis>/<dynamics>/<{key}>"
-                raise self.error(spot, "is not supported; remove it or set it to 0")
+            if dynamics is not None and self._number(dynamics, key, spot, 0.0) != 0.0:
+                raise self.error(f"{spot}/<{key}>", "is not supported; remove it or set it to 0")
         base = xyz.get("expressed_in", "")
         rotation = self._pose(base, where).rotation if base else pose.rotation
         return rotation @ (direction / length)
@@ -400,9 +400,10 @@ class _Place:
 
     def put(self, value: float) -> None:
         """Replace the number."""
-        words = [""] if self.index is None else self._words()
-        words[self.index or 0] = repr(math.degrees(value) if self._in_degrees() else value)
-        self.element.text = " ".join(words)
+        words, index = [""] if self.index is None else self._words(), self.index or 0
+        if index < len(words):  # else the <pose> has too few numbers, which is said when it is read
+            words[index] = str(math.degrees(value) if self._in_degrees() else value)
+            self.element.text = " ".join(words)
 
     def _words(self) -> list[str]:
         return (self.element.text or "").split() or ["0"] * 6
