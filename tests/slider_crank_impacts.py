@@ -10,11 +10,12 @@ M_ROD, J_ROD, M_SLIDER = 0.21, 2.5e-4, 0.14
 RADIUS, CLEARANCE = 0.01, 0.5e-3
 
 
-def slider_crank_impacts(friction, end, count):
+def slider_crank_impacts(friction, end, count, limit=1.0):
     """First impacts of the dry slider-crank in two coordinates (rod angle, slider), written apart from the package.
 
     Lankarani and Nikravesh with restitution 0.9, Hertz stiffness of Bai 2016 [0043], Ambrosio's ramp; DOP853 with
-    event location. Returns rows start, approach, tangential speed, duration, peak force, peak penetration, separation.
+    event location; the damping's ratio of speeds is clipped to +-limit. Returns rows start, approach, tangential speed,
+    duration, peak force, peak penetration, separation, peak of the normal force.
     """
     journal = RADIUS - CLEARANCE
     s = (1 - 0.3**2) / 207e9
@@ -37,7 +38,7 @@ def slider_crank_impacts(friction, end, count):
         delta, closing, sliding, n, tangent, _, normal = geometry(t, y)
         load = 0.0
         if approach is not None and delta > 0.0:
-            ratio = min(max(closing / approach, -1.0), 1.0)
+            ratio = min(max(closing / approach, -limit), limit)
             load = max(stiffness * delta**1.5 * (1 + 0.75 * (1 - 0.81) * ratio), 0.0)
         mu = np.sign(sliding) * friction * min(max((abs(sliding) - 1e-4) / 9e-4, 0.0), 1.0)
         force = -load * n - mu * load * tangent
@@ -45,7 +46,7 @@ def slider_crank_impacts(friction, end, count):
         crank = -CRANK * SPEED**2 * np.array([np.cos(SPEED * t), np.sin(SPEED * t)])
         moment = ROD * normal @ force + couple - M_ROD * ROD / 2 * normal @ crank
         phi_acc = moment / (J_ROD + M_ROD * (ROD / 2) ** 2)
-        return np.array([y[2], y[3], phi_acc, -force[0] / M_SLIDER]), np.hypot(*force)
+        return np.array([y[2], y[3], phi_acc, -force[0] / M_SLIDER]), (np.hypot(*force), load)
 
     # ideal start: crank along +x, e = 0
     y, t = np.array([0.0, CRANK + ROD, -CRANK * SPEED / ROD, 0.0]), 0.0
@@ -73,7 +74,8 @@ def slider_crank_impacts(friction, end, count):
         loads = np.array([rates(u, states[:, i], approach)[1] for i, u in enumerate(fine)])
         depth = np.array([geometry(u, states[:, i])[0] for i, u in enumerate(fine)])
         separation = -geometry(hit.t[-1], hit.y[:, -1])[1]
-        rows.append([t, approach, tangential, hit.t[-1] - t, loads.max(), depth.max(), separation])
+        force, normal = loads.max(axis=0)
+        rows.append([t, approach, tangential, hit.t[-1] - t, force, depth.max(), separation, normal])
         t, y = hit.t[-1], hit.y[:, -1]
     return np.array(rows)
 
@@ -90,6 +92,7 @@ def table(rows):
                 r.peak_force,
                 r.peak_penetration,
                 r.separation_speed,
+                r.peak_normal_force,
             ]
             for r in rows
         ]

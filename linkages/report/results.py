@@ -118,11 +118,15 @@ def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
 def _impacts(path: Path) -> tuple[Impact, ...] | None:
     if not path.is_file():
         return None
-    names = [field.name for field in fields(Impact)]
+    numbers = fields(Impact)[1:]
     try:
         with open(path, newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
-        return tuple(Impact(row["joint"], *(float(row[name] or "nan") for name in names[1:])) for row in rows)
+        for row in rows:  # older files lack the last column
+            row.setdefault("peak_normal_force", "")
+        return tuple(
+            Impact(row["joint"], *(float(row[key.name] or "nan") for key in numbers)) for row in rows
+        )
     except (OSError, ValueError, KeyError, TypeError) as problem:
         raise InputError(
             str(path), "", f"is not a list of contacts written by linkages ({problem})"

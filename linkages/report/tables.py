@@ -113,7 +113,7 @@ def impacts(results: Results) -> Table | None:
         caption += f"; the {_SHOWN} hardest are shown, all are in impacts.csv"
     head = (
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
-        "peak penetration [µm]", "separation [m/s]",
+        "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
     )  # fmt: skip
     return Table(caption, head, [_impact(row) for row in sorted(hardest, key=lambda row: row.start)])
 
@@ -162,7 +162,7 @@ def error(results: Results, key: str) -> str:
 
 def _impact(row: Impact) -> tuple[str, ...]:
     joint, *values = astuple(row)
-    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0)
+    scales = (1.0, 1.0, 1.0, 1e3, 1.0, 1e6, 1.0, 1.0)
     scaled = (scale * value for scale, value in zip(scales, values, strict=True))
     return (joint, *(NONE if math.isnan(value) else number(value) for value in scaled))
 

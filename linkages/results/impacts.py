@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from linkages.results.extremes import Bracket, refine
 from linkages.results.trajectory import Trajectory
+
+Array = NDArray[np.float64]
 
 #: What a joint does during a step, see `phases`.
 FREE, IMPACT, SUSTAINED_CONTACT = 0, 1, 2
@@ -43,9 +45,12 @@ class Impact:
     duration : float
         Until they part, or until the run ends.
     peak_force, peak_penetration : float
-        Over continuous time.
+        Over continuous time. The force is the resultant: its normal part and friction, with a film's in a mixed joint.
     separation_speed : float
         Rate at which they part; NaN if the run ends before.
+    peak_normal_force : float
+        Over continuous time: the force's part along the line of centres, at a corner along the wall's normal. NaN if it
+        is not known, of a file from before there was this column.
     """
 
     joint: str
@@ -56,6 +61,7 @@ class Impact:
     peak_force: float
     peak_penetration: float
     separation_speed: float
+    peak_normal_force: float = math.nan
 
 
 def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
@@ -86,6 +92,7 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
     """
     found = []
     brackets: list[Bracket] = []
+    trajectory = _with_normal_forces(trajectory, joints)
     time = trajectory.time
     for name in joints:
         for first, last in _intervals(trajectory, name):
@@ -101,14 +108,17 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
                     float(-closing[last]) if ended else math.nan,
                 )
             )
-            for column in ("force", "penetration"):
+            for column in ("force", "penetration", "normal_force"):
                 y = trajectory[f"{name}.{column}"][first : last + 1]
                 best = int(np.argmax(y))
                 window = slice(first + max(best - 1, 0), first + min(best + 1, last - first) + 1)
                 values = trajectory[f"{name}.{column}"][window]
                 brackets.append(Bracket(f"{name}.{column}", 1.0, time[window], values, float(y[best])))
     peaks = [value for _, value in refine(trajectory, brackets)]
-    rows = [Impact(*head[:5], peaks[2 * k], peaks[2 * k + 1], head[5]) for k, head in enumerate(found)]
+    rows = [
+        Impact(*head[:5], force, depth, head[5], normal)
+        for head, force, depth, normal in zip(found, peaks[::3], peaks[1::3], peaks[2::3], strict=True)
+    ]
     return sorted(rows, key=lambda row: (row.start, row.joint))
 
 
@@ -152,6 +162,30 @@ def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
         lasts = speed[first] * (time[last] - time[first]) > free
         result[first:last] = SUSTAINED_CONTACT if again or lasts else IMPACT
     return result
+
+
+def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
+    """Add a column ``NAME.normal_force`` for each contact: what pushes journal and bearing apart [N]."""
+
+    def normal_force(columns: Mapping[str, Array], name: str) -> Array:
+        guide, corner, _ = name.rpartition(".corner")
+        force = columns[f"{name}.fx"] + 1j * columns[f"{name}.fy"]
+        if not corner:
+            centres = columns[f"{name}.ex"] + 1j * columns[f"{name}.ey"]
+            return -np.real(force * centres.conj()) / np.maximum(np.abs(centres), np.finfo(float).tiny)
+        # from corner 4 to corner 1 across the block, less its tilt: across the slot
+        first, last = (
+            columns[f"{guide}.corner{k}.ex"] + 1j * columns[f"{guide}.corner{k}.ey"] for k in (1, 4)
+        )
+        across = (first - last) * np.exp(-1j * columns[f"{guide}.tilt"])
+        return np.abs(np.real(force * across.conj())) / np.abs(across)
+
+    def extended(columns: Mapping[str, Array]) -> dict[str, Array]:
+        return {**columns, **{f"{name}.normal_force": normal_force(columns, name) for name in names}}
+
+    evaluate = trajectory.evaluate
+    between = None if evaluate is None else lambda times: extended(evaluate(times))
+    return replace(trajectory, columns=extended(trajectory.columns), evaluate=between)
 
 
 def _intervals(trajectory: Trajectory, name: str) -> list[tuple[int, int]]:

@@ -9,23 +9,104 @@ from shipped import run as run_shipped
 from shipped import shipped
 from slider_crank_impacts import CRANK, ROD, slider_crank_impacts, table
 
-from linkages import ideal, impacts
+from linkages import Status, ideal, impacts
+from linkages.laws import FRICTIONS
 from linkages.results.extremes import integral
 
 
 @slow_on_drake
-@pytest.mark.parametrize("friction", [None, 0.03])
-def test_first_impacts_agree_with_an_independent_model(engine, friction):
+@pytest.mark.parametrize(("friction", "clip"), [(0.0, True), (0.03, True), (0.03, False)])
+def test_first_impacts_agree_with_an_independent_model(engine, friction, clip):
     """Time, speeds, duration, peaks of the first two impacts to 1e-6: another formulation, another integrator."""
     changes = {
         "compiled": {"solver.accuracy": 1e-12},
         "drake": {"solver.accuracy": 1e-11, "solver.max_step": 2e-6},
     }[engine]
-    if friction is None:
-        changes |= {"joints.B.friction.law": "ambrosio", "joints.B.friction.coefficient": 1e-12}
+    changes |= {"joints.B.friction.coefficient": friction, "joints.B.contact.clip": clip}
     run = run_shipped(engine, "slider_crank_dry", duration=1e-3, **changes)
     got = table(impacts(run, ["B"]))[:2]
-    np.testing.assert_allclose(got, slider_crank_impacts(friction or 0.0, 1e-3, 2), rtol=1e-6)
+    expected = slider_crank_impacts(friction, 1e-3, 2, 1.0 if clip else np.inf)
+    np.testing.assert_allclose(got, expected, rtol=1e-6)
+
+
+def damped(run, row, law):
+    """During a contact: closing over approach speed, the law's force without any clip, the normal force [N]."""
+    inside = (run.time > row.start) & (run.time < row.start + row.duration)
+    e, force = (np.array([run[f"{row.joint}.{k}{axis}"][inside] for axis in "xy"]) for k in "ef")
+    depth, ratio = np.hypot(*e) - law["clearance"], run[f"{row.joint}.closing"][inside] / row.approach_speed
+    elastic = law["stiffness"] * np.maximum(depth, 0.0) ** 1.5
+    return ratio, elastic * (1.0 + law["hysteresis"] * ratio), -(e * force).sum(axis=0) / np.hypot(*e)
+
+
+UNCLIPPED = {
+    "joints.B.contact.law": "flores",
+    "joints.B.contact.restitution": 0.3,
+    "joints.B.contact.clip": False,
+}
+
+
+def test_without_the_clip_the_damping_is_the_laws(engine):
+    """A journal that swings in its contact closes faster than it came; both engines meet the same force."""
+    run = run_shipped(engine, "slider_crank_dry", duration=1.5e-3, **UNCLIPPED)
+    assert run.status is Status.OK
+    law = shipped("slider_crank_dry", **UNCLIPPED).laws[0]
+    rows = impacts(run, ["B"])
+    assert len(rows) == 2
+    for row in rows:
+        ratio, expected, normal = damped(run, row, law)
+        assert ratio.max() > 1.0
+        np.testing.assert_allclose(normal, expected, rtol=1e-6, atol=1e-3)
+        assert row.peak_normal_force == pytest.approx(row.peak_force / np.hypot(1.0, 0.03), rel=1e-6)
+    clipped = run_shipped(
+        engine, "slider_crank_dry", duration=1.5e-3, **UNCLIPPED | {"joints.B.contact.clip": True}
+    )
+    assert rows[1].peak_force < 0.96 * impacts(clipped, ["B"])[1].peak_force
+    other = run_shipped("compiled", "slider_crank_dry", duration=1.5e-3, **UNCLIPPED)
+    np.testing.assert_allclose(table(rows)[:, :-2], table(impacts(other, ["B"]))[:, :-2], rtol=2e-4)
+
+
+def test_without_the_clip_no_contact_pulls_either(run, system_of):
+    """A resting journal pulled off, faster than it came: where damping exceeds the elastic force there is none."""
+    sdf = model("bowl", body("disc", 0.2, 1e-5) + joint("J", "world", "disc", inner=BEARING))
+    text = """duration = 0.02
+gravity = [0.0, -9.81, 0.0]
+[joints.J]
+model = "dry"
+clearance = 1e-3
+offset = [0.0, -0.9999e-3]
+[joints.J.contact]
+law = "flores"
+restitution = 0.3
+stiffness = 1e8
+clip = false
+[forces.P]
+point = "disc"
+times = [0.0, 0.018, 0.019, 0.02]
+forces = [[0.0, 0.0], [0.0, 0.0], [0.0, 30.0], [0.0, 30.0]]
+"""
+    found = run(sdf, text)
+    last = impacts(found, ["J"])[-1]
+    ratio, expected, normal = damped(found, last, system_of(sdf, text).laws[0])
+    assert last.start + last.duration < 0.02
+    assert ratio.min() < -1.0
+    assert expected.min() < 0.0
+    np.testing.assert_allclose(normal, np.maximum(expected, 0.0), atol=1e-6)
+
+
+@pytest.mark.parametrize("law", [law for law in FRICTIONS if law != "none"])
+def test_a_coefficient_of_zero_is_no_friction_whatever_the_law(engine, law):
+    zero, none = (
+        run_shipped(
+            engine,
+            "slider_crank_dry",
+            duration=3e-4,
+            **{f"joints.B.friction.{k}": v for k, v in friction.items()},
+        )
+        for friction in ({"law": law, "coefficient": 0.0}, {"law": "none"})
+    )
+    assert none["B.force"].max() > 1e4
+    for name, column in none.columns.items():
+        np.testing.assert_array_equal(zero[name], column, name)
 
 
 @slow_on_drake
@@ -220,6 +301,12 @@ def test_the_slider_obeys_newton_and_euler_with_its_guide_forces(engine):
     np.testing.assert_allclose(run["guide.fy"] - run["B.fy"], 0.14 * ay, atol=1e-6)
     np.testing.assert_allclose(run["guide.moment"], 1e-4 * run["slider.alpha"], atol=1e-7)
     assert run["guide.force"].max() > 1.0
+    law = shipped("slider_crank_guide").laws[0]
+    for row in impacts(run, [f"guide.corner{i}" for i in range(1, 5)]):
+        if not np.isnan(row.separation_speed):  # mu of the sliding block
+            assert row.peak_force == pytest.approx(
+                row.peak_normal_force * np.hypot(1.0, law["mu_d"]), rel=1e-6
+            )
 
 
 @slow_on_drake

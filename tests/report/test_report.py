@@ -103,8 +103,9 @@ def test_the_hardest_contacts_are_listed_in_the_order_of_time(copy):
     many = [f"B,{0.001 * k},1.0,0.1,1e-5,{100 + (k * 37) % 100},1e-6,0.9" for k in range(100)]
     head = "joint,start,approach_speed,tangential_speed,duration,peak_force,peak_penetration,separation_speed"
     (copy / "impacts.csv").write_text("\n".join([head, *many[:-1], many[-1].removesuffix("0.9")]) + "\n")
-    results = load_results(copy)
+    results = load_results(copy)  # a file from before there was the normal force
     assert math.isnan(results.impacts[-1].separation_speed)
+    assert all(math.isnan(row.peak_normal_force) for row in results.impacts)
     page = render(results)
     assert "Contacts, 100 in all; the 40 hardest are shown" in page
     shown = [
@@ -114,6 +115,14 @@ def test_the_hardest_contacts_are_listed_in_the_order_of_time(copy):
     ]  # fmt: skip
     assert [start for start, _ in shown] == sorted(start for start, _ in shown)
     assert sorted(force for _, force in shown) == list(range(160, 200))
+
+
+def test_the_normal_part_of_the_peak_force_stands_in_file_and_page(results_folder, page):
+    rows_of_file = load_results(results_folder).impacts
+    assert rows_of_file
+    for row in rows_of_file:  # without friction: all of it
+        assert row.peak_normal_force == pytest.approx(row.peak_force, rel=1e-6)
+    assert "<th>peak normal force [N]</th>" in re.sub(r"<th[^>]*>", "<th>", page)
 
 
 def test_the_commands_repeat_the_run(results_folder, tmp_path, monkeypatch, capsys):
