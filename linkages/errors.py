@@ -59,8 +59,9 @@ def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> Inp
         Files that could have been meant, beside those in the same folder with the same suffix.
     """
     reason = f"cannot be read ({problem.strerror})"
-    if isinstance(problem, FileNotFoundError):
-        known = {other.name for other in [*path.parent.glob(f"*{path.suffix}"), *others]}
+    if isinstance(problem, FileNotFoundError) and "\0" not in str(path):  # which no folder can be asked for
+        beside = (other for other in path.parent.glob("*") if other.suffix == path.suffix)
+        known = {other.name for other in (*beside, *others)}
         close = difflib.get_close_matches(path.name, sorted(known), n=1, cutoff=0.7)
         reason += f'; did you mean "{close[0]}"?' if close else ""
     return InputError(path, "", reason)

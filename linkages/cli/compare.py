@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING
 
 from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
 from linkages.cli.progress import stages
-from linkages.files.writing import OutputFolder
+from linkages.files.writing import OutputFolder, json_text
 
 if TYPE_CHECKING:
     from linkages.explore.compare import Comparison
@@ -50,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
         for name, row in result.differences.items()
     }
     with (outputs := OutputFolder(out)) as folder:
-        (folder / "compare.json").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        (folder / "compare.json").write_text(json_text(rows, 1), encoding="utf-8")
     if not options.quiet:
         print(format_comparison(result, system))
         print(f"\n{written(out, outputs.names)}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from linkages.cli.options import add_out, output_folder, written
 from linkages.cli.progress import progress_bar
 from linkages.errors import Status
-from linkages.files.writing import OutputFolder
+from linkages.files.writing import OutputFolder, json_text
 
 if TYPE_CHECKING:
     from linkages.three_rrr.results import RobotResults
@@ -63,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
         poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
         summary["verify"] = asdict(verify(robot, poses))
     with (outputs := OutputFolder(out)) as folder:
-        (folder / "modes.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+        (folder / "modes.json").write_text(json_text(summary, 1), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.three_rrr.figures import write_figures
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from linkages.cli.options import add_file, add_settings, load_system, output_fol
 from linkages.cli.progress import stages
 from linkages.engines import ENGINES
 from linkages.errors import InputError
-from linkages.files.writing import OutputFolder
+from linkages.files.writing import OutputFolder, json_text
 
 if TYPE_CHECKING:
     from linkages.results.summary import Study
@@ -86,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
     if options.verbose:
         say(f"\n{_details(result, summary)}")
     with (results := OutputFolder(out, _MADE)) as folder:
-        (folder / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+        (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         if system.touching.any():
             write_impacts(result.contacts, folder / "impacts.csv")

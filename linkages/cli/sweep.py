@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
-from linkages.files.writing import OutputFolder
+from linkages.files.writing import OutputFolder, json_text
 
 if TYPE_CHECKING:
     from linkages.explore.sweep import Point, Sweep
@@ -84,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     units = {name: unit(system, name) for name in names}
     with (outputs := OutputFolder(out)) as folder:
         _write_table(result, folder / "sweep.csv")
-        (folder / "sweep.json").write_text(json.dumps(_content(result, units)) + "\n", encoding="utf-8")
+        (folder / "sweep.json").write_text(json_text(_content(result, units)), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.attractors import bifurcation_figure
 

@@ -21,12 +21,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from linkages.errors import InputError, nearest, unreadable
+from linkages.files.numbers import implausible
 
 Array = NDArray[np.float64]
 
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
+_ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # that every XML reader knows, or their common part
+_DEEPEST = 100  # levels of elements, and poses relative to one another: reading recurses
 
 
 @dataclass(frozen=True)
@@ -233,6 +236,8 @@ class _Reader:
         if name in self.resolving:
             chain = " -> ".join([*self.resolving[self.resolving.index(name) :], name])
             raise self.error(where, f"its pose is relative to itself ({chain}); break the circle")
+        if len(self.resolving) == _DEEPEST:
+            raise self.error(where, f"its pose is the last of more than {_DEEPEST} relative to one another")
         self.resolving.append(name)
         pose = element.find("pose")
         base = pose.get("relative_to", "") if pose is not None else ""
@@ -266,6 +271,8 @@ class _Reader:
             return name
         if name in passed:
             raise self.error(_label(found), "is attached to itself; break the circle")
+        if len(passed) == _DEEPEST:
+            raise self.error(_label(found), f"is the last of more than {_DEEPEST} attached to one another")
         return self._carrier(_attached_to(found), _label(found), (*passed, name))
 
     # -- elements ----------------------------------------------------------------------------------
@@ -369,8 +376,8 @@ class _Reader:
             raise self.error(where, f'"{" ".join(words)}" is not {_count(count)}') from None
         if len(values) != count:
             raise self.error(where, f"has {_count(len(values))}; {count} are needed")
-        if not np.all(np.isfinite(values)):
-            raise self.error(where, "must be finite")
+        for problem in filter(None, map(implausible, values.tolist())):
+            raise self.error(where, problem)
         return values
 
     def _number(self, parent: ET.Element, key: str, where: str, default: float | None = None) -> float:
@@ -453,13 +460,31 @@ def _find_model(path: Path) -> ET.Element:
         text = path.read_bytes()
     except OSError as problem:
         raise unreadable(path, problem) from None
+    except ValueError as problem:  # a name with a null character
+        raise InputError(path, "", f"cannot be read ({problem})") from None
+    depth = 0
 
     def refuse(*_: object) -> None:
         problem = "document types and entities are refused; remove the declaration"
         raise InputError(path, "<!DOCTYPE>", problem)
 
+    def declared(_: str, encoding: str | None, __: int) -> None:
+        if encoding is not None and encoding.lower() not in _ENCODINGS:
+            raise InputError(path, "<?xml?>", f'encoding "{encoding}" is not supported; save the file as UTF-8')
+
+    def start(name: str, _: object) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > _DEEPEST:
+            raise InputError(path, f"<{name}>", f"is nested more than {_DEEPEST} levels deep")
+
+    def end(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+
     parser = expat.ParserCreate(namespace_separator=" ")
-    parser.StartDoctypeDeclHandler = refuse
+    parser.XmlDeclHandler, parser.StartDoctypeDeclHandler = declared, refuse
+    parser.StartElementHandler, parser.EndElementHandler = start, end
     try:
         parser.Parse(text, True)
         root = ET.fromstring(text)

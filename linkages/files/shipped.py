@@ -39,11 +39,11 @@ def find_file(name: str | Path) -> Path:
     'seven_bar.toml'
     """
     path = Path(name)
-    if path.exists():
+    if os.path.exists(path):  # unlike Path's, false for names that no file can have
         return path
     bare = path.parent in (Path(), Path("sdf"))
     shipped = data_folder() / path.name
-    if bare and shipped.exists():
+    if bare and os.path.exists(shipped):
         return shipped
     others = data_folder().glob(f"*{path.suffix}") if bare else ()
     raise unreadable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)), others)

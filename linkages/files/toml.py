@@ -14,10 +14,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.errors import InputError, nearest, unreadable
+from linkages.files.numbers import implausible
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+_DEEPEST = 20  # levels of nesting: reading recurses
+_LONGEST = 80  # characters of a wrong value that are shown
 
 
 class Table(BaseModel):
@@ -43,7 +47,9 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
         document = tomlkit.parse(path.read_text(encoding="utf-8"))
     except OSError as problem:
         raise unreadable(path, problem) from None
-    except (TOMLKitError, UnicodeDecodeError) as problem:
+    except RecursionError:
+        raise InputError(path, "", "is nested too deeply") from None
+    except (TOMLKitError, ValueError) as problem:  # of a text that is not UTF-8, or a number with too many digits
         raise InputError(path, "", f"is not valid TOML: {problem}") from None
     return document.unwrap(), dict(_comments(document))
 
@@ -88,6 +94,8 @@ def validate(
     InputError
         For the first value that is wrong: file (or origin), dotted path, what is wrong and what would be right.
     """
+    for where, problem in _implausible(data):
+        raise InputError((origins or {}).get(where, source), where, problem)
     try:
         return model.model_validate(dict(data))
     except ValidationError as problem:
@@ -132,11 +140,25 @@ def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def parse_value(text: str) -> Any:
-    """Read one value as TOML would; what is not TOML is a string."""
+    """Read one value as TOML would; what is not TOML, or too long or too deep for its reader, is a string."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
+
+
+def _implausible(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
+    """Find by dotted path what no table can use, whatever it is for: nesting, and numbers out of all proportion."""
+    if len(path) > _DEEPEST:
+        yield ".".join(path), f"is nested more than {_DEEPEST} levels deep"
+    elif isinstance(data, Mapping):
+        for key, value in data.items():
+            yield from _implausible(value, (*path, str(key)))
+    elif isinstance(data, list):
+        for index, value in enumerate(data):
+            yield from _implausible(value, (*path, str(index)))
+    elif isinstance(data, int | float) and (problem := implausible(data)):
+        yield ".".join(path), problem
 
 
 def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
@@ -167,7 +189,8 @@ def _explain(model: type[BaseModel], error: Any) -> str:
     message = re.sub(r"^(Input|List) should", "it should", error["msg"])
     message = re.sub(r"a valid dictionary( or instance of \w+)?", "a table", message)
     message = message.replace("be a valid ", "be a ").replace(" after validation", "")
-    return f"is {value!r}; {message}{meaning}"
+    shown = repr(value)
+    return f"is {shown if len(shown) <= _LONGEST else shown[:_LONGEST] + '...'}; {message}{meaning}"
 
 
 def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:

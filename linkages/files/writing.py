@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import math
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from linkages.errors import InputError, RunError
 
@@ -28,6 +31,27 @@ def whole(path: Path) -> Iterator[Path]:
         raise RunError(f"{path}: cannot be written ({problem.strerror})") from None
     finally:
         partial.unlink(missing_ok=True)
+
+
+def json_text(content: Any, indent: int | None = None) -> str:
+    """Return JSON and a line's end; numbers that are not finite, which JSON does not have, become null.
+
+    Parameters
+    ----------
+    content : dict, list, str, number or None
+        What JSON has, and tuples.
+    indent : int, optional
+        Spaces for each level; default all in one line.
+    """
+    return json.dumps(_finite(content), indent=indent, allow_nan=False) + "\n"
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, dict):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_finite(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
 class OutputFolder:

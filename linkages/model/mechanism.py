@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError, nearest
+from linkages.files.numbers import implausible
 from linkages.files.sdf import RawJoint, RawLink, RawModel, read_sdf
 
 Array = NDArray[np.float64]
@@ -154,8 +155,10 @@ class Mechanism:
             if path not in self.values:
                 name = path.split(".")[1]
                 raise InputError(self.source, where, f'there is no link "{name}"; {nearest(name, self.link)}')
-            if not 0.0 < value < np.inf:
-                raise InputError(self.source, where, f"is {value:g}; it must be positive and finite")
+            if not value > 0.0:
+                raise InputError(self.source, where, f"is {value:g}; it must be positive")
+            if problem := implausible(value):
+                raise InputError(self.source, where, problem)
         links = []
         for link in self.links:
             start = f"links.{link.name}."

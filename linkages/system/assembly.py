@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 #: Ratio of singular values below which a position counts as singular.
 SINGULAR = 1e-8
 _CONTINUATION = 0.05  # largest step of a drive from the drawn pose to its start angle [rad or m]
+_FARTHEST = 1e3  # start of a drive from the drawn pose [rad or m]
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,18 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
     AssemblyError
         If the loops cannot be closed or the position is singular.
     InputError
-        If more joints are driven than the linkage has degrees of freedom, or a spring has no direction at t = 0.
+        If a drive starts too far from the drawn pose, more joints are driven than the linkage has degrees of freedom,
+        or a spring has no direction at t = 0.
     """
     held = np.concatenate([tree.driven_dofs, tree.powered_dofs])
     free = np.setdiff1d(tree.free_dofs, held)
     value, rate, _ = motions(np.zeros(1))
     powered = [experiment.drives[name] for name in tree.powered]
     start = np.concatenate([value[0], [drive.angle for drive in powered]])
+    for name, distance in zip([*tree.driven, *tree.powered], start, strict=True):
+        if not abs(distance) <= _FARTHEST:
+            problem = f"starts {distance:g} rad or m from the drawn pose; it must be {_FARTHEST:g} at most"
+            raise InputError(experiment.source, f"drives.{name}", problem)
     speed = np.concatenate([rate[0], [drive.speed or 0.0 for drive in powered]])
     rows, size = tree.closure_rows, tree.extent
     none = np.zeros(len(rows))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from linkages import find_file
@@ -30,4 +31,4 @@ def find_study(name: str | Path) -> Path:
 def find_experiment(name: str, study: Path) -> Path:
     """Return the experiment of a study: beside it, else a shipped one."""
     beside = study.parent / name
-    return beside if beside.exists() else find_file(name)
+    return beside if os.path.exists(beside) else find_file(name)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.files.writing import whole
+from linkages.files.writing import json_text, whole
 from optim.problem.study import Study
 
 Result = dict[str, Any]  # content of ``result.json``
@@ -20,7 +20,7 @@ _COLUMNS = ("study", "seed", "status", "evaluations", "failed", "iterations", "w
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file, whole or not at all."""
     with whole(path) as partial:
-        partial.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        partial.write_text(json_text(content, 1), encoding="utf-8")
 
 
 def format_result(study: Study, result: Result) -> str:
