@@ -45,13 +45,16 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
         raise InputError(path, "", "is a machine; give the file (.toml) that says what is done with it")
     try:
         document = tomlkit.parse(path.read_text(encoding="utf-8"))
+        return document.unwrap(), dict(_comments(document))
     except OSError as problem:
         raise unreadable(path, problem) from None
     except RecursionError:
         raise InputError(path, "", "is nested too deeply") from None
-    except (TOMLKitError, ValueError) as problem:  # of a text that is not UTF-8, or a number with too many digits
+    except (
+        TOMLKitError,
+        ValueError,
+    ) as problem:  # of a text that is not UTF-8, or a number with too many digits
         raise InputError(path, "", f"is not valid TOML: {problem}") from None
-    return document.unwrap(), dict(_comments(document))
 
 
 def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:

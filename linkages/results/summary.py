@@ -170,7 +170,8 @@ def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] =
             entry["model"] = experiment.joints[name].model
             entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
             contacts = [row for row in touches if row.joint.partition(".")[0] == name]
-            entry["contact_fraction"] = _covered(contacts) / float(np.ptp(trajectory.time))
+            lasted = float(np.ptp(trajectory.time))  # nothing, if the run failed at once
+            entry["contact_fraction"] = _covered(contacts) / lasted if lasted else float(bool(contacts))
             entry["impacts"] = len(contacts)
         result["joints"][name] = entry
     for name in experiment.drives:

@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, Status
+from linkages.errors import InputError, RunError, Status
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
 
@@ -103,5 +103,18 @@ def load_trajectory(path: str | Path) -> Trajectory:
 def sample(
     steps: Array, evaluate: Callable[[Array], Columns], status: Status, provenance: dict[str, Any]
 ) -> Trajectory:
-    """Make a trajectory by evaluating a run at its steps."""
-    return Trajectory(steps, evaluate(steps), status, provenance, evaluate)
+    """Make a trajectory by evaluating a run at its steps; it ends before the first number that is not finite.
+
+    Raises
+    ------
+    RunError
+        If there is nothing before it.
+    """
+    columns = evaluate(steps)
+    finite = np.all([np.isfinite(column) for column in columns.values()], axis=0)
+    if not np.all(finite):
+        count, status = int(np.argmin(finite)), Status.NOT_FINITE
+        if count == 0:
+            raise RunError(f"{status.value} at the start; {status.remedy}")
+        steps, columns = steps[:count], {name: column[:count] for name, column in columns.items()}
+    return Trajectory(steps, columns, status, provenance, evaluate)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -96,7 +100,8 @@ class Runner:
         duration = self.system.experiment.duration
         largest = self.system.experiment.solver.max_step or self._longest
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
-        return run(self._equations, self._stepper, self.tolerance, t, y, options)
+        with _uninterrupted():
+            return run(self._equations, self._stepper, self.tolerance, t, y, options)
 
     @cached_property
     def _longest(self) -> float:
@@ -125,6 +130,23 @@ class Runner:
 
     def _with(self, memory: Array, modes: Indices) -> Equations:
         return Equations(self.model, make_work(self.model, memory, modes), self._calls)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Hold Ctrl-C back until the compiled code has handed over what it made: struck in between, the process crashes."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    pressed: list[tuple[Any, ...]] = []
+    signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pressed:
+        before(*pressed[0])
 
 
 def _restored(system: System, memory: Array, modes: Indices) -> Runner:

@@ -18,6 +18,7 @@ from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
 _CHUNK = 20_000  # steps between two looks at the clock and at the keyboard
+_SLOWEST = 1e-5  # of the duration, in so many steps: a run that advances less would never end
 
 
 def simulate(system: System, progress: Callable[[float], None] | None = None) -> Trajectory:
@@ -49,11 +50,15 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
             part = runner.run(t, y, step, _CHUNK)
             parts.append(part)
             totals += part.steps, part.rejected, part.evaluations
-            t, y, step = float(part.times[-1]), part.states[-1], part.next_step
+            before, t = t, float(part.times[-1])
+            y, step = part.states[-1], part.next_step
             if progress is not None:
                 progress(t)
             if part.status != PAUSED:
                 status = STATUS[part.status]
+                break
+            if t - before < _SLOWEST * system.experiment.duration:
+                status = Status.STEP_SIZE_COLLAPSE
                 break
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
