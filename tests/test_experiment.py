@@ -94,6 +94,10 @@ REFUSED = {
     "sdf value not a number": (GOOD, {"sdf.links.coupler.mass": "heavy"}, "must be a number"),
     "negative sdf mass": (GOOD, {"sdf.links.coupler.mass": -1.0}, "must be positive"),
     "accuracy zero": (GOOD, {"solver.accuracy": 0.0}, "greater than 0"),
+    "speed out of all proportion": (GOOD, {"drives.O.speed": "1e60"}, "drives.O.speed: is 1e+60; a number"),
+    "gravity with a tiny part": (GOOD, {"gravity": "[0, 1e-300, 0]"}, "gravity.1: is 1e-300; a number"),
+    "integer of thousands of digits": (GOOD.replace("= 5.0", "= 0x" + "f" * 5000), {}, "drives.O.speed: is too large"),
+    "nested deep": (GOOD + "[sdf" + ".a" * 50 + "]\nx = 1\n", {}, "is nested more than 20 levels deep"),
 }
 
 

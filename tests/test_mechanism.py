@@ -200,9 +200,16 @@ REFUSED = {
         GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>0.1</damping></dynamics></axis>", 1),
         "is not supported",
     ),
-    "damping not a number": (
-        GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>none</damping></dynamics></axis>", 1),
-        '<damping>: "none" is not a number',
+    "damping that is text": (
+        GOOD.replace("</xyz></axis>", "</xyz><dynamics><damping>x</damping></dynamics></axis>", 1),
+        "is not a number",
+    ),
+    "out of all proportion": (GOOD.replace("<mass>0.2</mass>", "<mass>1e200</mass>", 1), "at most 1e+50"),
+    "another encoding": ('<?xml version="1.0" encoding="idna"?>' + GOOD, "save the file as UTF-8"),
+    "nested deep": (GOOD.replace("</model>", "<a>" * 200 + "</a>" * 200 + "</model>"), "100 levels deep"),
+    "long chain of frames": (
+        GOOD.replace("</model>", "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(5000)) + "</model>"),
+        "of more than 100 attached to one another",
     ),
     "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
     "nested model": (GOOD.replace("</model>", "<include><uri>x</uri></include></model>"), "nested models"),

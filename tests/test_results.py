@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from machines import four_bar
 
-from linkages import InputError, Status, Trajectory, extremes, integral, load_trajectory
+from linkages import InputError, RunError, Status, Trajectory, extremes, integral, load_trajectory
 from linkages.cli.main import main
+from linkages.files.writing import json_text
 from linkages.results.extremes import peaks
 from linkages.results.trajectory import sample
 
@@ -258,3 +259,20 @@ def test_run_sevenbar_script_runs_from_anywhere(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "slider7.ax [m/s2]" in done.stdout
     assert (tmp_path / "results" / "seven_bar" / "summary.json").exists()
+
+
+def test_a_run_ends_before_the_first_number_that_is_not_finite():
+    def evaluate(times):
+        return {"time": times, "x": np.where(times < 0.35, times, np.inf)}
+
+    run = sample(np.linspace(0.0, 1.0, 11), evaluate, Status.OK, {})
+    assert run.status is Status.NOT_FINITE
+    assert run.time[-1] == run["x"][-1] == pytest.approx(0.3)
+    with pytest.raises(RunError, match="not-finite at the start"):
+        sample(np.linspace(0.5, 1.0, 6), evaluate, Status.OK, {})
+
+
+def test_json_has_null_where_a_number_does_not_exist():
+    assert json_text({"a": [1.0, float("nan")], "b": (float("inf"), "nan", None)}) == (
+        '{"a": [1.0, null], "b": [null, "nan", null]}\n'
+    )

@@ -50,10 +50,7 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
         raise unreadable(path, problem) from None
     except RecursionError:
         raise InputError(path, "", "is nested too deeply") from None
-    except (
-        TOMLKitError,
-        ValueError,
-    ) as problem:  # of a text that is not UTF-8, or a number with too many digits
+    except (TOMLKitError, ValueError) as problem:  # ValueError: not UTF-8, or a number with too many digits
         raise InputError(path, "", f"is not valid TOML: {problem}") from None
 
 

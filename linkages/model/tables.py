@@ -27,6 +27,7 @@ def _known(registry: Mapping[str, object]) -> AfterValidator:
 
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
+Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # that of pitch is 2e8
 FilmName = Annotated[str, _known(FILMS)]
 ContactLaw = Annotated[str, _known(CONTACTS)]
 FrictionLaw = Annotated[str, _known(FRICTIONS)]
@@ -197,7 +198,7 @@ class JointModel(Table):
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
     film: FilmName = Field("long", description="film law")
     cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
-    viscosity: Positive | None = Field(None, description="dynamic viscosity [Pa s]")
+    viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="instead of viscosity")
     contact: Contact | None = Field(None, description="dry and mixed: normal contact")
     friction: Friction | None = Field(None, description="dry and mixed: friction; none without it")

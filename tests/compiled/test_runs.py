@@ -141,3 +141,21 @@ def test_an_edited_law_reaches_the_kernels_that_call_it(tmp_path):
     assert edited != text
     film.write_text(edited)
     assert value() == 2.0 * before
+
+
+@pytest.mark.slow
+def test_ctrl_c_pressed_during_compiled_code_stops_the_run_and_not_the_process():
+    """In a process of its own: compiled code that is struck while it hands over its results takes the process along."""
+    script = """
+import os, signal, threading, linkages
+from linkages.engines.compiled.runner import Runner
+runner = Runner(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 1e5}))
+runner.run(0.0, runner.start, runner.first_step, 1)
+threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    runner.run(0.0, runner.start, runner.first_step, 100_000)
+except KeyboardInterrupt:
+    print("stopped")
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stdout == "stopped\n", done.stderr
