@@ -61,9 +61,8 @@ def clearance_wrenches(
             end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
         )
         add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
-        found = (ex, ey, fx, fy, couple, delta, closing, sliding, rate)
-        for i in range(WIDTH):
-            out[k, i] = found[i]
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3], out[k, 4] = ex, ey, fx, fy, couple
+        out[k, 5], out[k, 6], out[k, 7], out[k, 8] = delta, closing, sliding, rate
 
 
 @kernel

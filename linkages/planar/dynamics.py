@@ -184,14 +184,17 @@ def respond(
         body = bodies[i]
         if not body.moving:
             continue
+        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
         if body.dof >= 0 and body.driven < 0:
-            push = tau[body.dof]
-            push -= axis[i, 0] * load[i, 0] + axis[i, 1] * load[i, 1] + axis[i, 2] * load[i, 2]
+            push = tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)
             push *= axis[i, 6]
             axis[i, 7] = push
-            for k in range(3):
-                load[i, k] += axis[i, 3 + k] * push
-        add_to_parent(bodies, pose, i, load)
+            f0, f1, f2 = f0 + axis[i, 3] * push, f1 + axis[i, 4] * push, f2 + axis[i, 5] * push
+        p = body.mount.body
+        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+        load[p, 0] += f0 + rx * f2 - ry * f1
+        load[p, 1] += f1
+        load[p, 2] += f2
     for i in range(1, nb):
         body = bodies[i]
         if not body.moving:
@@ -266,7 +269,8 @@ def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
     """
     nr = len(rows)
     for k in range(nr):
-        clear(work.load)
+        for i in range(len(bodies)):
+            work.load[i, 0], work.load[i, 1], work.load[i, 2] = 0.0, 0.0, 0.0
         for i in range(len(work.a)):
             work.row_a[k, i] = 0.0
         add_row_wrench(rows[k], work.pose, -1.0, work.load)

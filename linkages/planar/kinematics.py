@@ -24,8 +24,7 @@ from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
 @kernel
 def body_positions(bodies: Records, q: Array, pose: Array) -> None:
     """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
-    pose[0, :] = 0.0
-    pose[0, 3] = 1.0
+    pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3], pose[0, 4] = 0.0, 0.0, 0.0, 1.0, 0.0
     for i in range(1, len(bodies)):
         body = bodies[i]
         p = body.mount.body

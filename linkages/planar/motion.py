@@ -93,9 +93,9 @@ def _tabulate(curves: Curves, times: Array, value: Array, rate: Array, accelerat
 
 
 @kernel
-def last_start(starts: Array, t: float) -> int:
-    """Last of the rising starts that is not after t; the first if all are."""
-    low, high = 0, len(starts)
+def last_start(starts: Array, n: int, t: float) -> int:
+    """Last of n rising starts that is not after t; the first if all are."""
+    low, high = 0, n
     while high - low > 1:
         middle = (low + high) // 2
         if starts[middle] <= t:
@@ -109,7 +109,7 @@ def last_start(starts: Array, t: float) -> int:
 def motion_value(curves: Curves, i: int, t: float) -> float:
     """Value of polynomial i alone; see `evaluate_motions`."""
     breaks, coefficients, segments = curves
-    k = last_start(breaks[i, : segments[i]], t)
+    k = last_start(breaks[i], segments[i], t)
     s = t - breaks[i, k]
     value = 0.0
     for m in range(coefficients.shape[2]):
@@ -122,7 +122,7 @@ def evaluate_motions(curves: Curves, t: float, value: Array, rate: Array, accele
     """Fill value, rate and acceleration (n,) at time t; the first and last pieces extend to all times."""
     breaks, coefficients, segments = curves
     for i in range(len(segments)):
-        k = last_start(breaks[i, : segments[i]], t)
+        k = last_start(breaks[i], segments[i], t)
         s = t - breaks[i, k]
         p0, p1, p2 = 0.0, 0.0, 0.0
         for c in coefficients[i, k]:

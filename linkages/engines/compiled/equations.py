@@ -9,7 +9,7 @@ from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
-from linkages.planar.dynamics import accelerate, clear
+from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
@@ -49,7 +49,8 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     model, work = equations.model, equations.work
     set_state(model, work, t, y)
     w = work.dynamics
-    clear(w.wrench)
+    for i in range(len(w.wrench)):
+        w.wrench[i, 0], w.wrench[i, 1], w.wrench[i, 2] = 0.0, 0.0, 0.0
     clearance_wrenches(
         model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts
     )

@@ -38,7 +38,7 @@ def remember(equations: Equations, steps: Steps, k: int) -> None:
 @kernel
 def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
     """Fill y with the state at time t of a run, NaN if it cannot be had; leave the equations solved there."""
-    k = last_start(steps.times, t)
+    k = last_start(steps.times, len(steps.times), t)
     start = steps.times[k]
     remember(equations, steps, k)
     copy(steps.states[k], y)
