@@ -96,7 +96,11 @@ REFUSED = {
     "accuracy zero": (GOOD, {"solver.accuracy": 0.0}, "greater than 0"),
     "speed out of all proportion": (GOOD, {"drives.O.speed": "1e60"}, "drives.O.speed: is 1e+60; a number"),
     "gravity with a tiny part": (GOOD, {"gravity": "[0, 1e-300, 0]"}, "gravity.1: is 1e-300; a number"),
-    "integer of thousands of digits": (GOOD.replace("= 5.0", "= 0x" + "f" * 5000), {}, "drives.O.speed: is too large"),
+    "integer of thousands of digits": (
+        GOOD.replace("= 5.0", "= 0x" + "f" * 5000),
+        {},
+        "drives.O.speed: is too large",
+    ),
     "nested deep": (GOOD + "[sdf" + ".a" * 50 + "]\nx = 1\n", {}, "is nested more than 20 levels deep"),
 }
 

@@ -208,7 +208,10 @@ REFUSED = {
     "another encoding": ('<?xml version="1.0" encoding="idna"?>' + GOOD, "save the file as UTF-8"),
     "nested deep": (GOOD.replace("</model>", "<a>" * 200 + "</a>" * 200 + "</model>"), "100 levels deep"),
     "long chain of frames": (
-        GOOD.replace("</model>", "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(5000)) + "</model>"),
+        GOOD.replace(
+            "</model>",
+            "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(5000)) + "</model>",
+        ),
         "of more than 100 attached to one another",
     ),
     "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
