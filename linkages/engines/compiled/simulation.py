@@ -18,7 +18,7 @@ from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
 _CHUNK = 20_000  # steps between two looks at the clock and at the keyboard
-_SLOWEST = 1e-5  # of the duration, in so many steps: a run that advances less would never end
+_SLOWEST = 1e-8  # of the duration, in so many steps: a run that advances less would take 2e12 of them
 
 
 def simulate(system: System, progress: Callable[[float], None] | None = None) -> Trajectory:
