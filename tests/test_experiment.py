@@ -44,6 +44,7 @@ REFUSED = {
         {},
         "smaller than the bearing's radius of 0.01 m",
     ),
+    "clearance lost in rounding": (GOOD.replace("1e-4 ", "1e-30 "), {}, "that is rounding"),
     "no bearing": (GOOD.replace("[joints.A]", "[joints.Q]"), {}, "needs a <linkages:bearing>"),
     "no viscosity": (GOOD.replace("viscosity = 0.1", ""), {}, 'model "lubricated" needs viscosity'),
     "unknown model": (

@@ -26,7 +26,7 @@ from linkages.files.toml import leaves
 from linkages.model.experiment import keys
 from optim.problem.shipped import studies_folder
 
-LOADED, SIMULATED = 1500, 40  # mutants of every run of the tests
+LOADED, SIMULATED = 500, 40  # mutants of every run of the tests
 LONGEST = 20  # s for one mutant
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if path.stem != "three_rrr"]
