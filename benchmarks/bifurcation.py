@@ -40,17 +40,13 @@ def diagram(values: int, revolutions: int, transient: int, threads: int | None):
     system = load(FILE, {"solver.accuracy": ACCURACY})
     sweep(system, "drives.O.speed", [500.0], NAMES, 1)  # compiles
     speeds = RPM * np.linspace(*SPEEDS, values)
-    bar = tqdm(
-        total=1.0, desc="bifurcation", disable=None, bar_format="{l_bar}{bar}| [{elapsed}<{remaining}]"
-    )
+    bar = tqdm(total=1.0, desc="bifurcation", disable=None, bar_format="{l_bar}{bar}| [{elapsed}<{remaining}]")
 
     def advance(done: float) -> None:
         bar.update(done - bar.n)
 
     started = time.perf_counter(), time.process_time()
-    result = sweep(
-        system, "drives.O.speed", speeds, NAMES, revolutions, transient, threads=threads, progress=advance
-    )
+    result = sweep(system, "drives.O.speed", speeds, NAMES, revolutions, transient, threads=threads, progress=advance)
     bar.close()
     return result, time.perf_counter() - started[0], time.process_time() - started[1]
 
@@ -85,9 +81,7 @@ def draw(result, exponents, folder: Path) -> None:
         spectra[f"friction {label}"] = spectrum(run, "slider.ax", 20.0 * section.period, 2**18, segments=4)
     rows, label = (("B.ey", "strobe"), ("B.force", "peaks")), "speed of the crank [r/min]"
     for name, figure in {
-        "bifurcation": bifurcation_figure(
-            result, units, label, rows, scale=1.0 / RPM, logarithmic=("B.force",)
-        ),
+        "bifurcation": bifurcation_figure(result, units, label, rows, scale=1.0 / RPM, logarithmic=("B.force",)),
         "exponents": exponent_figure(exponents),
         "section": section_figure(section.strobe, "B.ey", "B.sliding", ("m", "m/s")),
         "spectrum": spectrum_figure(spectra, unit(system, "slider.ax"), drive=1.0 / section.period),

@@ -27,9 +27,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--repeat", type=int, default=3)
     options = parser.parse_args()
-    print(
-        "experiment             revolutions   wall [s/rev]   evaluations   us/evaluation    steps   contacts"
-    )
+    print("experiment             revolutions   wall [s/rev]   evaluations   us/evaluation    steps   contacts")
     for name, drive, turns in RUNS:
         path = data_folder() / name
         speed = load(path).experiment.drives[drive].speed

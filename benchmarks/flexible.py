@@ -64,9 +64,7 @@ def main() -> None:
     wall = best(lambda: count(g, np.tile(state.phi, (10, 1)))) / (10 * POSES)
     print(f"one assembly count in a batch: {1e6 * wall:.1f} us")
     print(f"one branch over the revolution: {best(revolve):.3f} s")
-    print(
-        f"\n{'elements':>8s}{'unknowns':>10s}{'dense':>12s}{'sparse':>12s}   ms per pose, first {MODES} modes"
-    )
+    print(f"\n{'elements':>8s}{'unknowns':>10s}{'dense':>12s}{'sparse':>12s}   ms per pose, first {MODES} modes")
     rows = []
     for n in (1, 2, 3, 4, 6, 8, 16, 32, 64):
         model = FiniteElementModel(changed(robot, model={"elements": n}))

@@ -120,9 +120,7 @@ def page(found: dict[str, Any]) -> str:
     first, coarse, steady = minima(values), minima(values[::every]), minima(means)
     reductions = [100.0 * part for part in found["nearby"]]
     others = ", ".join(f"{part:.1f}" for part in sorted(reductions[1:]))
-    rows = [
-        [f"{row['low']:.3g} to {row['high']:.3g}", *cells(row, row["lengths"])] for row in found["bounds"]
-    ]
+    rows = [[f"{row['low']:.3g} to {row['high']:.3g}", *cells(row, row["lengths"])] for row in found["bounds"]]
     part, order = found["surrogate"], found["rank"]
     lengths = ", ".join(f"{x:.2f}" for x in part["lengths"])
     scores = [f"{100 * part[name]:.1f} %" for name in STUDIES]

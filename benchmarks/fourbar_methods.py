@@ -21,17 +21,7 @@ from replication.claims import table
 from replication.patent_claims import UNSEEN, started_at
 from replication.recorded import write_record
 
-from optim import (
-    Evaluations,
-    Evaluator,
-    Progress,
-    Screened,
-    Study,
-    find_study,
-    load_study,
-    minimise,
-    problem_of,
-)
+from optim import Evaluations, Evaluator, Progress, Screened, Study, find_study, load_study, minimise, problem_of
 from optim.algorithms.registry import read_settings
 
 PAGE = Path(__file__).parents[1] / "docs" / "fourbar_methods.md"

@@ -11,15 +11,7 @@ from functools import partial
 import numpy as np
 from numba import njit
 
-from linkages.laws import (
-    CONTACTS,
-    FILMS,
-    FRICTIONS,
-    PARAMETERS,
-    register_contact,
-    register_film,
-    register_friction,
-)
+from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS, register_contact, register_film, register_friction
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import CAVITATIONS, build_map, finite_film, solve_scaled
 from linkages.laws.film.films import film_force
@@ -109,9 +101,7 @@ def main():
             near, all_ = (map_error(rule, slenderness, table, largest) for largest in (0.99, 0.999))
             print(f"{rule:24s}{slenderness:8.3g}{built:12.2f}{near:20.1e}{all_:14.1e}")
     print(f"\n{'force pair of a joint':40s}{'[ns]':>8s}")
-    cases = [
-        (f"{kind} {name}", model, {kind: name}) for kind, (model, names, _) in KINDS.items() for name in names
-    ]
+    cases = [(f"{kind} {name}", model, {kind: name}) for kind, (model, names, _) in KINDS.items() for name in names]
     for name, model, laws in (*cases, ("greenwood-tripp and film", "mixed", {})):
         (taken,) = clocked(force_pair(model, table, **laws))
         print(f"{name:40s}{taken:8.1f}")

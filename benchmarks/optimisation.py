@@ -97,10 +97,7 @@ def cluster() -> None:
 
     designs = np.random.default_rng(0).uniform(size=(20 * POPULATION, 6))
     print("cluster: us per evaluation")
-    with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local,
-        Client(local) as client,
-    ):
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local, Client(local) as client:
         executor = client.get_executor()
         list(executor.map(answer, [designs[:1], designs[1:2]]))
         for size in (1, 5, 15):

@@ -99,10 +99,7 @@ def drake_lines(system):
         return wall, times, orbit
 
     settings = ((1e-5, 5e-3), (1e-5, 2e-3), (1e-6, 5e-3), (1e-6, 2e-3), (1e-7, 2e-3), (1e-8, 2e-3))
-    return [
-        Line("drake", f"{accuracy:.0e}, {step:.0e} s", partial(run, accuracy, step))
-        for accuracy, step in settings
-    ]
+    return [Line("drake", f"{accuracy:.0e}, {step:.0e} s", partial(run, accuracy, step)) for accuracy, step in settings]
 
 
 def paper_lines(system):
@@ -115,9 +112,7 @@ def paper_lines(system):
         return time.perf_counter() - begun, TIMES, at(TIMES)[0]
 
     tolerances = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-    radau, lsoda = (
-        by_tolerance(f"paper-{m.lower()}", partial(run, m), tolerances) for m in ("Radau", "LSODA")
-    )
+    radau, lsoda = (by_tolerance(f"paper-{m.lower()}", partial(run, m), tolerances) for m in ("Radau", "LSODA"))
     return radau + lsoda
 
 
@@ -176,9 +171,7 @@ def equal_errors(lines) -> list[list[str]]:
     rows = [["wall [ms/s] at an orbit error of", *(f"{error:.0e}" for error in EQUAL)]]
     for code, wall in walls.items():
         pairs = zip(1e3 * wall, wall / first, strict=True)
-        rows.append(
-            [code, *(f"{ms:.2f} ({ratio:.3g} x)" if np.isfinite(ratio) else "-" for ms, ratio in pairs)]
-        )
+        rows.append([code, *(f"{ms:.2f} ({ratio:.3g} x)" if np.isfinite(ratio) else "-" for ms, ratio in pairs)])
     return rows
 
 

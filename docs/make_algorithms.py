@@ -218,7 +218,9 @@ def table(rows: list[Row]) -> str:
         # what differs from zero by rounding only would differ on another machine
         found = 0.0 if abs(row.found) < 1e-7 else row.found
         other = "misses 1e-6" if row.snopt is None else row.snopt
-        text += f"{fixed(row.example)} {found:.7g} | {row.iterations} | {row.evaluations} | {row.populations} | {other} |\n"
+        text += (
+            f"{fixed(row.example)} {found:.7g} | {row.iterations} | {row.evaluations} | {row.populations} | {other} |\n"
+        )
     return text
 
 

@@ -31,9 +31,7 @@ def table() -> str:
     at_one, at_worst = (Evaluator(study)(np.array([*designs.values()])) for study in (one, worst))
     columns = at_one.objectives[:, 0], at_worst.objectives[:, 0], 1e6 * at_worst.constraints[:, 0]
     rows = zip(designs, *columns, strict=True)
-    return "".join(
-        f"| {name} | {single:.3f} | {most:.3f} | {film:.1f} |\n" for name, single, most, film in rows
-    )
+    return "".join(f"| {name} | {single:.3f} | {most:.3f} | {film:.1f} |\n" for name, single, most, film in rows)
 
 
 if __name__ == "__main__":

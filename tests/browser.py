@@ -63,9 +63,7 @@ def find_browser() -> str | None:
     return found if shutil.which("chromedriver") else None
 
 
-def open_page(
-    path: Path, folder: Path, look: str = "return {};", size: tuple[int, int] = (1200, 1400)
-) -> Page:
+def open_page(path: Path, folder: Path, look: str = "return {};", size: tuple[int, int] = (1200, 1400)) -> Page:
     """Open a file; `look` is the body of a function that runs in the page after it has loaded."""
     text = path.read_text(encoding="utf-8")
     probed = folder / "probed.html"

@@ -247,9 +247,7 @@ def observe(problem, t, y, row):
 
 
 IMPLICIT, EXPLICIT = radau(rhs, jacobian), dormand_prince(rhs)
-_drive_implicit, _drive_explicit = (
-    driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT)
-)
+_drive_implicit, _drive_explicit = (driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT))
 
 
 @kernel

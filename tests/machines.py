@@ -34,9 +34,7 @@ def bar(name: str, length: float, at: str, angle: float = 0.0, mass: float = 0.2
 <frame name="{name}_tip" attached_to="{name}"><pose>{length} 0 0 0 0 0</pose></frame>"""
 
 
-def joint(
-    name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 0 1", inner: str = ""
-) -> str:
+def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 0 1", inner: str = "") -> str:
     """A joint at the child's origin; a bearing goes into `inner`."""
     return f"""
 <joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>

@@ -22,9 +22,7 @@ Array = NDArray[np.float64]
 Forces = tuple[dict[str, Array], dict[str, Array], dict[str, Array]]
 
 
-def free_bodies(
-    system: System, times: Array, q: Array, v: Array, a: Array, contacts: Array | None = None
-) -> Forces:
+def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, contacts: Array | None = None) -> Forces:
     """Forces, moments and drive forces of `joint_reactions` at states of a system.
 
     Parameters
@@ -111,9 +109,7 @@ def joint_reactions(
             force, couple = known[joint.name]
             rhs = rhs - _pair_wrench(tree, joint.name, pose, force, couple)
             continue
-        along = (
-            _turned(parent, joint.direction) if joint.type == "prismatic" else np.tile([1.0, 0.0], (nt, 1))
-        )
+        along = _turned(parent, joint.direction) if joint.type == "prismatic" else np.tile([1.0, 0.0], (nt, 1))
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         add("force", joint.name, 0.0, across)
         if joint.type != "prismatic":

@@ -117,9 +117,7 @@ def gamma(q, v):
 def joints(q, v, data):
     """Eccentricities and forces on the journals A (on link 2) and B (on link 3): [(e, F, lever arms)]."""
     result = []
-    for joint, (bearing, length_b, journal, length_j) in enumerate(
-        ((0, L1 - S1, 1, S2), (3, L4 - S4, 2, S3))
-    ):
+    for joint, (bearing, length_b, journal, length_j) in enumerate(((0, L1 - S1, 1, S2), (3, L4 - S4, 2, S3))):
         pb, pj = q[3 * bearing : 3 * bearing + 2], q[3 * journal : 3 * journal + 2]
         ab, aj = q[3 * bearing + 2], q[3 * journal + 2]
         wb, wj = v[3 * bearing + 2], v[3 * journal + 2]
@@ -127,9 +125,7 @@ def joints(q, v, data):
         rj = -length_j * np.array([np.cos(aj), np.sin(aj)])
         turn = lambda w, r: w * np.array([-r[1], r[0]])  # noqa: E731
         e = pj + rj - pb - rb
-        relative = (
-            v[3 * journal : 3 * journal + 2] + turn(wj, rj) - v[3 * bearing : 3 * bearing + 2] - turn(wb, rb)
-        )
+        relative = v[3 * journal : 3 * journal + 2] + turn(wj, rj) - v[3 * bearing : 3 * bearing + 2] - turn(wb, rb)
         result.append((e, film(data, joint, e, relative, wb + wj), bearing, rb + e, journal, rj))
     return result
 
@@ -190,13 +186,7 @@ def solve(data, duration, rtol=1e-8, method="Radau"):
     q0, v0 = start(data)
     rates = lambda t, s: np.concatenate([s[18:], accelerations(t, s[:18], s[18:], data)])  # noqa: E731
     run = solve_ivp(
-        rates,
-        (0.0, duration),
-        np.concatenate([q0, v0]),
-        method=method,
-        rtol=rtol,
-        atol=1e-3 * rtol,
-        dense_output=True,
+        rates, (0.0, duration), np.concatenate([q0, v0]), method=method, rtol=rtol, atol=1e-3 * rtol, dense_output=True
     )
     assert run.success
 

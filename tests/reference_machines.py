@@ -64,9 +64,7 @@ def double_pendulum(lengths, angles, times):
         )
         return [w, u, *np.linalg.solve([[j1, coupling * cos], [coupling * cos, j2]], load)]
 
-    run = solve_ivp(
-        rate, (0.0, times[-1]), [*angles, 0.0, 0.0], "DOP853", t_eval=times, rtol=1e-12, atol=1e-12
-    )
+    run = solve_ivp(rate, (0.0, times[-1]), [*angles, 0.0, 0.0], "DOP853", t_eval=times, rtol=1e-12, atol=1e-12)
     assert run.success
     return run.y[:2].T, run.y[2:].T
 

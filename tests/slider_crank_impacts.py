@@ -55,9 +55,7 @@ def slider_crank_impacts(friction, end, count, limit=1.0):
     while len(rows) < count and t < end:
         touch = lambda t, y: geometry(t, y)[0]  # noqa: E731
         touch.terminal, touch.direction = True, 1
-        free = solve_ivp(
-            lambda t, y: rates(t, y, None)[0], (t, end), y, events=touch, max_step=1e-5, **settings
-        )
+        free = solve_ivp(lambda t, y: rates(t, y, None)[0], (t, end), y, events=touch, max_step=1e-5, **settings)
         if free.status != 1:
             break
         t, y = free.t[-1], free.y[:, -1]

@@ -84,9 +84,7 @@ def test_help_has_examples_that_the_parser_takes(name, capsys, monkeypatch):
     with pytest.raises(SystemExit) as done:
         main([name, "--help"] if name else ["--help"])
     assert done.value.code == 0
-    examples = re.findall(
-        r"^  linkages (.*?)(?:  .*)?$", capsys.readouterr().out.partition("examples:")[2], re.M
-    )
+    examples = re.findall(r"^  linkages (.*?)(?:  .*)?$", capsys.readouterr().out.partition("examples:")[2], re.M)
     assert examples
     for command in commands().values():
         monkeypatch.setattr(command, "run", lambda options: 0)
@@ -128,11 +126,7 @@ def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
     assert main(["keys"]) == 0
     lines = capsys.readouterr().out.splitlines()
     listed = dict(re.split("  +", line, maxsplit=1) for line in lines if "  " in line)
-    for name, unit in {
-        "joints.NAME.clearance": "m",
-        "DRIVE.rate": "rad/s or m/s",
-        "POINT.ax": "m/s2",
-    }.items():
+    for name, unit in {"joints.NAME.clearance": "m", "DRIVE.rate": "rad/s or m/s", "POINT.ax": "m/s2"}.items():
         assert listed[name].endswith(f" [{unit}]")
     quantities = {name.rpartition(".")[2] for name in listed}
     assert {name.rpartition(".")[2] for name in names(seven_bar) if not name.startswith("q.")} <= quantities
@@ -206,16 +200,7 @@ def test_doctor_finds_this_installation_sound(capsys):
     assert main(["doctor"]) == 0
     shown = capsys.readouterr().out
     assert "WRONG" not in shown
-    for name in (
-        "Python",
-        "drake",
-        "compile cache",
-        "film maps",
-        "threads",
-        "data",
-        "figures",
-        "self-check, drake",
-    ):
+    for name in ("Python", "drake", "compile cache", "film maps", "threads", "data", "figures", "self-check, drake"):
         assert re.search(rf"^ok +{name} ", shown, re.M), name
     assert shown.rstrip().endswith("all is well")
 

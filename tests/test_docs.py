@@ -79,11 +79,7 @@ def test_the_table_of_outputs_is_fresh():
 def test_the_house_is_drawn_as_the_contracts_have_it():
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     assert generator("make_architecture").page(text) == text
-    assert (
-        text.index("| `optim/cli` |")
-        < text.index("| `linkages/system` |")
-        < text.index("| `linkages/laws` |")
-    )
+    assert text.index("| `optim/cli` |") < text.index("| `linkages/system` |") < text.index("| `linkages/laws` |")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
@@ -100,18 +96,13 @@ def test_what_pages_name_is_there(page):
         assert f"def {name}(" in tests, name
 
 
-@pytest.mark.parametrize(
-    "page", [path for path in PAGES if path.name != "extend.md"], ids=lambda path: path.name
-)
+@pytest.mark.parametrize("page", [path for path in PAGES if path.name != "extend.md"], ids=lambda path: path.name)
 def test_code_of_pages_uses_public_names_that_exist(page):
     """The page of laws has a test of its own: half of its blocks are parts of modules."""
     blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     tree = ast.parse("\n".join(blocks))
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in (
-            "linkages",
-            "optim",
-        ):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in ("linkages", "optim"):
             assert node.module in PUBLIC, node.module
             for alias in node.names:
                 pkgutil.resolve_name(f"{node.module}:{alias.name}")

@@ -22,11 +22,7 @@ shear_torque = false        # neglected
 #: case -> (text, overrides, what the message must say)
 REFUSED = {
     "not TOML": ("duration = ", {}, "is not valid TOML"),
-    "unknown key": (
-        GOOD.replace("duration", "duraton"),
-        {},
-        'duraton: unknown key; did you mean "duration"?',
-    ),
+    "unknown key": (GOOD.replace("duration", "duraton"), {}, 'duraton: unknown key; did you mean "duration"?'),
     "unknown joint key": (
         GOOD.replace("viscosity", "viscocity"),
         {},
@@ -47,20 +43,12 @@ REFUSED = {
     "clearance lost in rounding": (GOOD.replace("1e-4 ", "1e-30 "), {}, "that is rounding"),
     "no bearing": (GOOD.replace("[joints.A]", "[joints.Q]"), {}, "needs a <linkages:bearing>"),
     "no viscosity": (GOOD.replace("viscosity = 0.1", ""), {}, 'model "lubricated" needs viscosity'),
-    "unknown model": (
-        GOOD.replace('"lubricated"', '"greasy"'),
-        {},
-        "'ideal', 'dry', 'lubricated' or 'mixed'",
-    ),
+    "unknown model": (GOOD.replace('"lubricated"', '"greasy"'), {}, "'ideal', 'dry', 'lubricated' or 'mixed'"),
     "unknown film": (GOOD + 'film = "finit"\n', {}, 'did you mean "finite"?'),
     "offset outside": (GOOD + "offset = [1e-4, 1e-4]\n", {}, "must lie inside the clearance circle"),
     "unknown output": (GOOD.replace("follower.omega", "folower.omega"), {}, 'did you mean "follower"?'),
     "unknown quantity": (GOOD.replace("follower.omega", "follower.omga"), {}, 'did you mean "omega"?'),
-    "driven clearance joint": (
-        GOOD.replace("[drives.O]", "[drives.A]"),
-        {},
-        "a joint with clearance cannot be driven",
-    ),
+    "driven clearance joint": (GOOD.replace("[drives.O]", "[drives.A]"), {}, "a joint with clearance cannot be driven"),
     "two kinds of drive": (
         GOOD.replace("[joints.A]", "torque = 1.0\nangles=[0.0,1.0]\ntimes=[0.0,1.0]\n[joints.A]"),
         {},
@@ -78,17 +66,9 @@ REFUSED = {
     ),
     "wrong gravity": (GOOD + "", {"gravity": [0.0, 1.0]}, "gravity"),
     "unknown override": (GOOD, {"joints.A.clearence": "1"}, 'did you mean "clearance"?'),
-    "override without a key": (
-        GOOD,
-        {"joints..clearance": "1"},
-        "is not a path; write keys with dots between",
-    ),
+    "override without a key": (GOOD, {"joints..clearance": "1"}, "is not a path; write keys with dots between"),
     "table where a value is": (GOOD, {"joints.A": "3"}, "joints.A: is 3; it should be a table"),
-    "text where a number is": (
-        GOOD,
-        {"joints.A.clearance": "'1 mm'"},
-        "is '1 mm'; it should be a number (radial",
-    ),
+    "text where a number is": (GOOD, {"joints.A.clearance": "'1 mm'"}, "is '1 mm'; it should be a number (radial"),
     "list too short": (GOOD, {"gravity": "[0, 1]"}, "it should have at least 3 items, not 2"),
     "override into a value": (GOOD, {"duration.x": "1"}, '"duration" is a value'),
     "unknown sdf path": (GOOD, {"sdf.links.couplr.mass": 1.0}, 'did you mean "coupler"?'),
@@ -97,11 +77,7 @@ REFUSED = {
     "accuracy zero": (GOOD, {"solver.accuracy": 0.0}, "greater than 0"),
     "speed out of all proportion": (GOOD, {"drives.O.speed": "1e60"}, "drives.O.speed: is 1e+60; a number"),
     "gravity with a tiny part": (GOOD, {"gravity": "[0, 1e-300, 0]"}, "gravity.1: is 1e-300; a number"),
-    "integer of thousands of digits": (
-        GOOD.replace("= 5.0", "= 0x" + "f" * 5000),
-        {},
-        "drives.O.speed: is too large",
-    ),
+    "integer of thousands of digits": (GOOD.replace("= 5.0", "= 0x" + "f" * 5000), {}, "drives.O.speed: is too large"),
     "nested deep": (GOOD + "[sdf" + ".a" * 50 + "]\nx = 1\n", {}, "is nested more than 20 levels deep"),
 }
 

@@ -107,10 +107,7 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
             thrust, axis = place(tree, pose, "follower_tip")
             lengths = [np.linalg.norm(tip - crank), np.linalg.norm(coupler - [0.1, 0.4])]
             drawn = [tree.mechanism.point[name].angle for name in ("follower", "coupler", "crank")]
-            angles = [
-                sign * (follower - drawn[0]),
-                (coupler_angle - drawn[1]) - (crank_angle - drawn[2]),
-            ]
+            angles = [sign * (follower - drawn[0]), (coupler_angle - drawn[1]) - (crank_angle - drawn[2])]
             return np.array([*tip, *thrust, axis, follower, coupler_angle, *lengths, *angles])
 
         here = quantities(q)
@@ -309,28 +306,16 @@ REFUSED = {
     "two other ends": (SPRING + "anchor = [0.0, 0.0]\n", "either to, a link or frame, or anchor"),
     "unknown other end": (SPRING.replace("pivot", "pivott"), 'springs.S.to: "pivott" is not in machine.sdf'),
     "spring within a link": (SPRING.replace("pivot", "follower"), 'the same link, "follower"'),
-    "coincident points": (
-        SPRING.replace("follower_tip", "follower"),
-        "springs.S: its points coincide at t = 0",
-    ),
+    "coincident points": (SPRING.replace("follower_tip", "follower"), "springs.S: its points coincide at t = 0"),
     "torsion of nothing": (TORSION.replace("joint =", "# joint ="), "give either joint or links"),
     "torsion of an unknown joint": (TORSION.replace('"Q"', '"P"'), 'torsion_springs.T.joint: "P"'),
-    "torsion of one link": (
-        TORSION.replace('joint = "Q"', 'links = ["crank", "crank"]'),
-        "are one and the same",
-    ),
+    "torsion of one link": (TORSION.replace('joint = "Q"', 'links = ["crank", "crank"]'), "are one and the same"),
     "torsion of an unknown link": (
         TORSION.replace('joint = "Q"', 'links = ["world", "cranc"]'),
         'did you mean "crank"?',
     ),
-    "name of a joint": (
-        FORCE.replace("forces.P", "forces.Q"),
-        "also the name of a link, frame, joint or load",
-    ),
-    "name of another load": (
-        FORCE + SPRING.replace("springs.S", "springs.P"),
-        "springs.P: is also the name of",
-    ),
+    "name of a joint": (FORCE.replace("forces.P", "forces.Q"), "also the name of a link, frame, joint or load"),
+    "name of another load": (FORCE + SPRING.replace("springs.S", "springs.P"), "springs.P: is also the name of"),
     "name with a dot": (FORCE.replace("forces.P", 'forces."a.b"'), "has a dot in its name"),
 }
 
@@ -356,8 +341,7 @@ def test_torsion_in_a_prismatic_joint_is_refused(experiment_file):
 def test_a_frame_fixed_to_the_world_is_an_anchor(system_of):
     text = GOOD + SPRING
     frame, anchor = (
-        system_of(four_bar(), toml).loads[0]
-        for toml in (text, text.replace('to = "pivot"', "anchor = [0.3, 0.0]"))
+        system_of(four_bar(), toml).loads[0] for toml in (text, text.replace('to = "pivot"', "anchor = [0.3, 0.0]"))
     )
     assert frame == anchor
 

@@ -53,9 +53,7 @@ def test_poses_axes_and_inertias_agree_with_drakes_parser(tmp_path, plane):
         np.testing.assert_allclose(item.axis, frame.rotation() @ local, atol=1e-15)
         np.testing.assert_allclose(item.position, frame.translation(), atol=1e-15)
     frame = plant.GetFrameByName("f3").CalcPoseInWorld(context)
-    np.testing.assert_allclose(
-        mechanism.point["f3"].origin, mechanism.basis[:, :2].T @ frame.translation(), atol=1e-15
-    )
+    np.testing.assert_allclose(mechanism.point["f3"].origin, mechanism.basis[:, :2].T @ frame.translation(), atol=1e-15)
 
 
 @pytest.mark.parametrize("plane", PLANES)
@@ -119,14 +117,8 @@ def test_overrides_reach_the_file(tmp_path):
 def test_a_number_of_numpy_is_a_number(tmp_path):
     path = tmp_path / "m.sdf"
     path.write_text(four_bar())
-    values = {
-        "links.coupler.mass": 0.1 + 0.2,
-        "frames.crank_tip.pose.x": 0.11,
-        "frames.crank_tip.pose.yaw": 0.1,
-    }
-    plain, numpy = (
-        load_mechanism(path, {k: kind(v) for k, v in values.items()}) for kind in (float, np.float64)
-    )
+    values = {"links.coupler.mass": 0.1 + 0.2, "frames.crank_tip.pose.x": 0.11, "frames.crank_tip.pose.yaw": 0.1}
+    plain, numpy = (load_mechanism(path, {k: kind(v) for k, v in values.items()}) for kind in (float, np.float64))
     assert numpy.values == plain.values
     assert numpy.link["coupler"].mass == 0.1 + 0.2
 
@@ -150,40 +142,25 @@ REFUSED = {
     "not SDFormat": ("<robot/>", "the root must be <sdf>"),
     "undeclared prefix": (GOOD.replace(' xmlns:linkages="urn:linkages:sdf"', ""), "declare xmlns:linkages"),
     "two models": (GOOD.replace("</sdf>", '<model name="b"/></sdf>'), "exactly one"),
-    "unknown link": (
-        GOOD.replace("<child>coupler</child>", "<child>couplr</child>"),
-        'did you mean "coupler"',
-    ),
+    "unknown link": (GOOD.replace("<child>coupler</child>", "<child>couplr</child>"), 'did you mean "coupler"'),
     "defined twice": (GOOD.replace("</model>", LINK + LINK + "</model>"), "is defined twice"),
     "not planar": (GOOD.replace("<xyz>0 0 1</xyz>", "<xyz>0 1 1</xyz>", 1), "not planar"),
     "slides out of plane": (
         model(
             "m",
-            LINK
-            + joint("J", "world", "spare")
-            + bar("b", 0.1, "__model__")
-            + joint("P", "spare", "b", "prismatic"),
+            LINK + joint("J", "world", "spare") + bar("b", 0.1, "__model__") + joint("P", "spare", "b", "prismatic"),
         ),
         "slides out of the plane",
     ),
     "no inertial": (GOOD.replace("</model>", '<link name="x"/></model>'), "has no <inertial>"),
     "negative mass": (GOOD.replace("<mass>0.2</mass>", "<mass>-1</mass>", 1), "must be positive"),
-    "non-physical inertia": (
-        GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1),
-        "no body has the principal moments",
-    ),
+    "non-physical inertia": (GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1), "no body has the principal moments"),
     "non-positive radius": (GOOD.replace("radius>0.01<", "radius>0<", 1), "must be positive"),
     "negative length": (GOOD.replace("length>0.02<", "length>-1<", 1), "must be positive"),
-    "no bearing length": (
-        GOOD.replace("<linkages:length>0.02</linkages:length>", "", 1),
-        "has no <linkages:length>",
-    ),
+    "no bearing length": (GOOD.replace("<linkages:length>0.02</linkages:length>", "", 1), "has no <linkages:length>"),
     "unknown bearing key": (GOOD.replace("linkages:length", "linkages:lenght"), 'did you mean "length"'),
     "not connected": (GOOD.replace("</model>", LINK + "</model>"), "not connected to the world"),
-    "unsupported joint": (
-        GOOD.replace('name="A" type="revolute"', 'name="A" type="ball"'),
-        "is not supported",
-    ),
+    "unsupported joint": (GOOD.replace('name="A" type="revolute"', 'name="A" type="ball"'), "is not supported"),
     "joint to itself": (GOOD.replace("<parent>crank_tip</parent>", "<parent>coupler</parent>"), "to itself"),
     "pose circle": (
         GOOD.replace(
@@ -209,18 +186,14 @@ REFUSED = {
     "nested deep": (GOOD.replace("</model>", "<a>" * 200 + "</a>" * 200 + "</model>"), "100 levels deep"),
     "long chain of frames": (
         GOOD.replace(
-            "</model>",
-            "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(5000)) + "</model>",
+            "</model>", "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(5000)) + "</model>"
         ),
         "of more than 100 attached to one another",
     ),
     "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
     "nested model": (GOOD.replace("</model>", "<include><uri>x</uri></include></model>"), "nested models"),
     "bearing in a slider": (
-        slider_crank().replace(
-            "<axis><xyz>1 0 0</xyz></axis>",
-            "<axis><xyz>1 0 0</xyz></axis>" + BEARING,
-        ),
+        slider_crank().replace("<axis><xyz>1 0 0</xyz></axis>", "<axis><xyz>1 0 0</xyz></axis>" + BEARING),
         "cannot carry",
     ),
 }

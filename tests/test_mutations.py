@@ -72,9 +72,7 @@ class Mutator:
         """Make an item of ``--set`` for an experiment with this text."""
         own = [path for path, _ in leaves(tomllib.loads(text))]
         machine = [
-            f"sdf.links.{link}.{key}"
-            for link in ("crank", "link2")
-            for key in ("mass", "com.x", "inertia", "pose.x")
+            f"sdf.links.{link}.{key}" for link in ("crank", "link2") for key in ("mass", "com.x", "inertia", "pose.x")
         ]
         path = self.dice.choice((self.dice.choice(own), self.dice.choice(PATHS), self.dice.choice(machine)))
         if self.dice.random() < 0.05:
@@ -111,9 +109,7 @@ class Mutator:
     def piece(self, data: bytes) -> bytes:
         """Drop, double or move a piece."""
         i, j, k = sorted(self.dice.randrange(len(data) + 1) for _ in range(3))
-        return self.dice.choice(
-            (data[:i] + data[j:], data[:j] + data[i:], data[:i] + data[j:k] + data[i:j] + data[k:])
-        )
+        return self.dice.choice((data[:i] + data[j:], data[:j] + data[i:], data[:i] + data[j:k] + data[i:j] + data[k:]))
 
     def line(self, data: bytes) -> bytes:
         """Drop, double or swap lines."""
@@ -148,13 +144,9 @@ class Mutator:
     def encoded(self, data: bytes) -> bytes:
         """Say another encoding, or use one."""
         name = self.dice.choice(ENCODINGS)
-        said = re.sub(
-            rb"^(<\?xml[^>]*\?>)?", b'<?xml version="1.0" encoding="%s"?>' % name.encode(), data, count=1
-        )
+        said = re.sub(rb"^(<\?xml[^>]*\?>)?", b'<?xml version="1.0" encoding="%s"?>' % name.encode(), data, count=1)
         try:
-            return self.dice.choice(
-                (said, said, data.decode("utf-8").encode(name), said.decode("utf-8").encode(name))
-            )
+            return self.dice.choice((said, said, data.decode("utf-8").encode(name), said.decode("utf-8").encode(name)))
         except (LookupError, ValueError):
             return said
 
@@ -184,14 +176,7 @@ class Mutator:
             case 4:
                 child.text = self.dice.choice(("", "world", "__model__", *VALUES)).replace("\0", "")
             case _:
-                names = [
-                    *child.attrib,
-                    "relative_to",
-                    "degrees",
-                    "rotation_format",
-                    "attached_to",
-                    "expressed_in",
-                ]
+                names = [*child.attrib, "relative_to", "degrees", "rotation_format", "attached_to", "expressed_in"]
                 words = [element.get("name", "") for element in root.iter()] + [
                     "",
                     "world",
@@ -293,9 +278,7 @@ def simulate_mutants(count: int, seed: int, folder, capsys, seconds: float = np.
         assert status in (0, 1, 2), (seed, k)
         assert len(said) == 1 or status != 2, (seed, k, said)
         if (out / "summary.json").exists():
-            summary = json.loads(
-                (out / "summary.json").read_text(), parse_constant=lambda word: pytest.fail(word)
-            )
+            summary = json.loads((out / "summary.json").read_text(), parse_constant=lambda word: pytest.fail(word))
             if summary["status"] == "ok":
                 assert None not in [output["peak"] for output in summary["outputs"].values()], (seed, k)
             assert np.isfinite(list(numbers(summary))).all()

@@ -9,17 +9,7 @@ from machines import bar, joint, model
 from scipy.integrate import solve_ivp
 from shipped import shipped
 
-from linkages import (
-    InputError,
-    Status,
-    crossings,
-    impacts,
-    largest_exponent,
-    simulate,
-    spectrum,
-    stroboscopic,
-    sweep,
-)
+from linkages import InputError, Status, crossings, impacts, largest_exponent, simulate, spectrum, stroboscopic, sweep
 from linkages.cli.main import main
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.explore.sections import horizon
@@ -182,10 +172,7 @@ def test_friction_lengthens_the_horizon_and_so_does_accuracy():
 
 def test_spectrum_of_two_tones_and_its_integral():
     def evaluate(times):
-        return {
-            "time": times,
-            "x": 5.0 + 3.0 * np.sin(2 * np.pi * 12.0 * times) + np.cos(2 * np.pi * 40.0 * times),
-        }
+        return {"time": times, "x": 5.0 + 3.0 * np.sin(2 * np.pi * 12.0 * times) + np.cos(2 * np.pi * 40.0 * times)}
 
     run = sample(np.linspace(0.0, 4.0, 101), evaluate, Status.OK, {})
     found = spectrum(run, "x", 1.0, 3000, segments=5)
@@ -245,9 +232,7 @@ def test_named_columns_are_those_of_all_columns():
         *("slider7.x", "slider7.vx", "slider7.alpha", "O1.torque"),
     ]
     for name in names:
-        np.testing.assert_allclose(
-            flow.columns(piece, times, [name])[name], everything[name], rtol=1e-12, atol=1e-18
-        )
+        np.testing.assert_allclose(flow.columns(piece, times, [name])[name], everything[name], rtol=1e-12, atol=1e-18)
     run = simulate(shipped("seven_bar_mixed", duration=1e-3), "compiled")
     np.testing.assert_allclose(everything["A.force"][-1], run["A.force"][-1], rtol=1e-4)
 

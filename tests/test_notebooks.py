@@ -36,8 +36,5 @@ def test_notebook_uses_public_names_only(path):
         names = [alias.name for alias in node.names] if isinstance(node, ast.ImportFrom | ast.Import) else []
         names += [node.attr] if isinstance(node, ast.Attribute) else []
         assert not [name for name in names if name.startswith("_") and name != "__init__"]
-        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in (
-            "linkages",
-            "optim",
-        ):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] in ("linkages", "optim"):
             assert node.module in PUBLIC, node.module

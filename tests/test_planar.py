@@ -90,9 +90,7 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     needed, found = tau.copy(), acceleration.copy()
     none = tree.loop_rows[:0]
     plane_gravity = mechanism.basis[:, :2].T @ gravity
-    constrained_dynamics(
-        tree.bodies, none, 0.0, plane_gravity, q, v, np.zeros((nb, 3)), needed, found, np.empty(0)
-    )
+    constrained_dynamics(tree.bodies, none, 0.0, plane_gravity, q, v, np.zeros((nb, 3)), needed, found, np.empty(0))
     full_a = np.zeros(plant.num_velocities())
     full_a[place.velocities] = found
     M = plant.CalcMassMatrix(context)
@@ -210,11 +208,7 @@ def test_redundant_rows_are_dropped():
 
 
 def test_motions_have_the_promised_rates_and_accelerations():
-    pieces = [
-        constant_rate(0.3, 2.0),
-        ramped_rate(-0.1, 5.0, 0.4),
-        table([0, 0.5, 1, 1.5, 2], [0, 1, 0, 2, 3]),
-    ]
+    pieces = [constant_rate(0.3, 2.0), ramped_rate(-0.1, 5.0, 0.4), table([0, 0.5, 1, 1.5, 2], [0, 1, 0, 2, 3])]
     motions = Motions(pieces)
     times = np.linspace(0.0, 2.0, 401)
     value, rate, acceleration = motions(times)

@@ -25,9 +25,7 @@ def test_extremes_are_those_of_continuous_time_not_of_the_samples():
     found = extremes(run, ["y", "z"])
     top = np.arctan(7.0 / 0.3) / 7.0  # zero of the derivative
     assert np.abs(run["y"]).max() < 0.95 * wave(np.array([top]))["y"][0]
-    resolution = (
-        (2 * 5.0 / 18 / 54) ** 4 * 7.0**4 / 24
-    )  # what the last parabola leaves of the fourth derivative
+    resolution = (2 * 5.0 / 18 / 54) ** 4 * 7.0**4 / 24  # what the last parabola leaves of the fourth derivative
     assert resolution < 5e-6
     assert found["y"].max == pytest.approx(wave(np.array([top]))["y"][0], rel=resolution)
     assert found["y"].time == pytest.approx(top, abs=1e-5)
@@ -114,10 +112,7 @@ viscosity = 0.1
 
 def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_path, capsys):
     out = tmp_path / "out"
-    assert (
-        main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--exaggerate", "5"])
-        == 0
-    )
+    assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--exaggerate", "5"]) == 0
     names = {path.name for path in out.iterdir()}
     assert names == {
         "summary.json", "trajectory.npz", "animation.html", "output_follower.omega.png", "orbits.png",
@@ -132,9 +127,7 @@ def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_p
     assert summary["joints"]["Q"]["model"] == "ideal"
     assert summary["error"]["A.force.peak"] < 1e-3 * a["force"]["peak"]
     assert summary["mechanism"]["mobility"] == 1
-    assert load_trajectory(out / "trajectory.npz")["A.force"].max() == pytest.approx(
-        a["force"]["peak"], rel=1e-3
-    )
+    assert load_trajectory(out / "trajectory.npz")["A.force"].max() == pytest.approx(a["force"]["peak"], rel=1e-3)
     text = capsys.readouterr().out
     assert "follower.omega [rad/s]" in text
     page = (out / "animation.html").read_text()
@@ -146,14 +139,7 @@ def test_a_run_leaves_nothing_of_another_run_in_its_folder(experiment_file, tmp_
     """Nor does it say that it wrote what it has not; files of the user's own stay."""
     out = tmp_path / "out"
     out.mkdir()
-    for name in (
-        "animation.html",
-        "impacts.csv",
-        "output_crank.x.png",
-        "report.html",
-        "summary.json",
-        "mine.txt",
-    ):
+    for name in ("animation.html", "impacts.csv", "output_crank.x.png", "report.html", "summary.json", "mine.txt"):
         (out / name).write_text("of old")
     words = ["simulate", str(experiment_file(four_bar(), TOML)), "--engine", "compiled", "--out", str(out)]
     assert main([*words, "--no-plots", "--no-animation"]) == 0
@@ -166,9 +152,7 @@ def test_the_same_input_gives_the_same_summary(experiment_file, tmp_path):
     path = experiment_file(four_bar(), TOML)
     texts = []
     for name in ("a", "b"):
-        assert (
-            main(["simulate", str(path), "--out", str(tmp_path / name), "--no-plots", "--no-animation"]) == 0
-        )
+        assert main(["simulate", str(path), "--out", str(tmp_path / name), "--no-plots", "--no-animation"]) == 0
         summary = json.loads((tmp_path / name / "summary.json").read_text())
         del summary["provenance"]["wall_time"]
         texts.append(json.dumps(summary))
@@ -202,9 +186,7 @@ def test_bad_input_exits_with_2_one_line_and_nothing_written(experiment_file, tm
 def test_a_failed_run_exits_with_1_and_keeps_its_results(experiment_file, tmp_path, capsys):
     out = tmp_path / "out"
     weak = TOML.replace("viscosity = 0.1", "viscosity = 1e-9")
-    assert (
-        main(["simulate", str(experiment_file(four_bar(), weak)), "--out", str(out), "--no-animation"]) == 1
-    )
+    assert main(["simulate", str(experiment_file(four_bar(), weak)), "--out", str(out), "--no-animation"]) == 1
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == "journal-left-bearing"
     assert 0.0 < summary["duration"] < 0.2
@@ -230,9 +212,7 @@ def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_p
 
     monkeypatch.setattr(progress, "progress_bar", bar)
     out = tmp_path / "out"
-    assert (
-        main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == 130
-    )
+    assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == 130
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == "interrupted"
     assert 0.1 < summary["duration"] < 0.2
@@ -246,15 +226,7 @@ def test_importing_the_package_loads_no_engine():
 
 def test_run_sevenbar_script_runs_from_anywhere(tmp_path):
     script = Path(__file__).resolve().parents[1] / "run_sevenbar.py"
-    command = [
-        sys.executable,
-        script,
-        "--duration",
-        "0.05",
-        "--no-plots",
-        "--no-animation",
-        "--no-error-estimate",
-    ]
+    command = [sys.executable, script, "--duration", "0.05", "--no-plots", "--no-animation", "--no-error-estimate"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "slider7.ax [m/s2]" in done.stdout

@@ -94,15 +94,10 @@ def test_replacing_nothing_is_the_same_system(seven_bar):
     assert seven_bar.replaced({}) is seven_bar
 
 
-@pytest.mark.parametrize(
-    "path", ["sdf.links.link22.mass", "joints.A.clearence", "sdf.links.link2.mas", "nothing"]
-)
+@pytest.mark.parametrize("path", ["sdf.links.link22.mass", "joints.A.clearence", "sdf.links.link2.mas", "nothing"])
 def test_replacing_refuses_what_loading_refuses(seven_bar, path):
     said = []
-    for ask in (
-        lambda: seven_bar.replaced({path: 1.0}),
-        lambda: load(find_file("seven_bar.toml"), {path: 1.0}),
-    ):
+    for ask in (lambda: seven_bar.replaced({path: 1.0}), lambda: load(find_file("seven_bar.toml"), {path: 1.0})):
         with pytest.raises(InputError) as caught:
             ask()
         said.append(str(caught.value))
@@ -115,9 +110,7 @@ def test_a_system_can_be_pickled(name):
     assert_same(pickle.loads(pickle.dumps(system)), system)
 
 
-@pytest.mark.parametrize(
-    "name", ["slider_crank_guide", "four_bar_dry", "five_bar_dry", "six_bar_dry", "seven_bar_rig"]
-)
+@pytest.mark.parametrize("name", ["slider_crank_guide", "four_bar_dry", "five_bar_dry", "six_bar_dry", "seven_bar_rig"])
 def test_every_number_of_a_machine_is_found_and_replaced_by_its_path(name):
     """Put in place of itself, a number changes nothing; put in place of another, it is found there."""
     system = shipped(name)

@@ -33,9 +33,7 @@ _MOTION = (
 
 
 @contextmanager
-def _figure(
-    path: Path, size: tuple[float, float], *grid: int, **shared: bool
-) -> Iterator[tuple[Figure, Any]]:
+def _figure(path: Path, size: tuple[float, float], *grid: int, **shared: bool) -> Iterator[tuple[Figure, Any]]:
     """Give an empty figure and its axes, and write it at the end."""
     with mpl.rc_context(_RC):
         figure = Figure(figsize=size, layout="constrained")

@@ -36,9 +36,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_page_markdown(markdown: str, **_: object) -> str:
     """Point links that leave docs/ to the added pages."""
-    inside = markdown.replace("](../sdf/README.md", "](machines.md").replace(
-        "](../notebooks/", "](notebooks/"
-    )
+    inside = markdown.replace("](../sdf/README.md", "](machines.md").replace("](../notebooks/", "](notebooks/")
     return inside.replace(".ipynb)", ".md)")
 
 

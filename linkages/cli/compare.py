@@ -78,9 +78,7 @@ def format_comparison(result: Comparison, system: System) -> str:
     lines += ["", f"{'':28s}{'largest difference':>20s}{'of peak':>11s}{'at [s]':>13s}{'peak':>13s}"]
     for name, row in result.differences.items():
         label = f"{name} [{unit(system, name)}]"
-        lines.append(
-            f"{label:28s}{row.max_difference:20.3e}{row.relative:11.1e}{row.time:13.6g}{row.peak:13.6g}"
-        )
+        lines.append(f"{label:28s}{row.max_difference:20.3e}{row.relative:11.1e}{row.time:13.6g}{row.peak:13.6g}")
     if result.contacts:
         lines += [
             "",

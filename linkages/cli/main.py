@@ -58,9 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def parser(known: Mapping[str, Command]) -> Parser:
     """Make the parser of the ``linkages`` command with these subcommands."""
-    result = Parser(
-        prog="linkages", description="Dynamics of planar linkages with clearance joints.", epilog=_EXAMPLES
-    )
+    result = Parser(prog="linkages", description="Dynamics of planar linkages with clearance joints.", epilog=_EXAMPLES)
     result.add_argument("--version", action="version", version=f"linkages {_version()}")
     subparsers = result.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, command in known.items():

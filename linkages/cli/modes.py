@@ -28,13 +28,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("file", help="robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--verify", action="store_true", help="compare with Drake's rigid plant")
-    parser.add_argument(
-        "--branch", type=float, metavar="DEG", help="platform angle at t = 0 of the assembly to follow"
-    )
+    parser.add_argument("--branch", type=float, metavar="DEG", help="platform angle at t = 0 of the assembly to follow")
     add_out(parser)
-    parser.add_argument(
-        "--elements", type=int, metavar="N", help="beam elements in each link, replaces the file's"
-    )
+    parser.add_argument("--elements", type=int, metavar="N", help="beam elements in each link, replaces the file's")
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
@@ -139,10 +135,8 @@ def format_table(result: dict[str, Any]) -> str:
     x, y, angle = (1e6 * value for value in result["elastic_displacement"].values())
     lines += [
         "",
-        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad,"
-        f" pivots {travel['pivots']:.4f} m",
-        "quasi-static elastic displacement of the platform:"
-        f" x {x:.4f} um, y {y:.4f} um, turning {angle:.4f} urad",
+        f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m",
+        f"quasi-static elastic displacement of the platform: x {x:.4f} um, y {y:.4f} um, turning {angle:.4f} urad",
         "largest stress [MPa]: " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in result["stress"].items()),
     ]
     if "verify" in result:

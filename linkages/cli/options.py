@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 
 def add_file(parser: argparse.ArgumentParser) -> None:
     """Add the experiment's file."""
-    parser.add_argument(
-        "file", help="experiment (.toml): a path, or the name of one that comes with the package"
-    )
+    parser.add_argument("file", help="experiment (.toml): a path, or the name of one that comes with the package")
 
 
 def add_settings(parser: argparse.ArgumentParser) -> None:
@@ -30,9 +28,7 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add_out(parser)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")
-    group.add_argument(
-        "--verbose", "-v", action="store_true", help="say what is done, how, and how long it takes"
-    )
+    group.add_argument("--verbose", "-v", action="store_true", help="say what is done, how, and how long it takes")
 
 
 def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | None = None) -> System:
@@ -68,9 +64,7 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
 
 def add_out(parser: argparse.ArgumentParser) -> None:
     """Add ``--out``."""
-    parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="folder of the results; default: results/NAME"
-    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results; default: results/NAME")
 
 
 def output_folder(options: argparse.Namespace, name: str) -> Path:

@@ -44,16 +44,10 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
     parser.add_argument(
-        "--exaggerate",
-        type=float,
-        default=1.0,
-        metavar="FACTOR",
-        help="enlarge the clearances in the animation",
+        "--exaggerate", type=float, default=1.0, metavar="FACTOR", help="enlarge the clearances in the animation"
     )
     parser.add_argument(
-        "--no-error-estimate",
-        action="store_true",
-        help="do not repeat the run at a ten times tighter tolerance",
+        "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
     )
 
 

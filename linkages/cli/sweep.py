@@ -30,9 +30,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
     add_file(parser)
-    parser.add_argument(
-        "--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced"
-    )
+    parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
     parser.add_argument(
         "--revolutions", type=int, default=20, metavar="N", help="revolutions to keep; default: %(default)s"
     )
@@ -44,9 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="revolutions to discard before them; default: %(default)s",
     )
     parser.add_argument(
-        "--drive",
-        metavar="JOINT",
-        help="drive whose revolutions they are; default: the first of constant speed",
+        "--drive", metavar="JOINT", help="drive whose revolutions they are; default: the first of constant speed"
     )
     parser.add_argument(
         "--output",
@@ -158,8 +154,7 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
             columns = {"strobe": section.strobe, "min": section.low, "max": section.high}
             entry["period"] = section.period
             entry["outputs"] = {
-                name: {what: column[name].tolist() for what, column in columns.items()}
-                for name in result.names
+                name: {what: column[name].tolist() for what, column in columns.items()} for name in result.names
             }
         points.append(entry)
     return {"path": result.path, "transient": result.transient, "units": units, "points": points}

@@ -124,9 +124,7 @@ def names(system: System) -> list[str]:
     return [*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)]
 
 
-def differences(
-    run: Trajectory, other: Trajectory, columns: list[str], until: float
-) -> dict[str, Difference]:
+def differences(run: Trajectory, other: Trajectory, columns: list[str], until: float) -> dict[str, Difference]:
     """Largest differences of columns up to a time [s], at the steps of `other`; `run` has dense output."""
     inside = other.time <= until
     times = other.time[inside]
@@ -169,9 +167,7 @@ def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
     return run.evaluate
 
 
-def _contacts(
-    run: Trajectory, other: Trajectory, system: System, until: float
-) -> list[tuple[Impact, Impact]]:
+def _contacts(run: Trajectory, other: Trajectory, system: System, until: float) -> list[tuple[Impact, Impact]]:
     """Pair the first contacts of each joint."""
     result = []
     for joint in touching(system):

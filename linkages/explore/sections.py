@@ -101,9 +101,7 @@ def stroboscopic(
     return Section(period, np.array(times), strobe, low, high, flow.status)
 
 
-def crossings(
-    run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0
-) -> Columns:
+def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0) -> Columns:
     """Poincare section where a column crosses a level: all columns at the crossings.
 
     Two crossings between two steps of the integrator are not seen.

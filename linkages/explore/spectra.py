@@ -28,12 +28,7 @@ class Spectrum:
 
 
 def spectrum(
-    run: Trajectory,
-    name: str,
-    start: float = 0.0,
-    samples: int = 8192,
-    segments: int = 1,
-    window: str = "hann",
+    run: Trajectory, name: str, start: float = 0.0, samples: int = 8192, segments: int = 1, window: str = "hann"
 ) -> Spectrum:
     """Power spectral density by Welch's method, from even samples of the dense output.
 

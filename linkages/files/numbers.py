@@ -24,7 +24,5 @@ def implausible(value: float) -> str:
         return ""
     if abs(value) < SMALLEST:
         return f"is {value:g}; a number other than zero must be at least {SMALLEST:g} in magnitude"
-    shown = (
-        f"{value:g}" if isinstance(value, float) else "too large"
-    )  # the digits may be too many to be written
+    shown = f"{value:g}" if isinstance(value, float) else "too large"  # the digits may be too many to be written
     return f"is {shown}; a number must be finite, and at most {LARGEST:g} in magnitude"

@@ -28,12 +28,7 @@ Array = NDArray[np.float64]
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
-_ENCODINGS = (
-    "utf-8",
-    "utf-16",
-    "us-ascii",
-    "iso-8859-1",
-)  # that every XML reader knows, or their common part
+_ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # that every XML reader knows, or their common part
 _DEEPEST = 100  # levels of elements, and poses relative to one another: reading recurses
 
 
@@ -475,9 +470,7 @@ def _find_model(path: Path) -> ET.Element:
 
     def declared(_: str, encoding: str | None, __: int) -> None:
         if encoding is not None and encoding.lower() not in _ENCODINGS:
-            raise InputError(
-                path, "<?xml?>", f'encoding "{encoding}" is not supported; save the file as UTF-8'
-            )
+            raise InputError(path, "<?xml?>", f'encoding "{encoding}" is not supported; save the file as UTF-8')
 
     def start(name: str, _: object) -> None:
         nonlocal depth

@@ -115,9 +115,7 @@ def continued(shapes: Array, target: Array, mass: Array) -> tuple[NDArray[np.int
     return order, found * signs, table[np.arange(len(order)), order]
 
 
-def track(
-    points: Iterable[ModesAt], between: Callable[[float], ModesAt], count: int
-) -> tuple[Array, Array, Array]:
+def track(points: Iterable[ModesAt], between: Callable[[float], ModesAt], count: int) -> tuple[Array, Array, Array]:
     """Follow modes along a parameter.
 
     Each point's modes are assigned to those of the point before so that the sum of their MAC is largest, and signs are

@@ -61,11 +61,7 @@ def modal_step(
 
 
 def generalised_alpha(
-    matrices: Callable[[Array], tuple[Array, Array, Array, Array]],
-    times: Array,
-    u0: Array,
-    v0: Array,
-    radius: float,
+    matrices: Callable[[Array], tuple[Array, Array, Array, Array]], times: Array, u0: Array, v0: Array, radius: float
 ) -> tuple[Array, Array, Array]:
     """Integrate M(t) u'' + C(t) u' + K(t) u = f(t), to second order in the step (Chung and Hulbert, 1993).
 

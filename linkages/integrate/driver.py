@@ -167,14 +167,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
 
     @template
     def drive(
-        problem: Any,
-        s: Stepper,
-        tolerance: Array,
-        t: float,
-        start: Array,
-        modes: Indices,
-        width: int,
-        options: Options,
+        problem: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int, options: Options
     ) -> Record:
         """Integrate from (t, start).
 

@@ -100,9 +100,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
     """Make the method's ``attempt`` for ``rhs(problem, t, y, dy)`` and ``jacobian(problem, t, y, out)``, compiled."""
 
     @template
-    def newton(
-        problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool
-    ) -> tuple[bool, int, float]:
+    def newton(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
         """Solve for the stages; returns whether it converged, the iterations, the rate of convergence."""
         n = len(y)
         _predict(s, h)
@@ -142,11 +140,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
                     return before < _NEWTON, iteration + 1, rate
                 if rate < 1.0 and rate**left / (1.0 - rate) * size > goal and size > 1e-10:
                     return False, iteration + 1, rate
-            if (
-                size == 0.0
-                or size < 1e-10
-                or (iteration > 0 and rate < 1.0 and rate / (1.0 - rate) * size < goal)
-            ):
+            if size == 0.0 or size < 1e-10 or (iteration > 0 and rate < 1.0 and rate / (1.0 - rate) * size < goal):
                 return True, iteration + 1, rate
             before = size
         return before < goal, iterations, rate

@@ -4,14 +4,4 @@ from linkages.kernel.by_address import address, caller
 from linkages.kernel.compile import inlined_kernel, kernel, template
 from linkages.kernel.types import Array, Indices, Records, record_type
 
-__all__ = [
-    "Array",
-    "Indices",
-    "Records",
-    "address",
-    "caller",
-    "inlined_kernel",
-    "kernel",
-    "record_type",
-    "template",
-]
+__all__ = ["Array", "Indices", "Records", "address", "caller", "inlined_kernel", "kernel", "record_type", "template"]

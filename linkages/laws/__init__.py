@@ -22,14 +22,7 @@ from linkages.laws.contact.contacts import CONTACTS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS
-from linkages.laws.registry import (
-    Registered,
-    register_contact,
-    register_film,
-    register_friction,
-    registered,
-    restore,
-)
+from linkages.laws.registry import Registered, register_contact, register_film, register_friction, registered, restore
 
 __all__ = [
     "CONTACTS",

@@ -78,9 +78,7 @@ def clearance_force(
         sliding = v_t + omega_j * radius - omega_b * (e + radius)
         extra = 0.0
         if joint.model != _DRY and joint.transition == 0.0:
-            extra = asperity_force(
-                e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure
-            )
+            extra = asperity_force(e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure)
         load, drag, rate = dry_force(joint, delta, v_n, sliding, approach, bristle, extra)
         d_n, d_t, d_couple = -load, -drag, -radius * drag
         if joint.model == _DRY or joint.transition == 0.0:
@@ -94,13 +92,7 @@ def clearance_force(
 
 @kernel
 def dry_force(
-    joint: np.record,
-    delta: float,
-    closing: float,
-    sliding: float,
-    approach: float,
-    bristle: float,
-    extra: float = 0.0,
+    joint: np.record, delta: float, closing: float, sliding: float, approach: float, bristle: float, extra: float = 0.0
 ) -> tuple[float, float, float]:
     """Load, friction and rate of the bristles of one dry contact.
 

@@ -81,12 +81,7 @@ def register_contact(
 
 
 def register_film(
-    name: str,
-    force: Callable[..., tuple[float, float, float]],
-    *,
-    formula: str = "",
-    valid: str = "",
-    source: str = "",
+    name: str, force: Callable[..., tuple[float, float, float]], *, formula: str = "", valid: str = "", source: str = ""
 ) -> None:
     """Register a film under a name that an experiment can give as ``joints.NAME.film``.
 

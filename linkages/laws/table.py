@@ -57,9 +57,7 @@ def markdown() -> str:
         "Generated from the registries in `linkages/laws` by `docs/make_laws.py`: do not edit.",
         "",
     ]
-    films = {
-        name: film for name, film in FILMS.items() if film.force is not None
-    }  # the map's rules have rows
+    films = {name: film for name, film in FILMS.items() if film.force is not None}  # the map's rules have rows
     parts += _section("Films", films | {f"finite, {name}": rule for name, rule in CAVITATIONS.items()})
     parts += _long_bearing()
     parts += _section("Contact", CONTACTS)

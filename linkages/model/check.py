@@ -74,9 +74,7 @@ class _Check:
                 least = f"it must be smaller than the bearing's radius of {radius:g} m"
                 self.refuse("clearance", f"is {clearance:g} m; {least}")
             if radius - clearance == radius:
-                self.refuse(
-                    "clearance", f"is {clearance:g} m; beside a radius of {radius:g} m that is rounding"
-                )
+                self.refuse("clearance", f"is {clearance:g} m; beside a radius of {radius:g} m that is rounding")
             if sum(x * x for x in model.offset) >= clearance**2:
                 self.refuse("offset", "must lie inside the clearance circle")
             return

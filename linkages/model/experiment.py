@@ -137,9 +137,7 @@ class Experiment(Table):
         return _build(self._source, data, self._sources, {}, ARGUMENT)
 
 
-def load_experiment(
-    path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT
-) -> Experiment:
+def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> Experiment:
     """Read an experiment from a TOML file.
 
     Parameters

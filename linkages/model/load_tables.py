@@ -48,9 +48,7 @@ class Torque(Table):
     link: str = Field(description="the link it acts on")
     torque: Finite | None = Field(None, description="constant torque, counter-clockwise [N m]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
-    torques: list[Finite] | None = Field(
-        None, description="torques at `times`; between them monotone cubics [N m]"
-    )
+    torques: list[Finite] | None = Field(None, description="torques at `times`; between them monotone cubics [N m]")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Torque:

@@ -41,9 +41,7 @@ class Drive(Table):
     """
 
     angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
-    speed: Finite | None = Field(
-        None, description="constant speed [rad/s]; of a torque drive, speed at t = 0"
-    )
+    speed: Finite | None = Field(None, description="constant speed [rad/s]; of a torque drive, speed at t = 0")
     ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
     angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
@@ -100,13 +98,9 @@ class Contact(Table):
     """Contact of journal and bearing, for dry and mixed joints."""
 
     law: ContactLaw = Field(description="normal contact law")
-    restitution: Annotated[float, Field(gt=0, le=1)] = Field(
-        description="nominal coefficient of restitution [1]"
-    )
+    restitution: Annotated[float, Field(gt=0, le=1)] = Field(description="nominal coefficient of restitution [1]")
     youngs_modulus: Positive | None = Field(None, description="Young's modulus of both bodies [Pa]")
-    poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(
-        0.3, description="Poisson's ratio of both [1]"
-    )
+    poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(0.3, description="Poisson's ratio of both [1]")
     stiffness: Positive | None = Field(
         None, description="stiffness instead of the law's from material and radii [N/m^n; N/m for cylinders]"
     )
@@ -160,15 +154,9 @@ class Mixed(Table):
     """Between film and contact, for mixed joints."""
 
     law: Literal["blend", "greenwood-tripp"] = Field(description="blend of Chen 2025 eq. (15), or asperities")
-    transition: Positive | None = Field(
-        None, description="blend: penetration E_0 where only contact is left [m]"
-    )
-    film_limit: Fraction = Field(
-        0.99, description="largest eccentricity ratio at which the film is evaluated [1]"
-    )
-    roughness: Positive | None = Field(
-        None, description="asperities: standard deviation of either surface [m]"
-    )
+    transition: Positive | None = Field(None, description="blend: penetration E_0 where only contact is left [m]")
+    film_limit: Fraction = Field(0.99, description="largest eccentricity ratio at which the film is evaluated [1]")
+    roughness: Positive | None = Field(None, description="asperities: standard deviation of either surface [m]")
     density: Positive | None = Field(None, description="asperities: summits per area [1/m2]")
     tip_radius: Positive | None = Field(None, description="asperities: radius of the summits [m]")
 
@@ -184,9 +172,7 @@ class Mixed(Table):
 class Oil(Table):
     """A mineral oil by its ISO VG grade, at a temperature: gives the viscosity."""
 
-    grade: Annotated[int, Field(gt=1)] = Field(
-        description="ISO VG grade: kinematic viscosity at 40 C [mm2/s]"
-    )
+    grade: Annotated[int, Field(gt=1)] = Field(description="ISO VG grade: kinematic viscosity at 40 C [mm2/s]")
     temperature: Annotated[float, Field(ge=-50, le=250)] = Field(description="[degC]")
     density: Positive = Field(870.0, description="density at 15 C [kg/m3]")
 
@@ -205,9 +191,7 @@ class JointModel(Table):
     mixed: Mixed | None = Field(None, description="mixed: between film and contact")
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
     shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
-    small_eccentricity: SmallEccentricity | None = Field(
-        None, description="the paper's correction near the centre"
-    )
+    small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
     offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0],
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
@@ -266,8 +250,7 @@ class Solver(Table):
     """Numerical settings; the defaults suit lubricated joints."""
 
     integrator: Scheme | None = Field(
-        None,
-        description="Drake's integration scheme; default radau3 with films or bristles, else runge_kutta5",
+        None, description="Drake's integration scheme; default radau3 with films or bristles, else runge_kutta5"
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
     max_step: Positive | None = Field(

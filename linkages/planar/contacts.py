@@ -28,14 +28,7 @@ MEMORY = ("approach", "bristle")
 
 @kernel
 def clearance_wrenches(
-    ends: Records,
-    laws: Records,
-    tables: Array,
-    memory: Array,
-    pose: Array,
-    vel: Array,
-    wrench: Array,
-    out: Array,
+    ends: Records, laws: Records, tables: Array, memory: Array, pose: Array, vel: Array, wrench: Array, out: Array
 ) -> None:
     """Add the force pair of every clearance joint to the bodies' wrenches.
 

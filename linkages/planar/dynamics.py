@@ -161,9 +161,7 @@ def inertial_load(
 
 
 @kernel
-def respond(
-    bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
-) -> None:
+def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array) -> None:
     """Change of the accelerations that given loads cause.
 
     Parameters

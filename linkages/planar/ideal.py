@@ -26,9 +26,7 @@ class Ideal(NamedTuple):
 def make_ideal(rows: Records, nb: int, n: int) -> Ideal:
     """Make the arrays for nb bodies and n coordinates."""
     shape = (nb, 3)
-    return Ideal(
-        rows, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((nb, 5)), np.zeros(shape), np.zeros(shape)
-    )
+    return Ideal(rows, np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((nb, 5)), np.zeros(shape), np.zeros(shape))
 
 
 @kernel

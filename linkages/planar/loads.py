@@ -174,9 +174,7 @@ def load_wrenches_tangent(
 
 
 @kernel
-def _spring_tangent(
-    load: np.record, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array
-) -> None:
+def _spring_tangent(load: np.record, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array) -> None:
     """Add the derivative of a spring's wrenches; at zero length, of the part that has one."""
     dx, dy, arms = gap(pose, load.a, load.b)
     vx, vy = gap_rate(vel, load.a, load.b, arms)

@@ -152,9 +152,7 @@ def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwre
 
 
 @kernel
-def row_tangent(
-    row: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array
-) -> float:
+def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
     """Change of `row_acceleration`."""
     if row.kind == ANGLE:
         return dacc[row.b.body, 0] - dacc[row.a.body, 0]

@@ -41,11 +41,7 @@ def write_report(results: Results, path: Path) -> None:
 def render(results: Results) -> str:
     """Return the page as text."""
     environment = Environment(
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     versions = results.summary["provenance"]["versions"]
     elsewhere = ("python", "linkages")  # not installed as the other packages are

@@ -124,10 +124,6 @@ def _impacts(path: Path) -> tuple[Impact, ...] | None:
             rows = list(csv.DictReader(file))
         for row in rows:  # older files lack the last column
             row.setdefault("peak_normal_force", "")
-        return tuple(
-            Impact(row["joint"], *(float(row[key.name] or "nan") for key in numbers)) for row in rows
-        )
+        return tuple(Impact(row["joint"], *(float(row[key.name] or "nan") for key in numbers)) for row in rows)
     except (OSError, ValueError, KeyError, TypeError) as problem:
-        raise InputError(
-            str(path), "", f"is not a list of contacts written by linkages ({problem})"
-        ) from None
+        raise InputError(str(path), "", f"is not a list of contacts written by linkages ({problem})") from None

@@ -46,10 +46,7 @@ def format_table(summary: dict[str, Any]) -> str:
         error = summary["error"].get(key) if key else "error"
         return label, cells + (_cell(error, 11, ".1e") if summary["error"] else "")
 
-    rows = [
-        ("", f"{'ideal joints':>24s}{run:>26s}"),
-        row("output", ("min", "max", "min", "max")),
-    ]
+    rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]
     for name, value in summary["outputs"].items():
         exact = ideal["outputs"][name]
         extremes = exact["min"], exact["max"], value["min"], value["max"]
@@ -57,11 +54,7 @@ def format_table(summary: dict[str, Any]) -> str:
     rows += [("", ""), row("joint force [N]", ("ideal peak", "peak", "at [s]", "eps peak"))]
     for name, value in summary["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
-        exact, force, ratio = (
-            ideal["joints"][name]["force"],
-            value["force"],
-            value.get("eccentricity_ratio", {}),
-        )
+        exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
     for kind in ("drives", "loads"):
@@ -86,9 +79,7 @@ def format_judgement(summary: dict[str, Any]) -> list[str]:
     """Say in lines of text how large the errors are, and every warning."""
     lines = []
     for key, part in relative(peaks_by_key(summary), summary["error"])[:1]:
-        text = (
-            f"a ten times tighter tolerance changes the peaks by at most {part:.1e} of their values ({key})"
-        )
+        text = f"a ten times tighter tolerance changes the peaks by at most {part:.1e} of their values ({key})"
         lines = ["", text]
     for entry in summary["warnings"]:
         lines += ["", f"warning ({entry['kind']}): {entry['what']}; {entry['remedy']}"]

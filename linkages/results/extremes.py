@@ -138,9 +138,7 @@ def _maxima(
     return best
 
 
-def refine(
-    trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = False
-) -> list[tuple[float, float]]:
+def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = False) -> list[tuple[float, float]]:
     """Time and value of the maximum in each bracket, over continuous time.
 
     The top of the parabola through a bracket's samples is evaluated, again and again, until what the parabola has

@@ -174,9 +174,7 @@ def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Traject
             centres = columns[f"{name}.ex"] + 1j * columns[f"{name}.ey"]
             return -np.real(force * centres.conj()) / np.maximum(np.abs(centres), np.finfo(float).tiny)
         # from corner 4 to corner 1 across the block, less its tilt: across the slot
-        first, last = (
-            columns[f"{guide}.corner{k}.ex"] + 1j * columns[f"{guide}.corner{k}.ey"] for k in (1, 4)
-        )
+        first, last = (columns[f"{guide}.corner{k}.ex"] + 1j * columns[f"{guide}.corner{k}.ey"] for k in (1, 4))
         across = (first - last) * np.exp(-1j * columns[f"{guide}.tilt"])
         return np.abs(np.real(force * across.conj())) / np.abs(across)
 

@@ -78,9 +78,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
             best = int(np.argmin(ratios))
             low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
-            found.append(
-                Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, q(between[best])))
-            )
+            found.append(Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, q(between[best]))))
     return found
 
 
@@ -93,9 +91,7 @@ def _candidates(quality: Array) -> list[int]:
     near = np.flatnonzero(lowest & (quality - 2.0 * fall < NEAR))
     # one of each run of neighbours
     return [
-        int(run[np.argmin(quality[run])])
-        for run in np.split(near, np.flatnonzero(np.diff(near) > 1) + 1)
-        if len(run)
+        int(run[np.argmin(quality[run])]) for run in np.split(near, np.flatnonzero(np.diff(near) > 1) + 1) if len(run)
     ]
 
 

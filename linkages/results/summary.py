@@ -181,10 +181,7 @@ def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] =
     for table, name in experiment.loads:
         effort = _effort(table)
         work = integral(trajectory, trajectory[f"{name}.power"])
-        result.setdefault("loads", {})[name] = {
-            effort: {"peak": peak[f"{name}.{effort}"].value},
-            "work": work,
-        }
+        result.setdefault("loads", {})[name] = {effort: {"peak": peak[f"{name}.{effort}"].value}, "work": work}
     return result
 
 

@@ -58,9 +58,7 @@ def rough(
     return [warning("rough", None, f"a ten times tighter tolerance changes {names}", remedy)]
 
 
-def relative(
-    peaks: Mapping[str, float | None], errors: Mapping[str, float | None]
-) -> list[tuple[str, float]]:
+def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | None]) -> list[tuple[str, float]]:
     """Errors in parts of their peaks, the largest first; without those of peaks that are nothing but rounding."""
     largest: dict[str, float] = {}
     for key, peak in peaks.items():

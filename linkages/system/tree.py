@@ -267,9 +267,7 @@ class _Builder:
         self.mechanism = mechanism
         self.driven = driven
         self.joints = joints
-        self.rows: list[tuple[Any, ...]] = [
-            ((-1, 0.0, 0.0), types.FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        ]
+        self.rows: list[tuple[Any, ...]] = [((-1, 0.0, 0.0), types.FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
         self.index = {"world": 0}
         self.drawn = [np.zeros(2)]
         self.coordinates: list[str] = []

@@ -165,8 +165,7 @@ class FiniteElementModel:
             table = functions(one.angles)[0]
             g = sparse.csc_matrix(self.reduction(one)[0])
             k, m = (
-                sparse.csr_matrix((table @ part, (row, column)), (self.full, self.full))
-                for part in (k_table, m_table)
+                sparse.csr_matrix((table @ part, (row, column)), (self.full, self.full)) for part in (k_table, m_table)
             )
             yield (g.T @ k @ g).tocsc(), (g.T @ m @ g).tocsc()
 

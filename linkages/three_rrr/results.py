@@ -53,9 +53,7 @@ class RobotResults:
     stress: list[LinkStress]
 
 
-def analyse(
-    robot: Robot, progress: Callable[[float], None] | None = None, poses: int = POSES
-) -> RobotResults:
+def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses: int = POSES) -> RobotResults:
     """Follow the robot's branch (`robot.branch`, or the first assembly) and compute everything along it.
 
     A branch that ends at a fold is analysed up to nearly there.
@@ -81,6 +79,4 @@ def analyse(
     static = quasi_static_response(model, state)
     stress = link_stress(model, static)
     error = float(np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))))
-    return RobotResults(
-        held, model, found, branch, state, error, values, tracked, forms, quality, free, static, stress
-    )
+    return RobotResults(held, model, found, branch, state, error, values, tracked, forms, quality, free, static, stress)

@@ -26,9 +26,7 @@ class Drives(Table):
 
     phi0: Three = Field(description="crank angles at t = 0 [deg], absolute")
     phidot: Three = Field(description="crank speeds [rad/s]")
-    roots: Literal["locked", "free", "servo"] = Field(
-        "locked", description="elastic rotation of the crank roots"
-    )
+    roots: Literal["locked", "free", "servo"] = Field("locked", description="elastic rotation of the crank roots")
     servo_stiffness: Positive | None = Field(None, description="of each drive, if roots are servo [N m/rad]")
 
 
@@ -61,9 +59,7 @@ class ModelOptions(Table):
 
     elements: Annotated[int, Field(ge=1, le=512)] = Field(1, description="beam elements in each link")
     beam: Literal["euler-bernoulli", "timoshenko"] = Field("euler-bernoulli", description="beam theory")
-    platform: Literal["triangle", "rigid"] = Field(
-        "triangle", description="one constant-strain triangle, or rigid"
-    )
+    platform: Literal["triangle", "rigid"] = Field("triangle", description="one constant-strain triangle, or rigid")
 
 
 class Damping(Table):
@@ -178,9 +174,7 @@ def load_robot(path: str | Path) -> Robot:
     return make_robot(data, path)
 
 
-def make_robot(
-    data: Mapping[str, Any], source: str | Path = "robot", geometry: Geometry | None = None
-) -> Robot:
+def make_robot(data: Mapping[str, Any], source: str | Path = "robot", geometry: Geometry | None = None) -> Robot:
     """Build a robot from the tables of its TOML file; `geometry` replaces the SDFormat file's dimensions."""
     path = Path(source)
     robot = validate(Robot, data, path)

@@ -124,8 +124,7 @@ def velocity_effect(robot: Robot, branch: Branch, factors: Array, poses: int = 2
         u_full = solve(k + stiff, f)
         displacement.append(np.max(np.abs(u_full - u)) / np.max(np.abs(u)))
         change = [
-            abs(_first_frequency(*matrices) / p - 1.0)
-            for *matrices, p in zip(m, gyro, k + stiff, plain, strict=True)
+            abs(_first_frequency(*matrices) / p - 1.0) for *matrices, p in zip(m, gyro, k + stiff, plain, strict=True)
         ]
         frequency.append(max(change))
     return np.array(frequency), np.array(displacement)

@@ -15,9 +15,7 @@ from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, legwise, turned
 
 
-def velocity_terms(
-    model: FiniteElementModel, state: Motion, tension_from: Array | None = None
-) -> tuple[Array, Array]:
+def velocity_terms(model: FiniteElementModel, state: Motion, tension_from: Array | None = None) -> tuple[Array, Array]:
     """Matrices G and K_c + K_g (N, size, size) of the unknowns.
 
     Parameters

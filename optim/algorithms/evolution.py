@@ -30,15 +30,11 @@ class DifferentialEvolution(Table):
     recombination: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
         0.9, description="probability of each variable to come from the trial"
     )
-    convergence: NonNegative = Field(
-        0.0, description="stop when the population's objectives spread less, relatively"
-    )
+    convergence: NonNegative = Field(0.0, description="stop when the population's objectives spread less, relatively")
     tolerance: NonNegative = Field(1e-6, description="violation up to which a constraint counts as satisfied")
 
 
-def evolve(
-    problem: Problem, settings: DifferentialEvolution, seed: int = 0, progress: Report | None = None
-) -> Result:
+def evolve(problem: Problem, settings: DifferentialEvolution, seed: int = 0, progress: Report | None = None) -> Result:
     """Minimise one objective; whole generations are evaluated in one call.
 
     Parameters are those of `optim.minimise`. The first generation is a Latin hypercube, with the problem's start among

@@ -49,14 +49,10 @@ class ReducedGradient(Table):
     """Settings of the generalised reduced gradient method."""
 
     iterations: int = Field(200, ge=1, description="iterations at most")
-    tolerance: Positive = Field(
-        1e-7, description="of the reduced gradient, relative to 1 + |objective|, scaled"
-    )
+    tolerance: Positive = Field(1e-7, description="of the reduced gradient, relative to 1 + |objective|, scaled")
     feasibility: Positive = Field(1e-9, description="tolerance of the constraints, relative to their scales")
     step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
-    starts: int = Field(
-        1, ge=1, description="the nominal design and so many more less one, a Latin hypercube"
-    )
+    starts: int = Field(1, ge=1, description="the nominal design and so many more less one, a Latin hypercube")
 
 
 def reduced_gradient(

@@ -67,18 +67,10 @@ ALGORITHMS = {
         several=True,
     ),
     "grg": Algorithm(
-        "optim.algorithms.gradient",
-        "reduced_gradient",
-        "ReducedGradient",
-        "generalised reduced gradient",
-        local=True,
+        "optim.algorithms.gradient", "reduced_gradient", "ReducedGradient", "generalised reduced gradient", local=True
     ),
     "snopt": Algorithm(
-        "optim.algorithms.snopt",
-        "snopt",
-        "Snopt",
-        "sequential quadratic programming, Drake's SNOPT",
-        local=True,
+        "optim.algorithms.snopt", "snopt", "Snopt", "sequential quadratic programming, Drake's SNOPT", local=True
     ),
     "differential-evolution": Algorithm(
         "optim.algorithms.evolution", "evolve", "DifferentialEvolution", "differential evolution, SciPy's"

@@ -32,9 +32,7 @@ class Snopt(Table):
     tolerance: Positive = Field(1e-7, description="major optimality tolerance")
     feasibility: Positive = Field(1e-8, description="major feasibility tolerance, of the scaled constraints")
     step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
-    starts: int = Field(
-        1, ge=1, description="the nominal design and so many more less one, a Latin hypercube"
-    )
+    starts: int = Field(1, ge=1, description="the nominal design and so many more less one, a Latin hypercube")
 
 
 def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | None = None) -> Result:
@@ -143,7 +141,5 @@ class _Search:
             self.iterations += 1
             if self.progress is not None:
                 design = self.form.design(x)[None, :]
-                self.progress(
-                    Progress(self.iterations, self.settings.iterations, design, self.archive(design))
-                )
+                self.progress(Progress(self.iterations, self.settings.iterations, design, self.archive(design)))
         return self._slopes[key]

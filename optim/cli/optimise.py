@@ -69,23 +69,16 @@ def _interrupts() -> Iterator[list[int]]:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument(
-        "files", nargs="+", metavar="FILE", help="study (.toml), a path or the name of a shipped one"
-    )
+    parser.add_argument("files", nargs="+", metavar="FILE", help="study (.toml), a path or the name of a shipped one")
     seeds = parser.add_mutually_exclusive_group()
     seeds.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
     seeds.add_argument("--seeds", metavar="A:B", help="run every seed from A to B")
     parser.add_argument("--resume", action="store_true", help="continue what was begun in the output folder")
     parser.add_argument(
-        "--start",
-        type=Path,
-        metavar="RESULT",
-        help="begin from the best design in this folder of another study",
+        "--start", type=Path, metavar="RESULT", help="begin from the best design in this folder of another study"
     )
     add_out(parser)
-    parser.add_argument(
-        "--threads", type=int, metavar="N", help="threads of the compiled engine; default: all"
-    )
+    parser.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
     parser.add_argument("--cluster", metavar="ADDRESS", help="evaluate on a Dask cluster, tcp://host:8786")
     parser.add_argument("--no-verify", action="store_true", help="do not run the optimum again on Drake")
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
@@ -144,16 +137,11 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     root = output_folder(options, names[0] if len(studies) == 1 else "optimise")
     one = len(pairs) == 1
     starts = {s.source.stem: start_of(s, options.start) if options.start else None for s in studies}
-    jobs = [
-        Job(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}")
-        for s, seed in pairs
-    ]
+    jobs = [Job(s, seed, starts[s.source.stem], root if one else root / f"{s.source.stem}_{seed}") for s, seed in pairs]
     for job in jobs:
         store = job.folder / STORE
         if store.exists() and not options.resume:
-            raise InputError(
-                "--out", str(store), "exists already; continue with --resume, or give another --out"
-            )
+            raise InputError("--out", str(store), "exists already; continue with --resume, or give another --out")
         try:
             job.folder.mkdir(parents=True, exist_ok=True)
         except OSError as problem:

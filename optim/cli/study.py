@@ -28,12 +28,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     export.add_argument(
         "--out", type=Path, metavar="TABLE", help=".csv or .parquet; default: evaluations.csv beside FILE"
     )
-    sensitivity = actions.add_parser(
-        "sensitivity", help="Sobol's indices over the bounds, and one variable at a time"
-    )
-    sensitivity.add_argument(
-        "file", metavar="FILE", help="study (.toml), a path or the name of a shipped one"
-    )
+    sensitivity = actions.add_parser("sensitivity", help="Sobol's indices over the bounds, and one variable at a time")
+    sensitivity.add_argument("file", metavar="FILE", help="study (.toml), a path or the name of a shipped one")
     sensitivity.add_argument(
         "--samples",
         type=int,
@@ -42,9 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="a power of two; N (variables + 2) designs are run; default: %(default)s",
     )
     sensitivity.add_argument("--seed", type=int, metavar="N", help="replaces the file's")
-    sensitivity.add_argument(
-        "--threads", type=int, metavar="N", help="threads of the compiled engine; default: all"
-    )
+    sensitivity.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
     add_out(sensitivity)
     sensitivity.add_argument("--no-plots", action="store_true", help="draw no figures")
 

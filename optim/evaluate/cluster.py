@@ -45,9 +45,7 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
         except TimeoutError:
-            raise RunError(
-                f"cluster {address}: has no workers; start some with: dask worker {address}"
-            ) from None
+            raise RunError(f"cluster {address}: has no workers; start some with: dask worker {address}") from None
         here = versions()
         for worker, there in client.run(versions).items():
             for package in here:

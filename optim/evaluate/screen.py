@@ -27,9 +27,7 @@ class Screened:
         two steps along a variable from one that satisfies them are run too, but not beyond a hard constraint.
     """
 
-    def __init__(
-        self, study: Study, evaluate: Callable[[Array], Evaluations], step: float | None = None
-    ) -> None:
+    def __init__(self, study: Study, evaluate: Callable[[Array], Evaluations], step: float | None = None) -> None:
         self.study, self.evaluate = study, evaluate
         spans = np.diag(study.upper - study.lower)
         self._steps = [] if step is None else [k * step * span for k in (-2, -1, 1, 2) for span in spans]

@@ -108,9 +108,7 @@ def _check(node: ast.expr, names: set[str], depth: int = 0) -> None:
             for argument in arguments:
                 _check(argument, names, depth + 1)
         case _:
-            raise ValueError(
-                f'"{ast.unparse(node)}" is not arithmetic: use numbers, names, + - * / ** and functions'
-            )
+            raise ValueError(f'"{ast.unparse(node)}" is not arithmetic: use numbers, names, + - * / ** and functions')
 
 
 def _value(node: ast.expr, values: Mapping[str, float]) -> float:

@@ -164,16 +164,13 @@ def _point(
         system = base.replaced(replaced)
         system.replaced(design)
     windows = {
-        key: _times(path, f"windows.{key}", window, system.experiment, design)
-        for key, window in file.windows.items()
+        key: _times(path, f"windows.{key}", window, system.experiment, design) for key, window in file.windows.items()
     }
     windows["run"] = np.array([[0.0, system.experiment.duration]])
     return OperatingPoint(name, system, (*variables.values(), *formulas), tuple(formulas.values()), windows)
 
 
-def _times(
-    path: Path, where: str, window: Window, experiment: Experiment, design: Mapping[str, float]
-) -> Array:
+def _times(path: Path, where: str, window: Window, experiment: Experiment, design: Mapping[str, float]) -> Array:
     """Make the times of a window, (count, 2) [s]."""
     unit, drive, key = 1.0, window.revolutions_of, f"{where}.revolutions_of"
     if drive is not None:

@@ -64,9 +64,7 @@ class Point(Table):
 class Term(Table):
     """A functional of one output."""
 
-    functional: FunctionalName = Field(
-        description="peak: largest magnitude; range: max - min; integral over time"
-    )
+    functional: FunctionalName = Field(description="peak: largest magnitude; range: max - min; integral over time")
     output: str = Field(
         description="an output (slider7.ax, A.force, O1.torque; see Outputs), + .jitter: less the ideal linkage's;"
         " of the ideal linkage, without a run: ideal.NAME, ideal.JOINT.turning_rate"
@@ -127,19 +125,14 @@ class StudyFile(Table):
     seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(1, description="of the random numbers")
     set: dict[str, Any] = Field({}, description="values that replace the experiment's, by dotted path")
     constants: dict[str, Finite] = Field({}, description="names for formulas")
-    variables: Annotated[dict[str, Variable], Field(min_length=1)] = Field(
-        description="design variables by name"
-    )
+    variables: Annotated[dict[str, Variable], Field(min_length=1)] = Field(description="design variables by name")
     linked: dict[str, Any] = Field({}, description="formulas of the variables by dotted path")
     windows: dict[str, Window] = Field({}, description="times by name")
     points: dict[str, Point] = Field({}, description="operating points by name; default: the experiment")
-    objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(
-        description="what to minimise, by name"
-    )
+    objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(description="what to minimise, by name")
     constraints: dict[str, Constraint] = Field({}, description="what to keep, by name")
     designs: dict[str, dict[str, Any]] = Field(
-        {},
-        description="reference designs by name, for tables and figures: values of variables by dotted path",
+        {}, description="reference designs by name, for tables and figures: values of variables by dotted path"
     )
     algorithm: dict[str, Any] = Field(description="name, and its settings")
 

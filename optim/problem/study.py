@@ -140,8 +140,7 @@ class Study:
             If a path or a value is not valid.
         """
         points = (
-            dataclasses.replace(point, system=point.system.replaced(values(point.system)))
-            for point in self.points
+            dataclasses.replace(point, system=point.system.replaced(values(point.system))) for point in self.points
         )
         return dataclasses.replace(self, points=tuple(points))
 

@@ -34,9 +34,7 @@ def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
             figure.savefig(partial, format="png")
 
 
-def write_convergence(
-    study: Study, title: str, iterations: Sequence[Iteration], nominal: Array, path: Path
-) -> None:
+def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Array, path: Path) -> None:
     """Draw the best value of each objective over the evaluations; replaces the figure before.
 
     The nominal design's objectives (no,) are those that the algorithm minimises.
@@ -146,9 +144,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
                 value, half = (
                     np.array([row[key] for row in rows], dtype=float) for key in (kind, f"{kind}_confidence")
                 )
-                ax.barh(
-                    places + shift, value, 0.38, xerr=half, color=colour, label=text, error_kw={"lw": 1.0}
-                )
+                ax.barh(places + shift, value, 0.38, xerr=half, color=colour, label=text, error_kw={"lw": 1.0})
             for place, row in zip(places, rows, strict=True):
                 if row["inert"]:
                     ax.text(0.02, place, "inert", va="center", color="0.35")

@@ -57,9 +57,7 @@ def format_result(study: Study, result: Result) -> str:
             lines += ["", f"{kind[:-1]:34s}{'nominal':>13s}{which:>18s}{'change':>13s}"]
         for name, value in best[kind].items():
             before = nominal[kind][name]
-            lines.append(
-                f"{study.label(name):34s}{_cell(before, 13)}{_cell(value, 18)}{_change(before, value)}"
-            )
+            lines.append(f"{study.label(name):34s}{_cell(before, 13)}{_cell(value, 18)}{_change(before, value)}")
     if result["designs"]:
         lines += ["", f"{'reference design':34s}" + "".join(f"{name:>18s}" for name in result["designs"])]
         for name in best["objectives"]:

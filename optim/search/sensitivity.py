@@ -83,9 +83,7 @@ def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: in
     whole = good.reshape(samples, n + 2).all(axis=1)
     failed = int(np.sum(~good))
     if 2 * whole.sum() < samples:
-        raise RunError(
-            f"{failed} of {len(designs)} designs failed: too many for indices; choose narrower bounds"
-        )
+        raise RunError(f"{failed} of {len(designs)} designs failed: too many for indices; choose narrower bounds")
     kept = values[np.repeat(whole, n + 2)]
     found = np.full((4, kept.shape[1], n), np.nan)
     for k, y in enumerate(kept.T):
@@ -100,9 +98,7 @@ def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: in
     return Indices(first, first_width, total, total_width, mean, deviation, len(designs), failed)
 
 
-def one_at_a_time(
-    evaluate: Function, lower: Array, upper: Array, nominal: Array, steps: int
-) -> tuple[Array, Array]:
+def one_at_a_time(evaluate: Function, lower: Array, upper: Array, nominal: Array, steps: int) -> tuple[Array, Array]:
     """Vary each variable between its bounds while the others are nominal.
 
     Returns

@@ -23,10 +23,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and a
 
 
 def verify(
-    study: Study,
-    best: dict[str, Any],
-    threads: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    study: Study, best: dict[str, Any], threads: int | None = None, progress: Callable[[float], None] | None = None
 ) -> dict[str, Any]:
     """Check an optimum at a ten times tighter tolerance: on Drake, and, with dry contact, from unseen starts.
 
@@ -168,8 +165,7 @@ def _turned(system: System, angle: float) -> dict[str, Any]:
     drives = {name: drive for name, drive in system.experiment.drives.items() if drive.prescribed}
     first = next(iter(drives.values())).speed or 0.0
     return {
-        f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first
-        for name, drive in drives.items()
+        f"drives.{name}.angle": drive.angle + angle * (drive.speed or 0.0) / first for name, drive in drives.items()
     }
 
 

@@ -55,9 +55,7 @@ def check_header(path: Path) -> None:
     if application != APPLICATION:
         raise InputError(path, "", "is an SQLite file, but not that of a study")
     if schema != SCHEMA:
-        raise InputError(
-            path, "", f"has version {schema} of the file format; this program reads version {SCHEMA}"
-        )
+        raise InputError(path, "", f"has version {schema} of the file format; this program reads version {SCHEMA}")
 
 
 def check_content(db: sqlite3.Connection, tables: Iterable[str]) -> None:

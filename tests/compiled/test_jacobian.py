@@ -161,9 +161,7 @@ free_length = 0.3
 
 def deepest(result, names):
     """Step of the deepest penetration while the contact closes: no clipped ratio, no kink near."""
-    depth = np.max(
-        [np.where(result[f"{n}.closing"] > 0, result[f"{n}.penetration"], -1.0) for n in names], axis=0
-    )
+    depth = np.max([np.where(result[f"{n}.closing"] > 0, result[f"{n}.penetration"], -1.0) for n in names], axis=0)
     step = int(np.argmax(depth))
     assert depth[step] > 0.0
     return step

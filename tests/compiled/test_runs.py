@@ -20,9 +20,7 @@ from linkages import simulate
 from linkages.engines.compiled.runner import Runner
 
 
-@pytest.mark.parametrize(
-    ("integrator", "method"), [("runge_kutta5", "dormand-prince-5"), ("radau3", "radau-iia-5")]
-)
+@pytest.mark.parametrize(("integrator", "method"), [("runge_kutta5", "dormand-prince-5"), ("radau3", "radau-iia-5")])
 def test_double_pendulum_swings_as_lagrange_says_and_keeps_its_energy(system_of, integrator, method):
     lengths, angles = (0.3, 0.2), (0.4, -0.9)
     text = f'duration = 2.0\ngravity = [0.0, -9.81, 0.0]\n[solver]\naccuracy = 1e-12\nintegrator = "{integrator}"\n'
@@ -122,12 +120,7 @@ def test_an_edited_law_reaches_the_kernels_that_call_it(tmp_path):
 
     def value():
         done = subprocess.run(
-            [sys.executable, "probe.py"],
-            env=environment,
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=True,
+            [sys.executable, "probe.py"], env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
         )
         path, called, by_address = done.stdout.split()
         assert Path(path).is_relative_to(tmp_path)

@@ -18,10 +18,9 @@ from linkages.results.extremes import integral
 @pytest.mark.parametrize(("friction", "clip"), [(0.0, True), (0.03, True), (0.03, False)])
 def test_first_impacts_agree_with_an_independent_model(engine, friction, clip):
     """Time, speeds, duration, peaks of the first two impacts to 1e-6: another formulation, another integrator."""
-    changes = {
-        "compiled": {"solver.accuracy": 1e-12},
-        "drake": {"solver.accuracy": 1e-11, "solver.max_step": 2e-6},
-    }[engine]
+    changes = {"compiled": {"solver.accuracy": 1e-12}, "drake": {"solver.accuracy": 1e-11, "solver.max_step": 2e-6}}[
+        engine
+    ]
     changes |= {"joints.B.friction.coefficient": friction, "joints.B.contact.clip": clip}
     run = run_shipped(engine, "slider_crank_dry", duration=1e-3, **changes)
     got = table(impacts(run, ["B"]))[:2]
@@ -38,11 +37,7 @@ def damped(run, row, law):
     return ratio, elastic * (1.0 + law["hysteresis"] * ratio), -(e * force).sum(axis=0) / np.hypot(*e)
 
 
-UNCLIPPED = {
-    "joints.B.contact.law": "flores",
-    "joints.B.contact.restitution": 0.3,
-    "joints.B.contact.clip": False,
-}
+UNCLIPPED = {"joints.B.contact.law": "flores", "joints.B.contact.restitution": 0.3, "joints.B.contact.clip": False}
 
 
 def test_without_the_clip_the_damping_is_the_laws(engine):
@@ -57,9 +52,7 @@ def test_without_the_clip_the_damping_is_the_laws(engine):
         assert ratio.max() > 1.0
         np.testing.assert_allclose(normal, expected, rtol=1e-6, atol=1e-3)
         assert row.peak_normal_force == pytest.approx(row.peak_force / np.hypot(1.0, 0.03), rel=1e-6)
-    clipped = run_shipped(
-        engine, "slider_crank_dry", duration=1.5e-3, **UNCLIPPED | {"joints.B.contact.clip": True}
-    )
+    clipped = run_shipped(engine, "slider_crank_dry", duration=1.5e-3, **UNCLIPPED | {"joints.B.contact.clip": True})
     assert rows[1].peak_force < 0.96 * impacts(clipped, ["B"])[1].peak_force
     other = run_shipped("compiled", "slider_crank_dry", duration=1.5e-3, **UNCLIPPED)
     np.testing.assert_allclose(table(rows)[:, :-2], table(impacts(other, ["B"]))[:, :-2], rtol=2e-4)
@@ -97,10 +90,7 @@ forces = [[0.0, 0.0], [0.0, 0.0], [0.0, 30.0], [0.0, 30.0]]
 def test_a_coefficient_of_zero_is_no_friction_whatever_the_law(engine, law):
     zero, none = (
         run_shipped(
-            engine,
-            "slider_crank_dry",
-            duration=3e-4,
-            **{f"joints.B.friction.{k}": v for k, v in friction.items()},
+            engine, "slider_crank_dry", duration=3e-4, **{f"joints.B.friction.{k}": v for k, v in friction.items()}
         )
         for friction in ({"law": law, "coefficient": 0.0}, {"law": "none"})
     )
@@ -304,15 +294,15 @@ def test_the_slider_obeys_newton_and_euler_with_its_guide_forces(engine):
     law = shipped("slider_crank_guide").laws[0]
     for row in impacts(run, [f"guide.corner{i}" for i in range(1, 5)]):
         if not np.isnan(row.separation_speed):  # mu of the sliding block
-            assert row.peak_force == pytest.approx(
-                row.peak_normal_force * np.hypot(1.0, law["mu_d"]), rel=1e-6
-            )
+            assert row.peak_force == pytest.approx(row.peak_normal_force * np.hypot(1.0, law["mu_d"]), rel=1e-6)
 
 
 @slow_on_drake
 def test_a_resting_block_carries_its_weight_on_two_corners(run):
     """A slider alone under gravity on a horizontal slot, pushed by nothing: half of m g on each lower corner."""
-    slot = "<linkages:slot><linkages:length>0.04</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
+    slot = (
+        "<linkages:slot><linkages:length>0.04</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
+    )
     block = body("block", 0.5, 1e-4)
     sdf = model("rest", block + joint("guide", "world", "block", "prismatic", "1 0 0", inner=slot))
     text = """duration = 0.2

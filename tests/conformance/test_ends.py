@@ -108,9 +108,7 @@ def test_a_run_can_be_repeated_to_the_last_bit(engine):
 CENTRED = {"small_eccentricity.ratio": 0.2, "small_eccentricity.power": 0.648}
 
 
-@pytest.mark.parametrize(
-    "changes", [{"film": "finite"}, {"film": "short"}, CENTRED], ids=["finite", "short", "paper"]
-)
+@pytest.mark.parametrize("changes", [{"film": "finite"}, {"film": "short"}, CENTRED], ids=["finite", "short", "paper"])
 def test_states_between_the_first_steps_of_a_centred_journal_are_numbers(engine, changes):
     """The eccentricity's direction has no meaning at t = 0."""
     every = {f"joints.{name}.{key}": value for name in "AB" for key, value in changes.items()}

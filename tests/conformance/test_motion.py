@@ -50,9 +50,7 @@ def test_the_motion_does_not_depend_on_the_plane(run, plane):
     times = np.linspace(0.02, 0.28, 8)
     a, b = (run(four_bar(plane=name), toml).evaluate(times) for name in ("xy", plane))
     size = np.hypot(a["A.ex"], a["A.ey"]).max()
-    np.testing.assert_allclose(
-        np.hypot(b["A.ex"], b["A.ey"]), np.hypot(a["A.ex"], a["A.ey"]), atol=1e-3 * size
-    )
+    np.testing.assert_allclose(np.hypot(b["A.ex"], b["A.ey"]), np.hypot(a["A.ex"], a["A.ey"]), atol=1e-3 * size)
     np.testing.assert_allclose(b["A.force"], a["A.force"], rtol=1e-3)
     np.testing.assert_allclose(b["O.torque"], a["O.torque"], atol=1e-3 * np.abs(a["O.torque"]).max())
 

@@ -60,9 +60,7 @@ def test_orbits_forces_and_acceleration_agree_with_the_papers_formulation(engine
     found = extremes(run, ["A.force", "B.force", "slider7.ax"])
     _, force, acceleration = at(np.union1d(steps, np.linspace(0, 1, 2001)))
     for k, name in enumerate("AB"):
-        assert found[f"{name}.force"].peak == pytest.approx(
-            np.hypot(*force[:, k].T).max(), rel=ONE_PERCENT_OF_TEN
-        )
+        assert found[f"{name}.force"].peak == pytest.approx(np.hypot(*force[:, k].T).max(), rel=ONE_PERCENT_OF_TEN)
     assert found["slider7.ax"].peak == pytest.approx(np.abs(acceleration).max(), rel=ONE_PERCENT_OF_TEN)
 
 
@@ -81,25 +79,13 @@ def test_reference_peaks(nominal):
 
 #: Table 6: link 2, crank 4, slider 7, oil.
 DESIGNS = {
-    1: {
-        "link2": (0.39752, 17.975e-4),
-        "crank4": (0.10391, 18.874e-5),
-        "slider7": (0.069825, None),
-        "oil": 0.24241,
-    },
-    2: {
-        "link2": (0.12678, 96.731e-5),
-        "crank4": (0.16064, 21.717e-5),
-        "slider7": (0.073186, None),
-        "oil": 0.41749,
-    },
+    1: {"link2": (0.39752, 17.975e-4), "crank4": (0.10391, 18.874e-5), "slider7": (0.069825, None), "oil": 0.24241},
+    2: {"link2": (0.12678, 96.731e-5), "crank4": (0.16064, 21.717e-5), "slider7": (0.073186, None), "oil": 0.41749},
 }
 
 
 @pytest.mark.parametrize(("design", "change_a", "change_b"), [(1, 9.1, 3.5), (2, -18.9, -9.4)])
-def test_the_papers_designs_change_the_forces_but_not_the_acceleration(
-    engine, nominal, design, change_a, change_b
-):
+def test_the_papers_designs_change_the_forces_but_not_the_acceleration(engine, nominal, design, change_a, change_b):
     """Changes in per cent that a further code gave; the paper prints others, and an acceleration 25 % smaller."""
     values = DESIGNS[design]
     overrides = {"duration": 1.0}
@@ -176,9 +162,7 @@ def test_mirror_image_has_the_mirror_motion(engine, tmp_path):
     a, b = run.evaluate(times), mirror.evaluate(times)
     for name in "AB":
         size = np.abs(a[f"{name}.ex"]).max()
-        np.testing.assert_allclose(
-            b[f"{name}.ex"], a[f"{name}.ex"], atol=2e-4 * size
-        )  # orbit accuracy of a run
+        np.testing.assert_allclose(b[f"{name}.ex"], a[f"{name}.ex"], atol=2e-4 * size)  # orbit accuracy of a run
         np.testing.assert_allclose(b[f"{name}.ey"], -a[f"{name}.ey"], atol=2e-4 * size)
         np.testing.assert_allclose(b[f"{name}.force"], a[f"{name}.force"], rtol=1e-3)
     np.testing.assert_allclose(b["slider7.x"], a["slider7.x"], atol=1e-8)

@@ -63,16 +63,7 @@ QUICK = ("seven_bar", "seven_bar_mixed", "slider_crank_dry", "slider_crank_guide
 )
 def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
     duration = TOUCHING.get(name, DEFAULT)
-    words = [
-        "simulate",
-        f"{name}.toml",
-        "--engine",
-        engine,
-        "--duration",
-        str(duration),
-        "--out",
-        str(tmp_path),
-    ]
+    words = ["simulate", f"{name}.toml", "--engine", engine, "--duration", str(duration), "--out", str(tmp_path)]
     assert main([*words, "--no-error-estimate"]) == 0
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["engine"] == summary["provenance"]["run"]["engine"] == engine

@@ -23,9 +23,7 @@ FLAT = (np.array([1.0, 2.0]) * np.pi - 1.0) / 6.0
 
 
 def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, system_of):
-    summary = summarize(
-        study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), engine, error_estimate=False)
-    )
+    summary = summarize(study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), engine, error_estimate=False))
     (warning,) = summary["warnings"]
     assert warning["kind"] == "singular"
     assert warning["time"] == pytest.approx(FLAT[0], abs=1e-4)
@@ -42,9 +40,7 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
 
 def test_report_and_figures_of_a_run_through_change_points(experiment_file, tmp_path):
     path, out = experiment_file(parallelogram_sdf(), DRIVEN.format(0.5)), str(tmp_path / "out")
-    assert (
-        main(["simulate", str(path), "--engine", "compiled", "--quiet", "--no-animation", "--out", out]) == 0
-    )
+    assert main(["simulate", str(path), "--engine", "compiled", "--quiet", "--no-animation", "--out", out]) == 0
     assert main(["report", out]) == 0
     page = (tmp_path / "out" / "report.html").read_text()
     assert "passes or nears singular positions at 0.35" in page
@@ -72,8 +68,7 @@ def test_passages_are_found_between_samples(system_of, offset):
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["seven_bar", "four_bar_dry", "five_bar_dry", "six_bar_dry", "slider_crank_dry", "slider_crank_guide"],
+    "name", ["seven_bar", "four_bar_dry", "five_bar_dry", "six_bar_dry", "slider_crank_dry", "slider_crank_guide"]
 )
 def test_the_shipped_machines_pass_no_singular_position(name):
     system = shipped(name)
@@ -98,23 +93,10 @@ def test_errors_that_could_not_be_estimated_are_null_and_said(tmp_path, capsys, 
 
     def failing(system, engine, progress=None):
         run = original(system, engine, progress)
-        return (
-            replace(run, status=Status.STEP_SIZE_COLLAPSE)
-            if system.experiment.solver.accuracy < 1e-7
-            else run
-        )
+        return replace(run, status=Status.STEP_SIZE_COLLAPSE) if system.experiment.solver.accuracy < 1e-7 else run
 
     monkeypatch.setattr(runs, "simulate", failing)
-    words = [
-        "simulate",
-        "seven_bar.toml",
-        "--duration",
-        "0.05",
-        "--engine",
-        "compiled",
-        "--out",
-        str(tmp_path / "out"),
-    ]
+    words = ["simulate", "seven_bar.toml", "--duration", "0.05", "--engine", "compiled", "--out", str(tmp_path / "out")]
     assert main([*words, "--no-plots", "--no-animation"]) == 0
     told = capsys.readouterr()
     assert "the run that estimates the errors ended at t = 0.05 s" in told.err

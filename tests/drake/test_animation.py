@@ -114,7 +114,9 @@ contact = {law = "flores", restitution = 0.3, stiffness = 1e9}
 def slotted_rocker() -> str:
     """Crank whose block slides in a rocker: the slot turns."""
     reach, angle = np.hypot(0.15, 0.05), np.arctan2(0.05, 0.15)
-    slot = "<linkages:slot><linkages:length>0.03</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
+    slot = (
+        "<linkages:slot><linkages:length>0.03</linkages:length><linkages:height>0.02</linkages:height></linkages:slot>"
+    )
     body = f"""
 <frame name="pivot" attached_to="world"><pose relative_to="__model__">-0.15 0 0 0 0 0</pose></frame>
 {bar("crank", 0.05, "__model__", np.pi / 2)}{bar("rocker", 0.25, "pivot", angle)}
@@ -147,10 +149,7 @@ def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
         np.testing.assert_allclose(y * (shown.offset + x * shown.tilt), ratio, atol=1e-3)
     sides = {1.0: [0, 1], -1.0: [2, 3]}
     pressed = 0
-    for (
-        side,
-        corners,
-    ) in sides.items():  # where only one wall is touched, it pushes the block away, friction aside
+    for side, corners in sides.items():  # where only one wall is touched, it pushes the block away, friction aside
         touches = shown.touching[:, corners].any(axis=1)
         one = touches & ~shown.touching[:, sides[-side]].any(axis=1) & (np.abs(shown.force[:, 1]) > 1.0)
         along, across = shown.force[one].T

@@ -85,9 +85,7 @@ def test_a_state_between_two_steps_costs_few_steps(monkeypatch):
     run = run_shipped("drake", "seven_bar", duration=0.6)
     taken = []
     take = simulation._Steps.take
-    monkeypatch.setattr(
-        simulation._Steps, "take", lambda steps, time: (taken.append(time), take(steps, time))
-    )
+    monkeypatch.setattr(simulation._Steps, "take", lambda steps, time: (taken.append(time), take(steps, time)))
     most = 0
     for middle in 0.5 * (run.time[1:] + run.time[:-1])[run.time[:-1] > 0.5]:
         taken.clear()

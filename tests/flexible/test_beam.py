@@ -83,9 +83,7 @@ def test_timoshenko_frequencies_converge_to_the_pinned_closed_form() -> None:
     exact = np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * c)))
     assert exact < 0.99 * q**2 * np.sqrt(ei / m)
     error = np.array([spectrum(THICK, n, [1, -2])[0] / exact - 1 for n in (16, 32, 64)])
-    np.testing.assert_allclose(
-        np.log2(error[:-1] / error[1:]), 2.0, atol=0.1
-    )  # its shear is uniform in an element
+    np.testing.assert_allclose(np.log2(error[:-1] / error[1:]), 2.0, atol=0.1)  # its shear is uniform in an element
     assert 0.0 < error[-1] < 1e-5
 
 
@@ -117,9 +115,7 @@ def test_a_beam_moves_rigidly_without_strain_and_with_its_rigid_inertia(beam: Be
 
 def test_timoshenko_tends_to_euler_bernoulli() -> None:
     stiff = replace(THICK, shear=1e9 * SHEAR, rotary=0.0)
-    np.testing.assert_allclose(
-        stiff.stiffness(), ROD.stiffness(), rtol=1e-6, atol=1e-6 * np.max(ROD.stiffness())
-    )
+    np.testing.assert_allclose(stiff.stiffness(), ROD.stiffness(), rtol=1e-6, atol=1e-6 * np.max(ROD.stiffness()))
     np.testing.assert_allclose(stiff.mass(), ROD.mass(), rtol=1e-6, atol=1e-9)
 
 
@@ -173,9 +169,7 @@ def test_internal_forces_of_an_accelerated_cantilever_follow_from_statics(beam: 
     u = np.concatenate([np.zeros(3), np.linalg.solve(chain(piece.stiffness(), count)[3:, 3:], force[3:])])
     ends = np.concatenate([nodes[:-1], nodes[1:]], axis=1)
     x = np.linspace(0.0, piece.length, 9)
-    tension, moment = piece.internal_forces(
-        u.reshape(-1)[3 * np.arange(count)[:, None] + np.arange(6)], ends, x
-    )
+    tension, moment = piece.internal_forces(u.reshape(-1)[3 * np.arange(count)[:, None] + np.arange(6)], ends, x)
     place = edges[:-1, None] + x
     rest = L - place
     want = -beam.line_density * c * rest

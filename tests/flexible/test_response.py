@@ -50,7 +50,5 @@ def test_the_step_of_a_mode_is_exact(beta: float) -> None:
     q, dq, force = 0.2, -1.1, 5.0
     system = np.array([[0.0, 1.0, 0.0], [-square, -(alpha + beta * square), 1.0], [0.0, 0.0, 0.0]])
     want = expm(step * system) @ [q, dq, force]
-    found = modal_step(
-        np.array([square]), alpha, beta, np.array([q]), np.array([dq]), np.array([force]), step
-    )
+    found = modal_step(np.array([square]), alpha, beta, np.array([q]), np.array([dq]), np.array([force]), step)
     np.testing.assert_allclose(np.ravel(found), want[:2], rtol=1e-12)

@@ -30,9 +30,7 @@ def test_triangle_patch_test() -> None:
     u[inner] = np.linalg.solve(k[np.ix_(inner, inner)], -k[np.ix_(inner, border)] @ exact[border])
     np.testing.assert_allclose(u, exact, rtol=0, atol=1e-15)
     for corners in triangles:
-        strain = (
-            Triangle(nodes[corners], 0.01, E, NU, RHO).strain_matrix() @ u.reshape(-1, 2)[corners].ravel()
-        )
+        strain = Triangle(nodes[corners], 0.01, E, NU, RHO).strain_matrix() @ u.reshape(-1, 2)[corners].ravel()
         np.testing.assert_allclose(strain, [2e-4, 5e-4, 2e-4], atol=1e-15)
 
 
@@ -45,15 +43,10 @@ def test_triangle_inertia_and_orientation() -> None:
     assert turn @ plate.mass() @ turn == pytest.approx(mass * 0.36**2 / 12, rel=1e-12)
     back = Triangle(corners[[0, 2, 1]], 0.025, E, NU, RHO)
     place = [0, 1, 4, 5, 2, 3]
-    np.testing.assert_allclose(
-        back.stiffness()[np.ix_(place, place)], plate.stiffness(), rtol=1e-12, atol=1e-3
-    )
+    np.testing.assert_allclose(back.stiffness()[np.ix_(place, place)], plate.stiffness(), rtol=1e-12, atol=1e-3)
 
 
 def test_triangle_under_tension_and_shear_obeys_hooke() -> None:
     plate = Triangle(np.array([[0.0, 0.0], [1.0, 0.1], [0.2, 0.9]]), 0.01, E, NU, RHO)
-    for strain, stress in (
-        ([1 / E, -NU / E, 0.0], [1.0, 0.0, 0.0]),
-        ([0.0, 0.0, 2 * (1 + NU) / E], [0.0, 0.0, 1.0]),
-    ):
+    for strain, stress in (([1 / E, -NU / E, 0.0], [1.0, 0.0, 0.0]), ([0.0, 0.0, 2 * (1 + NU) / E], [0.0, 0.0, 1.0])):
         np.testing.assert_allclose(plate.elasticity() @ strain, stress, atol=1e-12)

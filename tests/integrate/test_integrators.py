@@ -2,19 +2,7 @@
 
 import numpy as np
 import pytest
-from ivp_problems import (
-    BALL,
-    COSINE,
-    HOLE,
-    KINDS,
-    POLE,
-    PROBLEMS,
-    SMOOTH,
-    drive,
-    jacobian,
-    rhs,
-    take_steps,
-)
+from ivp_problems import BALL, COSINE, HOLE, KINDS, POLE, PROBLEMS, SMOOTH, drive, jacobian, rhs, take_steps
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
@@ -34,12 +22,7 @@ def integrate(
     """Run the driver; `tolerance` (n,) or a number, absolute."""
     start = np.asarray(start, dtype=float)
     options = Options(
-        float(end),
-        1e-6 * (end - t) if first is None else first,
-        largest,
-        most,
-        relative,
-        np.full(len(modes), landing),
+        float(end), 1e-6 * (end - t) if first is None else first, largest, most, relative, np.full(len(modes), landing)
     )
     problem = (np.array(parameters, dtype=float), kind, np.zeros(2))
     stepper, tolerance = make_stepper(len(start)), np.broadcast_to(tolerance, start.shape).copy()
@@ -52,9 +35,7 @@ def integrate(
 def published(name, tolerance):
     """Run of a published problem, and the error of its end in parts of the reference."""
     p = PROBLEMS[name]
-    run = integrate(
-        KINDS[name], p.start, p.end, tolerance * p.scale, relative=tolerance, parameters=(1e3,), first=1e-6
-    )
+    run = integrate(KINDS[name], p.start, p.end, tolerance * p.scale, relative=tolerance, parameters=(1e3,), first=1e-6)
     assert run.status == DONE
     return run, float(np.max(np.abs(run.states[-1] / p.reference - 1.0)))
 
@@ -90,14 +71,7 @@ def test_work_is_that_of_scipys_radau(name, tolerance):
 
     dy, out = np.zeros(len(p.start)), np.zeros((len(p.start), len(p.start)))
     other = solve_ivp(
-        f,
-        (0.0, p.end),
-        p.start,
-        "Radau",
-        rtol=tolerance,
-        atol=tolerance * p.scale,
-        jac=slope,
-        first_step=1e-6,
+        f, (0.0, p.end), p.start, "Radau", rtol=tolerance, atol=tolerance * p.scale, jac=slope, first_step=1e-6
     )
     assert run.steps < 1.1 * (len(other.t) - 1)
     assert run.evaluations < 1.1 * other.nfev
@@ -128,9 +102,7 @@ def slope(sizes, errors):
 
 
 # Dormand and Prince's leading error is small beside the next one: its order shows at shorter steps.
-@pytest.mark.parametrize(
-    ("name", "counts"), [("radau", (60, 90, 135, 200)), ("dormand-prince", (400, 600, 900))]
-)
+@pytest.mark.parametrize(("name", "counts"), [("radau", (60, 90, 135, 200)), ("dormand-prince", (400, 600, 900))])
 def test_solutions_converge_with_order_five(name, counts):
     sizes, errors = 4.0 / np.array(counts), []
     for n in counts:

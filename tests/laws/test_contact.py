@@ -40,12 +40,7 @@ def stiffness_of(name, hertz=HERTZ):
 
 
 def contact(name, restitution, limit=CLIP, **numbers):
-    numbers = {
-        "stiffness": HERTZ,
-        "clearance": CLEARANCE,
-        "shape_ratio": SHAPE,
-        "damping_limit": limit,
-    } | numbers
+    numbers = {"stiffness": HERTZ, "clearance": CLEARANCE, "shape_ratio": SHAPE, "damping_limit": limit} | numbers
     return joint(contact=name, restitution=restitution, **numbers)
 
 
@@ -106,9 +101,7 @@ def test_published_effective_restitutions(name, nominal, effective):
 
 
 def test_lankarani_nikravesh_never_falls_below_two_thirds():
-    effective = [
-        effective_restitution(CONTACTS["lankarani-nikravesh"].factor(e)) for e in np.linspace(0.0, 1.0, 101)
-    ]
+    effective = [effective_restitution(CONTACTS["lankarani-nikravesh"].factor(e)) for e in np.linspace(0.0, 1.0, 101)]
     assert np.all(np.diff(effective) > 0.0)
     assert 0.66 < effective[0] < 0.67
 
@@ -141,17 +134,10 @@ def test_all_laws_agree_with_the_nominal_restitution_near_one(name):
     assert CONTACTS[name].factor(1.0) == 0.0
 
 
-@given(
-    mass=st.floats(0.01, 10.0),
-    speed=st.floats(1e-3, 2.0),
-    hertz=st.floats(1e8, 1e12),
-    exponent=st.floats(1.0, 3.0),
-)
+@given(mass=st.floats(0.01, 10.0), speed=st.floats(1e-3, 2.0), hertz=st.floats(1e8, 1e12), exponent=st.floats(1.0, 3.0))
 def test_restitution_depends_on_neither_mass_nor_speed_nor_stiffness(mass, speed, hertz, exponent):
     theory = effective_restitution(CONTACTS["lankarani-nikravesh"].factor(0.6))
-    assert measure("lankarani-nikravesh", 0.6, mass, speed, hertz, exponent) == pytest.approx(
-        theory, abs=1e-5
-    )
+    assert measure("lankarani-nikravesh", 0.6, mass, speed, hertz, exponent) == pytest.approx(theory, abs=1e-5)
 
 
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.9])
@@ -191,8 +177,7 @@ def test_clip_bounds_the_damping_of_a_contact_that_does_not_separate(name, ddelt
 def test_the_unclipped_latch_explodes():
     """The pathology that the clip is there for: 1 m/s in a contact that began at 1 um/s."""
     clipped, free = (
-        contact_force(1e-6, 1.0, 1e-6, contact("lankarani-nikravesh", 0.9, limit))
-        for limit in (CLIP, math.inf)
+        contact_force(1e-6, 1.0, 1e-6, contact("lankarani-nikravesh", 0.9, limit)) for limit in (CLIP, math.inf)
     )
     assert free > 1e5 * clipped
 
@@ -219,9 +204,7 @@ def test_line_contact_solves_its_equation(depth, shape):
         assert u == pytest.approx(end + (depth - limit) / (math.log(shape / end) - 1.0), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "shape"), [("esdu-78035", 4.0), ("johnson", 4.0), ("dubowsky-freudenstein", SHAPE)]
-)
+@pytest.mark.parametrize(("name", "shape"), [("esdu-78035", 4.0), ("johnson", 4.0), ("dubowsky-freudenstein", SHAPE)])
 def test_conformal_laws_solve_the_printed_formulas(name, shape):
     """F/(pi E' L) (ln(4 pi E' L DR/F) +- 1), and with L^3 DR pi E'/(F R_b R_j) for Dubowsky-Freudenstein."""
     delta = 2e-6

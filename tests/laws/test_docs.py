@@ -39,9 +39,7 @@ def test_the_long_film_is_too_strong_at_the_slenderness_of_chen_2025(motion, lar
 
 
 PAGE = (ROOT / "docs" / "extend.md").read_text(encoding="utf-8")
-SCRIPT, IN_PACKAGE = (
-    re.findall(r"```python\n(.*?)```", part, flags=re.S) for part in PAGE.split("## In the package")
-)
+SCRIPT, IN_PACKAGE = (re.findall(r"```python\n(.*?)```", part, flags=re.S) for part in PAGE.split("## In the package"))
 
 
 @pytest.mark.usefixtures("own_registries")
@@ -59,9 +57,7 @@ def test_laws_of_a_script_as_the_page_says():
         assert effective_restitution(small_loss.factor(e)) == pytest.approx(e, abs=(1.0 - e) ** 2)
     smooth = joint(friction="smooth", mu_d=0.1, v_1=1e-3)
     assert friction_coefficient(1e-3, 0.0, smooth) == pytest.approx(0.1 / math.sqrt(2.0))
-    leaky, long = (
-        film_force(FILMS[name].address, 0.5, 1.0, 2.0, 1.0, np.empty(0)) for name in ("leaky", "long")
-    )
+    leaky, long = (film_force(FILMS[name].address, 0.5, 1.0, 2.0, 1.0, np.empty(0)) for name in ("leaky", "long"))
     assert leaky == pytest.approx((0.5 * long[0], 0.5 * long[1], long[2]))
 
 

@@ -29,11 +29,7 @@ def long_film_by_quadrature(eps, deps, ew):
     a = ew / (2.0 + eps**2)
 
     def shape(theta):
-        return (
-            6.0
-            / (1 + eps * np.cos(theta)) ** 2
-            * (deps / eps + a * np.sin(theta) * (2 + eps * np.cos(theta)))
-        )
+        return 6.0 / (1 + eps * np.cos(theta)) ** 2 * (deps / eps + a * np.sin(theta) * (2 + eps * np.cos(theta)))
 
     start = math.atan2(deps, a)  # the zero that the pressure has again at start + pi
     if shape(start + math.pi / 2) < shape(start):
@@ -82,10 +78,7 @@ def test_short_bearing_equals_quadrature(eps, deps, ew):
 
     zero = math.atan2(deps, 0.5 * ew)
     cuts = sorted(z % (2 * math.pi) for z in (zero, zero + math.pi))
-    total = [
-        quad(lambda t: pressure(t) * f(t), 0, 2 * math.pi, points=cuts, limit=200)[0]
-        for f in (np.cos, np.sin)
-    ]
+    total = [quad(lambda t: pressure(t) * f(t), 0, 2 * math.pi, points=cuts, limit=200)[0] for f in (np.cos, np.sin)]
     expected = [4 * slenderness**2 * x for x in total]
     got = short_bearing(eps, deps, ew, slenderness)[:2]
     assert got == pytest.approx(expected, rel=1e-7, abs=1e-9)
@@ -158,9 +151,7 @@ def test_pinkus_sternlicht_is_within_nine_percent_of_the_exact_film(eps):
 
 
 def test_pinkus_sternlicht_is_many_times_too_large_when_separating_near_the_wall():
-    ratios = [
-        pinkus_sternlicht(e, -1.0, 0.0, 1.0)[0] / half_film_long(e, -1.0, 0.0, 1.0)[0] for e in (0.99, 0.999)
-    ]
+    ratios = [pinkus_sternlicht(e, -1.0, 0.0, 1.0)[0] / half_film_long(e, -1.0, 0.0, 1.0)[0] for e in (0.99, 0.999)]
     assert 20.0 < ratios[0] < 25.0
     assert ratios[1] > 200.0
 

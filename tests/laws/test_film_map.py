@@ -12,14 +12,7 @@ from hypothesis import strategies as st
 from linkages.laws import FILMS
 from linkages.laws.film import map_cache
 from linkages.laws.film.closed_form import half_film_long
-from linkages.laws.film.film_map import (
-    CAVITATIONS,
-    EPS_LIMIT,
-    build_map,
-    finite_film,
-    solve_scaled,
-    table_limit,
-)
+from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, build_map, finite_film, solve_scaled, table_limit
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_cache import cache_directory, load_map, map_path
 
@@ -117,9 +110,7 @@ def test_map_is_continuous_over_its_lines_and_clipped_at_its_limit(rule_and_tabl
     step = table[5] / 48.0
     for i in (1, 10, 47):
         below, above = -math.expm1(-i * step * (1.0 - 1e-12)), -math.expm1(-i * step * (1.0 + 1e-12))
-        assert finite_film(below, 0.3, 0.5, table) == pytest.approx(
-            finite_film(above, 0.3, 0.5, table), rel=1e-8
-        )
+        assert finite_film(below, 0.3, 0.5, table) == pytest.approx(finite_film(above, 0.3, 0.5, table), rel=1e-8)
     assert np.isfinite(finite_film(0.5, 0.0, 0.0, table)).all()  # a journal at rest
     assert finite_film(0.5, 0.0, 0.0, table)[:2] == (0.0, 0.0)
 
@@ -188,9 +179,7 @@ def damaged(data, how):
     return data[:8] + hashlib.sha256(changed).digest() + changed
 
 
-@pytest.mark.parametrize(
-    "how", ["truncated", "bit", "empty", "nan", "version", "slenderness", "not an array", "shape"]
-)
+@pytest.mark.parametrize("how", ["truncated", "bit", "empty", "nan", "version", "slenderness", "not an array", "shape"])
 def test_damaged_maps_are_built_again(cache, how):
     """Also where the checksum is right, as with a file made by other code."""
     table = load_map(0.5, nodes=9)

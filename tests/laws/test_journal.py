@@ -55,10 +55,7 @@ def test_relative_speed_would_depend_on_the_observer():
     """
     record, e, rate, wb, wj = joint(shear="none"), np.array([0.5 * CLEARANCE, 0.0]), 2.0, 1.0, 3.0
     seen_v = -rate * np.array([-e[1], e[0]])
-    right = [
-        clearance_force(record, *e, 0.0, 0.0, wb, wj),
-        clearance_force(record, *e, *seen_v, wb - rate, wj - rate),
-    ]
+    right = [clearance_force(record, *e, 0.0, 0.0, wb, wj), clearance_force(record, *e, *seen_v, wb - rate, wj - rate)]
     printed = [
         clearance_force(record, *e, 0.0, 0.0, -wb, wj),
         clearance_force(record, *e, *seen_v, -(wb - rate), wj - rate),
@@ -108,9 +105,7 @@ def test_isolated_pair_keeps_momentum_and_angular_momentum(shear):
         # the bearing gets -force at the journal's centre
         torque_b = -couple - (e[0] * fy - e[1] * fx)
         acceleration = np.array([-force / mass[0], force / mass[1]])
-        return np.concatenate(
-            [v.ravel(), w, acceleration.ravel(), [torque_b / inertia[0], couple / inertia[1]]]
-        )
+        return np.concatenate([v.ravel(), w, acceleration.ravel(), [torque_b / inertia[0], couple / inertia[1]]])
 
     start = np.array([0.4, 0.1, 0.4, 0.1 + 0.6 * CLEARANCE, 0, 0, 0.01, 0.0, 0.012, -0.005, 3.0, -8.0])
     run = solve_ivp(rates, (0.0, 0.02), start, method="Radau", rtol=1e-9, atol=1e-13)

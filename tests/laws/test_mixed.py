@@ -14,13 +14,7 @@ from scipy.special import pbdv
 from linkages.laws import FILMS
 from linkages.laws.contact.contacts import contact_force
 from linkages.laws.film.films import film_force
-from linkages.laws.mixed import (
-    asperity_force,
-    asperity_pressure,
-    dry_weight,
-    gauss_five_halves,
-    mix,
-)
+from linkages.laws.mixed import asperity_force, asperity_pressure, dry_weight, gauss_five_halves, mix
 
 CLEARANCE, TRANSITION, UNIT = 1e-4, 2e-6, 0.4 * 0.04 * 0.015**3 / 1e-8
 STIFFNESS = 1e10
@@ -60,9 +54,7 @@ def test_blend_is_continuous(eps, v_n, v_t, spin):
     assert there == pytest.approx(here, abs=1e-10 * (1e6 * UNIT * speed + 1e7))
 
 
-@given(
-    eps=st.floats(0.0, 1.1), v_n=st.floats(-1.0, 1.0), v_t=st.floats(-1.0, 1.0), spin=st.floats(-50.0, 50.0)
-)
+@given(eps=st.floats(0.0, 1.1), v_n=st.floats(-1.0, 1.0), v_t=st.floats(-1.0, 1.0), spin=st.floats(-50.0, 50.0))
 def test_blend_is_passive(eps, v_n, v_t, spin):
     """The power in the frame of the film's mean rotation, beyond the elastic part, is never positive.
 
@@ -80,11 +72,7 @@ def test_gauss_five_halves_by_quadrature(u):
     """And by the parabolic cylinder function: F_5/2(u) = Gamma(7/2)/sqrt(2 pi) exp(-u^2/4) D_-7/2(u)."""
     peak = max(u, 0.0)
     value, _ = quad(
-        lambda x: 2.0 * x**6 * math.exp(-0.5 * (u + x * x) ** 2 + 0.5 * peak**2),
-        0.0,
-        5.0,
-        epsabs=0.0,
-        epsrel=1e-12,
+        lambda x: 2.0 * x**6 * math.exp(-0.5 * (u + x * x) ** 2 + 0.5 * peak**2), 0.0, 5.0, epsabs=0.0, epsrel=1e-12
     )
     value *= math.exp(-0.5 * peak**2) / math.sqrt(2.0 * math.pi)
     assert gauss_five_halves(u) == pytest.approx(value, rel=1e-9)

@@ -52,11 +52,7 @@ def long_film(eps, deps, ew, slenderness):
     a = ew / (2.0 + eps * eps)
     speed = math.hypot(a, deps)
     extent = 2.0 * math.atan2(root * speed, -eps * deps) if speed > 0.0 else math.pi
-    return (
-        -6.0 * (2.0 * eps * root * speed + deps * extent) / (q * root),
-        6.0 * a * extent / root,
-        extent / root,
-    )
+    return (-6.0 * (2.0 * eps * root * speed + deps * extent) / (q * root), 6.0 * a * extent / root, extent / root)
 
 
 @given(
@@ -92,9 +88,7 @@ def coulomb(v, bristle, joint):
 def test_a_registered_friction_law_is_the_built_in_one(v):
     register_friction("mine", coulomb)
     numbers = {"mu_d": 0.1, "v_1": 1e-3}
-    mine, built_in = (
-        friction_coefficient(v, 0.0, joint(friction=name, **numbers)) for name in ("mine", "coulomb")
-    )
+    mine, built_in = (friction_coefficient(v, 0.0, joint(friction=name, **numbers)) for name in ("mine", "coulomb"))
     assert mine == built_in
 
 
@@ -162,8 +156,7 @@ UNCOMPILABLE = [
 
 
 @pytest.mark.parametrize(
-    ("register", "function", "reason"),
-    [*UNFIT, *(pytest.param(*case, marks=compiled_only) for case in UNCOMPILABLE)],
+    ("register", "function", "reason"), [*UNFIT, *(pytest.param(*case, marks=compiled_only) for case in UNCOMPILABLE)]
 )
 def test_unfit_functions_are_refused_in_one_line(register, function, reason):
     with pytest.raises(ValueError, match=reason) as refused:
@@ -241,9 +234,7 @@ def test_a_run_with_registered_laws_is_the_run_with_the_built_in_ones(engine):
     register_contact("mine", lankarani_nikravesh)
     register_friction("mine", ambrosio)
     file, duration = linkages.find_file("slider_crank_dry.toml"), {"duration": 0.002}
-    built_in, mine = (
-        linkages.simulate(linkages.load(file, duration | laws), engine).columns for laws in ({}, LAWS)
-    )
+    built_in, mine = (linkages.simulate(linkages.load(file, duration | laws), engine).columns for laws in ({}, LAWS))
     assert built_in["B.force"].max() > 0.0
     assert built_in.keys() == mine.keys()
     for name, column in built_in.items():

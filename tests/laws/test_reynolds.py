@@ -21,9 +21,7 @@ def manufactured(parity, around):
     rows = slice(0, half + 1) if parity == "even" else slice(1, half)
     t, z = mesh.theta[rows, None], mesh.z
     h = 1.0 + 0.7 * np.cos(t)
-    f, df, ddf = (
-        (np.cos(t), -np.sin(t), -np.cos(t)) if parity == "even" else (np.sin(t), np.cos(t), -np.sin(t))
-    )
+    f, df, ddf = (np.cos(t), -np.sin(t), -np.cos(t)) if parity == "even" else (np.sin(t), np.cos(t), -np.sin(t))
     around_part = h**3 * ddf - 3.0 * h**2 * 0.7 * np.sin(t) * df
     source = -(around_part - h**3 * (0.5 * math.pi / 0.8) ** 2 * f) * np.cos(0.5 * math.pi * z)
     width = mesh.width[rows].copy()
@@ -253,11 +251,7 @@ def test_reynolds_condition_settles(eps, slenderness, direction):
     assert film.f_n * math.cos(direction) - film.f_t * math.sin(direction) < 0.0
 
 
-STATES = {
-    "eps": st.floats(0.0, 0.99),
-    "slenderness": st.floats(0.1, 16.0),
-    "direction": st.floats(-math.pi, math.pi),
-}
+STATES = {"eps": st.floats(0.0, 0.99), "slenderness": st.floats(0.1, 16.0), "direction": st.floats(-math.pi, math.pi)}
 
 
 @settings(max_examples=25)

@@ -51,9 +51,7 @@ def test_snopt_finds_the_published_optima(number):
 @pytest.mark.parametrize("number", [65, 83, 110])
 def test_differential_evolution_finds_the_published_optima(number):
     example = BY_NUMBER[number]
-    result = minimise(
-        "differential-evolution", example.problem, DifferentialEvolution(generations=400), seed=1
-    )
+    result = minimise("differential-evolution", example.problem, DifferentialEvolution(generations=400), seed=1)
     assert result.values.objectives[0, 0] == pytest.approx(example.optimum, rel=1e-4)
     assert result.values.feasible(1e-6)[0]
 
@@ -61,9 +59,7 @@ def test_differential_evolution_finds_the_published_optima(number):
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_every_algorithm_finds_a_bowl(name):
     result = minimise(name, bowl(), seed=2)
-    assert result.values.objectives[0, 0] == pytest.approx(
-        0.75, abs=0.05 if name in ("ga", "nsga2") else 1e-3
-    )
+    assert result.values.objectives[0, 0] == pytest.approx(0.75, abs=0.05 if name in ("ga", "nsga2") else 1e-3)
     assert result.values.feasible(1e-6)[0]
     assert result.status.remedy
 
@@ -222,11 +218,7 @@ def test_bad_input():
     with pytest.raises(InputError, match="should be 0 or a positive number"):
         minimise("ga", bowl(), seed=-1)
     unbounded = dataclasses.replace(bowl(), upper=np.full(3, np.inf))
-    for name, settings in (
-        ("ga", None),
-        ("differential-evolution", None),
-        ("grg", ReducedGradient(starts=2)),
-    ):
+    for name, settings in (("ga", None), ("differential-evolution", None), ("grg", ReducedGradient(starts=2))):
         with pytest.raises(InputError, match="needs finite bounds"):
             minimise(name, unbounded, settings)
     with pytest.raises(InputError, match="variable 2: its lower bound is above"):

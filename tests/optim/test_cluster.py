@@ -41,17 +41,13 @@ def address_of(process):
 @pytest.fixture
 def loopback():
     """Address of a scheduler, and two worker processes by address."""
-    scheduler = start(
-        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"
-    )
+    scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     processes = [scheduler]
     try:
         address = address_of(scheduler)
         for _ in range(2):
             processes.append(
-                start(
-                    "distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard"
-                )
+                start("distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
             )
         yield address, processes[1:]
     finally:
@@ -118,15 +114,10 @@ def test_no_workers(monkeypatch):
     from optim.evaluate import cluster
 
     monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
-    scheduler = start(
-        "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard"
-    )
+    scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     try:
         address = address_of(scheduler)
-        with (
-            pytest.raises(RunError, match="has no workers; start some with: dask worker"),
-            cluster.cluster(address),
-        ):
+        with pytest.raises(RunError, match="has no workers; start some with: dask worker"), cluster.cluster(address):
             pass
     finally:
         scheduler.kill()

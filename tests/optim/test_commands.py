@@ -73,9 +73,7 @@ def test_optimise(file, tmp_path, capsys):
     ]
     result = json.loads((tmp_path / "out" / "result.json").read_text())
     assert set(result["best"]["variables"]) == {"sdf.links.link2.mass", "joints.A.viscosity"}
-    assert result["best"]["linked"] == {
-        "joints.B.viscosity": result["best"]["variables"]["joints.A.viscosity"]
-    }
+    assert result["best"]["linked"] == {"joints.B.viscosity": result["best"]["variables"]["joints.A.viscosity"]}
     assert (result["seed"], result["failed"], result["front"]) == (3, 0, [])
     assert result["nominal"]["variables"] == {"sdf.links.link2.mass": 0.219, "joints.A.viscosity": 0.4}
     assert result["nominal"]["constraints"] == {"torque": 1.0}
@@ -121,13 +119,7 @@ def test_the_answer_of_one_study_starts_another(file, tmp_path, text):
     assert answer["start"] is None
     (tmp_path / "second.toml").write_text(text)
     second = command(
-        optimise,
-        tmp_path / "second.toml",
-        "--start",
-        tmp_path / "first",
-        "--out",
-        tmp_path / "out",
-        "--no-plots",
+        optimise, tmp_path / "second.toml", "--start", tmp_path / "first", "--out", tmp_path / "out", "--no-plots"
     )
     assert second == 0
     result = json.loads((tmp_path / "out" / "result.json").read_text())
@@ -213,9 +205,7 @@ def test_studies_and_seeds_in_one_job(file, tmp_path, capsys):
     out = tmp_path / "both"
     assert command(optimise, file, other, "--out", out, "--no-plots", "--seeds", "1:3") == 0
     rows = table(out / "results.csv")
-    assert [(row["study"], row["seed"]) for row in rows] == [
-        (s, str(n)) for s in ("short", "other") for n in (1, 2, 3)
-    ]
+    assert [(row["study"], row["seed"]) for row in rows] == [(s, str(n)) for s in ("short", "other") for n in (1, 2, 3)]
     result = json.loads((out / "other_2" / "result.json").read_text())
     assert float(rows[4]["objective:force"]) == result["best"]["objectives"]["force"]
     printed = capsys.readouterr().out
@@ -258,11 +248,7 @@ def test_refused(file, tmp_path, capsys, monkeypatch, arguments, message):
         ('"ga"', '"gaa"', 'algorithm.name: "gaa" is unknown; did you mean "ga"'),
         ('name = "ga"', "", "algorithm.name: is missing"),
         ("population = 8", "population = 8.5", "short.toml: algorithm: population: is 8.5"),
-        (
-            "population = 8",
-            "poplation = 8",
-            'short.toml: algorithm: poplation: unknown key; did you mean "population"',
-        ),
+        ("population = 8", "poplation = 8", 'short.toml: algorithm: poplation: unknown key; did you mean "population"'),
     ],
 )
 def test_wrong_algorithm(file, tmp_path, capsys, old, new, message):

@@ -40,16 +40,13 @@ def test_the_numbers_are_measured_ones(maker):
         found, *counts = (float(cell) for cell in row.split("|")[6:10])
         now = maker.measure(example)
         assert now.found == pytest.approx(found, rel=1e-6, abs=2e-7)
-        near.append(
-            [now.iterations, now.evaluations, now.populations] == pytest.approx(counts, rel=0.2, abs=3)
-        )
+        near.append([now.iterations, now.evaluations, now.populations] == pytest.approx(counts, rel=0.2, abs=3))
     assert sum(near) >= 0.9 * len(rows)
 
 
 def test_adding_an_algorithm_as_the_page_says(tmp_path, monkeypatch):
     module, entry = (
-        re.sub(r"^   ", "", block, flags=re.M)
-        for block in re.findall(r"   ```python\n(.*?)   ```", PAGE, flags=re.S)
+        re.sub(r"^   ", "", block, flags=re.M) for block in re.findall(r"   ```python\n(.*?)   ```", PAGE, flags=re.S)
     )
     (tmp_path / "random_search.py").write_text(module, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)

@@ -170,13 +170,7 @@ def test_what_the_algorithm_sees(study, monkeypatch):
     assert problem.equalities == ("even.equals",)
     assert values.objectives == pytest.approx(np.array([[0.5, -0.25], [2.0, -1.0], [4.0, -2.0]]))
     assert values.inequalities == pytest.approx(
-        np.array(
-            [
-                [-6.75 / 8, 0.75 / 2, -1.0 / 1.5],
-                [-3.0 / 8, -3.0 / 2, 0.5 / 1.5],
-                [2.0 / 8, -8.0 / 2, 2.5 / 1.5],
-            ]
-        )
+        np.array([[-6.75 / 8, 0.75 / 2, -1.0 / 1.5], [-3.0 / 8, -3.0 / 2, 0.5 / 1.5], [2.0 / 8, -8.0 / 2, 2.5 / 1.5]])
     )
     assert values.equalities == pytest.approx(np.array([[-0.1], [0.0], [0.1]]))
     assert values.violation == pytest.approx([0.375 + 0.1, 0.5 / 1.5, 0.25 + 2.5 / 1.5 + 0.1])
@@ -199,10 +193,7 @@ def test_failures_are_explicit(study, monkeypatch):
     assert np.isinf(values.violation[1:]).all()
     assert np.isfinite(values.violation[0])
     failed = Evaluations(
-        evaluations.objectives[1:2],
-        evaluations.constraints[1:2],
-        evaluations.status[1:2],
-        evaluations.reason[1:2],
+        evaluations.objectives[1:2], evaluations.constraints[1:2], evaluations.status[1:2], evaluations.reason[1:2]
     )
     with pytest.raises(
         RunError, match=r"mine\.toml: objectives\.f is relative to the nominal design, .*: cold: the loops"

@@ -120,8 +120,7 @@ def test_the_start_is_in_the_first_generation():
 
 
 @pytest.mark.parametrize(
-    ("solver", "base", "table"),
-    [(genetic, sphere(), Genetic), (nondominated_sorting, zdt(0.5), NondominatedSorting)],
+    ("solver", "base", "table"), [(genetic, sphere(), Genetic), (nondominated_sorting, zdt(0.5), NondominatedSorting)]
 )
 def test_the_same_seed_gives_the_same_designs(solver, base, table):
     settings = table(population=10, generations=5, restarts=2)
@@ -148,9 +147,7 @@ def test_the_state_is_json_and_tells_how_it_goes_on():
     assert len(set(states)) == len(states)
     state = json.loads(states[0])
     generator = np.random.RandomState()
-    generator.set_state(
-        (state["numpy"][0], np.array(state["numpy"][1], dtype=np.uint32), *state["numpy"][2:])
-    )
+    generator.set_state((state["numpy"][0], np.array(state["numpy"][1], dtype=np.uint32), *state["numpy"][2:]))
     other = random.Random()
     other.setstate((state["python"][0], tuple(state["python"][1]), state["python"][2]))
     assert len(state["pool"]) == SMALL.population

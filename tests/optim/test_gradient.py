@@ -216,9 +216,7 @@ def test_it_does_not_depend_on_units(number, factor):
 
     def evaluate(designs):
         values = base.evaluate(designs / unit)
-        return Values(
-            values.objectives * factor, values.inequalities * 10.0, values.equalities / factor, values.failed
-        )
+        return Values(values.objectives * factor, values.inequalities * 10.0, values.equalities / factor, values.failed)
 
     scaled = dataclasses.replace(
         base, lower=base.lower * unit, upper=base.upper * unit, evaluate=evaluate, start=base.start * unit
@@ -230,8 +228,7 @@ def test_it_does_not_depend_on_units(number, factor):
 def test_a_basis_that_becomes_singular():
     """The equality's derivative with respect to its only basic variable vanishes where the search arrives."""
     problem = quadratic(
-        equalities=lambda x: (x[:, 0] ** 2 - x[:, 1])[:, None],
-        objective=lambda x: (x[:, 0] - 1.0) ** 2 + x[:, 1] ** 2,
+        equalities=lambda x: (x[:, 0] ** 2 - x[:, 1])[:, None], objective=lambda x: (x[:, 0] - 1.0) ** 2 + x[:, 1] ** 2
     )
     for start in ([-1.0, 1.0], [0.0, 0.0], [0.0, 1.0]):
         result = reduced_gradient(dataclasses.replace(problem, start=np.array(start)), SETTINGS)
@@ -248,11 +245,7 @@ def test_random_quadratic_programmes_satisfy_the_conditions_of_optimality(seed):
     root, G, b = random.normal(size=(n, n)), random.normal(size=(m, n)), random.uniform(0.1, 0.5, m)
     target = random.normal(size=n)
     problem = quadratic(
-        lambda x: x @ G.T - b,
-        objective=lambda x: (((x - target) @ root) ** 2).sum(axis=1),
-        n=n,
-        lower=-1,
-        upper=1,
+        lambda x: x @ G.T - b, objective=lambda x: (((x - target) @ root) ** 2).sum(axis=1), n=n, lower=-1, upper=1
     )
     x = reduced_gradient(problem, SETTINGS).x[0]
     gradient = 2.0 * root @ root.T @ (x - target)

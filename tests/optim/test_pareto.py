@@ -23,9 +23,7 @@ def values(objectives, inequalities=None, failed=None):
     )
 
 
-small = arrays(
-    np.float64, st.tuples(st.integers(1, 12), st.integers(2, 3)), elements=st.integers(0, 4).map(float)
-)
+small = arrays(np.float64, st.tuples(st.integers(1, 12), st.integers(2, 3)), elements=st.integers(0, 4).map(float))
 
 
 @given(small)
@@ -54,9 +52,7 @@ def test_domination_is_a_strict_partial_order(f):
 
 def test_constrained_domination():
     """Feasible before less infeasible before more infeasible before failed, whatever the objectives."""
-    v = values(
-        [[9, 9], [0, 0], [0, 0], [0, 0]], [[-1.0], [0.5], [2.0], [np.inf]], [False, False, False, True]
-    )
+    v = values([[9, 9], [0, 0], [0, 0], [0, 0]], [[-1.0], [0.5], [2.0], [np.inf]], [False, False, False, True])
     assert np.array_equal(ranks(v), [0, 1, 2, 3])
     assert np.array_equal(front(v), [0])
     assert np.array_equal(front(v.take([3, 2, 1])), [2])

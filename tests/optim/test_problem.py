@@ -74,12 +74,8 @@ def test_table_1():
     """The paper's bounds: masses by factors, inertias of uniform bars about their middle and their end."""
     for name in ("sevenbar_force", "sevenbar_acceleration", "sevenbar_pareto"):
         study = load_study(find_study(name))
-        assert study.lower == pytest.approx(
-            [0.1095, 0.219 * 0.18**2 / 12, 0.0535, 0.107 * 0.08**2 / 12, 0.0695, 0.05]
-        )
-        assert study.upper == pytest.approx(
-            [0.438, 0.219 * 0.18**2 / 3, 0.214, 0.107 * 0.08**2 / 3, 0.278, 0.6]
-        )
+        assert study.lower == pytest.approx([0.1095, 0.219 * 0.18**2 / 12, 0.0535, 0.107 * 0.08**2 / 12, 0.0695, 0.05])
+        assert study.upper == pytest.approx([0.438, 0.219 * 0.18**2 / 3, 0.214, 0.107 * 0.08**2 / 3, 0.278, 0.6])
         assert study.nominal == pytest.approx([0.219, 7.736e-4, 0.107, 1.179e-4, 0.139, 0.4])
         # Table 6: both optimised designs of the paper lie within
         for design in (
@@ -127,9 +123,7 @@ def test_transmission_angle_of_the_four_bar():
 def test_windows_of_revolutions():
     study = load_study(find_study("fourbar_jitter_steady"))
     for point in study.points:
-        assert point.windows["steady"] == pytest.approx(
-            np.column_stack([np.arange(2, 12), np.arange(3, 13)]) * 0.1
-        )
+        assert point.windows["steady"] == pytest.approx(np.column_stack([np.arange(2, 12), np.arange(3, 13)]) * 0.1)
     assert [point.system.experiment.drives["O"].angle for point in study.points] == pytest.approx(
         np.arange(4) * math.pi / 2
     )
@@ -179,11 +173,7 @@ def test_operating_points(study):
         ("joints.A.viscosity", "joints.AA.viscosity", 'has no "AA"; did you mean "A"'),
         ("joints.A.viscosity", "joints.A.model", "is not a number"),
         ("joints.A.viscosity", "solver.max_step", "has no value in the experiment"),
-        (
-            "sdf.links.link2.mass",
-            "sdf.links.link22.mass",
-            'there is no such value; did you mean "links.link2"',
-        ),
+        ("sdf.links.link2.mass", "sdf.links.link22.mass", 'there is no such value; did you mean "links.link2"'),
         ("sdf.links.link2.mass", "sdf.links.link2.weight", "there is no such value"),
         ("sdf.links.link2.mass", "sdf.link.link2.mass", 'did you mean "links.link2"'),
         ("upper = 2.0", "upper = 0.4", "lower, 0.1095, must be below upper, 0.0876"),
@@ -194,11 +184,7 @@ def test_operating_points(study):
         ('= "oil"', '= "-oil"', "joints.B.viscosity"),
         ('= "oil"', '= "log(-oil)"', "has no finite value at the nominal design"),
         ('= "oil"', "= 0.3", "write a formula between quotes"),
-        (
-            '"joints.B.viscosity"',
-            '"joints.A.viscosity"',
-            "joints.A.viscosity is set by variables.oil already",
-        ),
+        ('"joints.B.viscosity"', '"joints.A.viscosity"', "joints.A.viscosity is set by variables.oil already"),
         ('"joints.B.viscosity"', '"joints.B.stickiness"', "unknown key"),
         ('window = "late"', 'window = "lat"', '"lat" is unknown; did you mean "late"'),
         ("end = 2.0", "end = 0.5", "end, 0.5, must be after start, 1"),
@@ -244,18 +230,13 @@ def test_the_description_is_json_and_tells_problems_apart(study):
     first = study().description()
     assert json.loads(json.dumps(first))["problem"]["linked"] == {"joints.B.viscosity": "oil"}
     assert study().description() == first
-    for old, new in (
-        ("upper = 0.6", "upper = 0.7"),
-        ("at_least = 0.1", "at_least = 0.11"),
-        ('"peak"', '"rms"'),
-    ):
+    for old, new in (("upper = 0.6", "upper = 0.7"), ("at_least = 0.1", "at_least = 0.11"), ('"peak"', '"rms"')):
         assert study(replace={old: new}).description() != first
     assert study("title = 'another'\nseed = 4\n" + STUDY).description() == first
 
 
 @pytest.mark.parametrize(
-    ("name", "path"),
-    [("seven_bar", "sdf.links.link2.mass"), ("slider_crank_guide", "sdf.links.rod.mass")],
+    ("name", "path"), [("seven_bar", "sdf.links.link2.mass"), ("slider_crank_guide", "sdf.links.rod.mass")]
 )
 def test_every_output_can_be_named_and_has_a_value(tmp_path, name, path):
     """What is accepted when a study is read, the engine gives: joint moments, powers, energies, ideal outputs, jitter."""
@@ -331,11 +312,7 @@ def test_a_point_may_replace_what_a_variable_sets(study):
     found = study(STUDY + '\n[points.cold]\n[points.hot.linked]\n"joints.A.viscosity" = "0.3 * oil"\n')
     cold, hot = (
         dict(
-            zip(
-                point.paths,
-                [*found.nominal, *(link(found.named(found.nominal)) for link in point.links)],
-                strict=True,
-            )
+            zip(point.paths, [*found.nominal, *(link(found.named(found.nominal)) for link in point.links)], strict=True)
         )
         for point in found.points
     )

@@ -24,8 +24,7 @@ def contents(path):
     """Everything a store holds, the time aside."""
     with sqlite3.connect(path) as db:
         tables = {
-            name: db.execute(f"SELECT * FROM {name}").fetchall()
-            for name in ("evaluations", "iterations", "meta")
+            name: db.execute(f"SELECT * FROM {name}").fetchall() for name in ("evaluations", "iterations", "meta")
         }
     tables["meta"] = [row for row in tables["meta"] if row[0] != "elapsed"]
     return tables
@@ -163,8 +162,7 @@ def test_every_algorithm_goes_on_from_where_it_broke_off(tmp_path, name):
 
     def task(evaluate):
         return toy.make_task(
-            evaluate=evaluate,
-            minimise=lambda problem, progress: minimise(name, problem, settings, 5, progress),
+            evaluate=evaluate, minimise=lambda problem, progress: minimise(name, problem, settings, 5, progress)
         )
 
     populations = []
@@ -204,8 +202,7 @@ def test_every_algorithm_stops_when_asked(tmp_path, name):
 
     def task(evaluate=toy.evaluate):
         return toy.make_task(
-            evaluate=evaluate,
-            minimise=lambda problem, progress: minimise(name, problem, settings, 5, progress),
+            evaluate=evaluate, minimise=lambda problem, progress: minimise(name, problem, settings, 5, progress)
         )
 
     seen = []

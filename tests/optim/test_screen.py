@@ -119,9 +119,7 @@ def test_the_nominal_design_is_run_in_any_case(study, asked):
 
 def test_limits_of_relative_formulas(file, asked):
     """1.2 times the nominal design's 0.219 + 0.139 is 0.43."""
-    file.write_text(
-        STUDY.replace('"mass + slider"\nat_most = 0.5', '"mass + slider"\nrelative = true\nequals = 1.2')
-    )
+    file.write_text(STUDY.replace('"mass + slider"\nat_most = 0.5', '"mass + slider"\nrelative = true\nequals = 1.2'))
     study = load_study(file)
     m = 1.2 * study.nominal.sum() - 0.1
     Screened(study, Evaluator(study))(np.array([[m, 0.1], [m + 0.01, 0.1], [m - 0.01, 0.1]]))
@@ -173,9 +171,7 @@ def cliff(start):
         f = np.where((limits <= 2e-3).all(axis=1), (x - 2.0) ** 2 + (y - 1.0) ** 2, np.inf)
         return Values(f[:, None], limits, np.empty((len(designs), 0)), np.zeros(len(designs), bool))
 
-    return Problem(
-        -2.0 * np.ones(2), 2.0 * np.ones(2), evaluate, ("f",), ("disc", "above"), (), np.array(start)
-    )
+    return Problem(-2.0 * np.ones(2), 2.0 * np.ones(2), evaluate, ("f",), ("disc", "above"), (), np.array(start))
 
 
 OPTIMUM = np.array([2.0, 1.0]) / np.sqrt(5.0)

@@ -93,9 +93,7 @@ def test_crank_4_is_inert_but_for_its_torque(tmp_path):
     """Its motion is prescribed: what it weighs is felt by its pivot, and by its drive while the speed changes."""
     text = find_study("sevenbar_pareto").read_text().replace("[objectives.acceleration]", TORQUE, 1)
     path = tmp_path / "press.toml"
-    path.write_text(
-        text.replace("[algorithm]", "[set]\nduration = 1.0\ndrives.O4.ramp = 0.5\n[algorithm]", 1)
-    )
+    path.write_text(text.replace("[algorithm]", "[set]\nduration = 1.0\ndrives.O4.ramp = 0.5\n[algorithm]", 1))
     study = load_study(path)
     evaluate = Evaluator(study)
 
@@ -147,11 +145,7 @@ def test_command(tmp_path, capsys, invented_engine):
     file.write_text(SHORT)
     assert run("sensitivity", file, "--samples", 16, "--out", out) == 0
     assert "first order" in capsys.readouterr().out
-    assert sorted(path.name for path in out.iterdir()) == [
-        "one_at_a_time.png",
-        "sensitivity.json",
-        "sobol.png",
-    ]
+    assert sorted(path.name for path in out.iterdir()) == ["one_at_a_time.png", "sensitivity.json", "sobol.png"]
     report = json.loads((out / "sensitivity.json").read_text())
     assert report["evaluations"] == 16 * (2 + 2)
     assert set(report["quantities"]["force"]["variables"]) == {"sdf.links.link2.mass", "joints.A.viscosity"}

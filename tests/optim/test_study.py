@@ -23,9 +23,7 @@ def begun(tmp_path):
     """A study stopped after ten iterations."""
     path, seen = tmp_path / "study.sqlite", []
     with pytest.raises(Stopped):
-        run(
-            toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 10
-        )
+        run(toy.make_task(), path, observe=lambda row, nominal: seen.append(row), stop=lambda: len(seen) == 10)
     return path
 
 
@@ -44,9 +42,7 @@ def test_values_come_back_to_the_last_bit(tmp_path):
     designs = rng.standard_normal((50, 3)) * 10.0 ** rng.integers(-300, 300, (50, 3))
     objectives = np.where(rng.random((50, 2)) < 0.1, np.nan, rng.standard_normal((50, 2)))
     objectives[0] = np.inf, -0.0
-    found = Evaluations(
-        objectives, np.empty((50, 0)), ("ok",) * 49 + ("singular",), ("",) * 49 + ('"so", they\nsay',)
-    )
+    found = Evaluations(objectives, np.empty((50, 0)), ("ok",) * 49 + ("singular",), ("",) * 49 + ('"so", they\nsay',))
     meta = {"variables": ["a", "b", "c"], "objectives": ["f", "g"], "constraints": []}
     with study.create(tmp_path / "study.sqlite", meta) as store:
         store.add(designs, found, 1.5)
@@ -72,9 +68,7 @@ def test_a_population_is_kept_whole_or_not_at_all(tmp_path):
 
 def test_begun_studies_are_not_overwritten(begun):
     before = begun.read_bytes()
-    with pytest.raises(
-        InputError, match=r"study\.sqlite: holds 61 evaluations of this study; continue with --resume"
-    ):
+    with pytest.raises(InputError, match=r"study\.sqlite: holds 61 evaluations of this study; continue with --resume"):
         run(toy.make_task(), begun)
     assert begun.read_bytes() == before
 
@@ -95,14 +89,8 @@ def test_leftovers_of_a_killed_creation_do_not_matter(tmp_path):
             {"description": {"algorithm": {"name": "evolve"}, "seed": 1}},
             'problem.name: belongs to another study: there "Rosenbrock", here nothing',
         ),
-        (
-            {"versions": {"numpy": "1.0"}},
-            "was written with numpy .*, this is 1.0, and the numbers would be mixed",
-        ),
-        (
-            {"versions": {"numpy": np.__version__, "numba": "0.60"}},
-            "was written with numba not there, this is 0.60",
-        ),
+        ({"versions": {"numpy": "1.0"}}, "was written with numpy .*, this is 1.0, and the numbers would be mixed"),
+        ({"versions": {"numpy": np.__version__, "numba": "0.60"}}, "was written with numba not there, this is 0.60"),
     ],
 )
 def test_other_problems_and_versions_are_refused(begun, changed, message):
@@ -177,10 +165,7 @@ def test_full_disk(begun, monkeypatch):
     monkeypatch.undo()
     assert toy_count(begun) >= rows
     fresh = begun.with_name("fresh.sqlite")
-    assert (
-        run(toy.make_task(), begun, resume=True).result.x.tobytes()
-        == run(toy.make_task(), fresh).result.x.tobytes()
-    )
+    assert run(toy.make_task(), begun, resume=True).result.x.tobytes() == run(toy.make_task(), fresh).result.x.tobytes()
 
 
 def test_full_disk_at_the_very_beginning(tmp_path, monkeypatch):

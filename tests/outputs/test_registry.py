@@ -73,11 +73,7 @@ QUICK = ("seven_bar", "slider_crank_dry", "slider_crank_guide", "six_bar_dry")
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        *QUICK,
-        *(pytest.param(name, marks=pytest.mark.slow) for name in [*NAMES, "loaded"] if name not in QUICK),
-    ],
+    "name", [*QUICK, *(pytest.param(name, marks=pytest.mark.slow) for name in [*NAMES, "loaded"] if name not in QUICK)]
 )
 def test_drake_gives_every_name_and_the_same_values(name, system_named):
     system = system_named(name)
@@ -136,21 +132,7 @@ def refusals(system, name):
         yield str(caught.value)
 
 
-NONSENSE = (
-    "",
-    ".",
-    "force",
-    "B",
-    "B.",
-    ".force",
-    "B.forse",
-    "b.force",
-    "nothing.x",
-    "q.B",
-    "q.",
-    "time",
-    "B.force.x",
-)
+NONSENSE = ("", ".", "force", "B", "B.", ".force", "B.forse", "b.force", "nothing.x", "q.B", "q.", "time", "B.force.x")
 
 
 @pytest.mark.parametrize("name", NONSENSE)

@@ -21,10 +21,7 @@ def test_jitter_is_the_run_less_the_ideal_motion(system):
     batch = linkages.simulate_batch(system, outputs=names)
     result, exact = run_compiled(system), linkages.ideal(system)
     scale = scales(result.columns)
-    for when, extreme in (
-        (batch.time_of_minimum, batch.minimum),
-        (batch.time_of_maximum, batch.maximum),
-    ):
+    for when, extreme in ((batch.time_of_minimum, batch.minimum), (batch.time_of_maximum, batch.maximum)):
         real, still = result.evaluate(when[0, 0]), exact.evaluate(when[0, 0])
         for k, name in enumerate(points(system)):
             deviation = pytest.approx(real[name][k] - still[name][k], rel=0.0, abs=1e-8 * scale[name])

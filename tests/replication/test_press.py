@@ -145,19 +145,7 @@ def test_from_end_to_end(file, tmp_path):
     for threads in (1, 2):
         out = tmp_path / str(threads)
         assert (
-            main(
-                [
-                    "optimise",
-                    str(file),
-                    "--out",
-                    str(out),
-                    "--seed",
-                    "3",
-                    "--threads",
-                    str(threads),
-                    "--no-verify",
-                ]
-            )
+            main(["optimise", str(file), "--out", str(out), "--seed", "3", "--threads", str(threads), "--no-verify"])
             == 0
         )
         results.append(json.loads((out / "result.json").read_text()))

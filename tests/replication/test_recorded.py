@@ -51,10 +51,7 @@ def test_a_record_comes_back_as_it_was_written(tmp_path, monkeypatch):
     study = load_study(find_study("sevenbar_force"))
     monkeypatch.setattr(recorded, "path_of", lambda name: tmp_path / f"{name}.toml")
     x = study.nominal * 1.1
-    best = {
-        "variables": dict(zip(study.paths, map(float, x), strict=True)),
-        "objectives": {"force": 0.1 + 0.2},
-    }
+    best = {"variables": dict(zip(study.paths, map(float, x), strict=True)), "objectives": {"force": 0.1 + 0.2}}
     found = {"best": best, "algorithm": {"name": "ga", "population": 4}, "seed": 7, "evaluations": 12}
     write_record(study, found, "python x.py")
     record = load_record("sevenbar_force")

@@ -5,16 +5,7 @@ from pathlib import Path
 
 import pytest
 from replication import press_paper
-from replication.claims import (
-    NOT,
-    REPRODUCED,
-    TREND,
-    change,
-    differences,
-    verdict,
-    verdict_of_change,
-    verdict_of_gain,
-)
+from replication.claims import NOT, REPRODUCED, TREND, change, differences, verdict, verdict_of_change, verdict_of_gain
 
 from optim import find_study, load_study
 
@@ -53,9 +44,7 @@ def test_differences_of_pages():
     assert differences("a 1.23 b 4e-05", "a 1.25 b 5e-05") == []
     assert differences("a 1.23", "a 1.26") == ["1.23 -> 1.26"]
     assert differences("a 3 of 4", "a 3 of 5") == ["4 -> 5"]
-    assert differences("same\na 1.0 reproduced", "same\na 1.0 trend only") == [
-        "a # reproduced -> a # trend only"
-    ]
+    assert differences("same\na 1.0 reproduced", "same\na 1.0 trend only") == ["a # reproduced -> a # trend only"]
     assert differences("a", "a\nb") == ["one page is longer"]
 
 

@@ -87,15 +87,15 @@ def test_nothing_is_fetched_and_nothing_wants_to_be(page):
 
 
 def test_a_page_that_fetches_would_be_found(tmp_path, results_folder):
-    text = '<body><img src="http://127.0.0.1:9/x.png"><iframe srcdoc="<img src=\'https://127.0.0.1:9/y.png\'>"></iframe>'
+    text = (
+        '<body><img src="http://127.0.0.1:9/x.png"><iframe srcdoc="<img src=\'https://127.0.0.1:9/y.png\'>"></iframe>'
+    )
     (tmp_path / "bad.html").write_text(text)
     page = open_page(tmp_path / "bad.html", tmp_path)
     assert page.requests == ["http://127.0.0.1:9/x.png", "https://127.0.0.1:9/y.png"]
     write_report(load_results(results_folder), tmp_path / "report.html")
     report = (tmp_path / "report.html").read_text()
-    (tmp_path / "report.html").write_text(
-        report.replace("<main>", '<main><img src="http://127.0.0.1:9/x.png">')
-    )
+    (tmp_path / "report.html").write_text(report.replace("<main>", '<main><img src="http://127.0.0.1:9/x.png">'))
     page = open_page(tmp_path / "report.html", tmp_path)
     assert page.requests == []  # the page's own policy refuses
     assert page.seen["refused"] == ["http://127.0.0.1:9/x.png"]

@@ -18,16 +18,7 @@ from linkages.three_rrr.robot import load_robot
 def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     status = main(
-        [
-            "modes",
-            str(data_folder() / "three_rrr.toml"),
-            "--verify",
-            "--branch",
-            "98",
-            "--no-plots",
-            "--out",
-            str(out),
-        ]
+        ["modes", str(data_folder() / "three_rrr.toml"), "--verify", "--branch", "98", "--no-plots", "--out", str(out)]
     )
     assert status == 0
     found = json.loads((out / "modes.json").read_text())
@@ -51,11 +42,7 @@ def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "density        = 7850.0",
-            "density        = 0.0",
-            "material.density: is 0.0; it should be greater than 0",
-        ),
+        ("density        = 7850.0", "density        = 0.0", "material.density: is 0.0; it should be greater than 0"),
         ("density        = 7850.0", "densty         = 7850.0", 'unknown key; did you mean "density"?'),
         ("coupler_diameter   = 0.04", "coupler_diameter   = -0.04", "sections.coupler_diameter: is -0.04"),
         ("elements = 1 ", "elements = 0 ", "model.elements: is 0; it should be greater than or equal to 1"),
@@ -80,11 +67,7 @@ def test_bad_robots_get_one_line(
             "crank2: has the length 0 m; it must be positive",
         ),
         ('name="B2"', 'name="Q2"', '<joint name="B2">: is missing; did you mean'),
-        (
-            "<parent>crank3_B</parent>",
-            "<parent>world</parent>",
-            '<joint name="B3">: is a revolute joint of world',
-        ),
+        ("<parent>crank3_B</parent>", "<parent>world</parent>", '<joint name="B3">: is a revolute joint of world'),
     ],
 )
 def test_bad_mechanisms_get_one_line(
@@ -111,20 +94,11 @@ def edited(tmp_path: Path, changes: dict[str, tuple[str, str]]) -> int:
         assert old in text
         (tmp_path / name).write_text(text.replace(old, new, 1) if old else text)
     return main(
-        [
-            "modes",
-            str(tmp_path / "three_rrr.toml"),
-            "--no-plots",
-            "--no-animation",
-            "--out",
-            str(tmp_path / "out"),
-        ]
+        ["modes", str(tmp_path / "three_rrr.toml"), "--no-plots", "--no-animation", "--out", str(tmp_path / "out")]
     )
 
 
-def test_no_assembly_and_wrong_branch_are_failures(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_no_assembly_and_wrong_branch_are_failures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert edited(tmp_path, {"three_rrr.toml": ("branch    = 98.05", "branch    = 10.0")}) == 1
     error = capsys.readouterr().err
     assert "no-assembly: no assembly starts near theta = 10 deg; there are 98.05, -87.51 deg" in error
@@ -137,9 +111,7 @@ def test_no_assembly_and_wrong_branch_are_failures(
     assert "no assembly at the crank angles 60, 0, 220 deg" in capsys.readouterr().err
 
 
-def test_a_crossed_fold_ends_the_analysis_with_a_status(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_crossed_fold_ends_the_analysis_with_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = load_robot(data_folder() / "three_rrr.toml")
     times = np.linspace(0.0, robot.duration, 2001)
     number = count(robot.geometry, robot.phi0 + times[:, None] * robot.phidot)
@@ -151,22 +123,11 @@ def test_a_crossed_fold_ends_the_analysis_with_a_status(
         if branch.status.value == "singular":
             kept.append(x)
     text = (data_folder() / "three_rrr.toml").read_text()
-    text = text.replace("[60.0, 0.0, 220.0]", str(phi0.tolist())).replace(
-        "98.05 ", f"{np.rad2deg(kept[1][0])} "
-    )
+    text = text.replace("[60.0, 0.0, 220.0]", str(phi0.tolist())).replace("98.05 ", f"{np.rad2deg(kept[1][0])} ")
     (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
     (tmp_path / "fold.toml").write_text(text)
     assert (
-        main(
-            [
-                "modes",
-                str(tmp_path / "fold.toml"),
-                "--no-plots",
-                "--no-animation",
-                "--out",
-                str(tmp_path / "out"),
-            ]
-        )
+        main(["modes", str(tmp_path / "fold.toml"), "--no-plots", "--no-animation", "--out", str(tmp_path / "out")])
         == 1
     )
     assert "ends at a fold" in capsys.readouterr().err
@@ -181,11 +142,7 @@ def test_a_crossed_fold_ends_the_analysis_with_a_status(
 @pytest.mark.slow
 def test_command_writes_all_figures_and_repeats_itself(tmp_path: Path) -> None:
     """A short motion, twice: the same bytes of modes.json, and every figure of the paper."""
-    text = (
-        (data_folder() / "three_rrr.toml")
-        .read_text()
-        .replace("duration  = 12.566370614359172", "duration  = 1.5")
-    )
+    text = (data_folder() / "three_rrr.toml").read_text().replace("duration  = 12.566370614359172", "duration  = 1.5")
     (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
     (tmp_path / "short.toml").write_text(text)
     first, second = tmp_path / "first", tmp_path / "second"

@@ -24,9 +24,7 @@ def multi_start(geometry: Geometry, phi: np.ndarray) -> np.ndarray:
     b = geometry.base + geometry.crank[:, None] * unit(phi)
     local, length = geometry.platform, geometry.coupler
     theta = np.deg2rad(np.arange(0.0, 360.0, 3.0))
-    turn = np.stack(
-        [np.stack([np.cos(theta), -np.sin(theta)], -1), np.stack([np.sin(theta), np.cos(theta)], -1)], 1
-    )
+    turn = np.stack([np.stack([np.cos(theta), -np.sin(theta)], -1), np.stack([np.sin(theta), np.cos(theta)], -1)], 1)
     arms = np.einsum("nij,kj->nki", turn, local)
     starts = []
     for i, j in ((0, 1), (1, 2), (2, 0)):
@@ -74,9 +72,7 @@ def multi_start(geometry: Geometry, phi: np.ndarray) -> np.ndarray:
         angle = np.arctan2(w[0] * u[1] - w[1] * u[0], w @ u)
         turn_one = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         x = np.array([angle, *(pivots[0] - turn_one @ local[0])])
-        if not any(
-            np.abs(np.angle(np.exp(1j * (x[0] - y[0])))) + np.max(np.abs(x[1:] - y[1:])) < 1e-6 for y in found
-        ):
+        if not any(np.abs(np.angle(np.exp(1j * (x[0] - y[0])))) + np.max(np.abs(x[1:] - y[1:])) < 1e-6 for y in found):
             found.append(x)
     return np.array(sorted(found, key=lambda x: -x[0])).reshape(-1, 3)
 
@@ -134,9 +130,7 @@ def test_elimination_with_the_papers_coefficients_has_degree_three() -> None:
         return 2 * b * cos(t) - 2 * bx, 2 * b * sin(t) - 2 * by, c
 
     a2, b2, c2 = row(0.0, 0.0, phi[1])
-    printed = (
-        b**2 - 2 * a * b * cos(theta) - 2 * b * l1 * cos(phi[1] - theta) + a**2 + 2 * a * l1 * cos(phi[1])
-    )
+    printed = b**2 - 2 * a * b * cos(theta) - 2 * b * l1 * cos(phi[1] - theta) + a**2 + 2 * a * l1 * cos(phi[1])
     np.testing.assert_allclose(c2, printed, atol=1e-15)
     a3, b3, c3 = row(np.pi / 3, np.pi / 3, phi[2])
     det = a2 * b3 - a3 * b2
@@ -180,10 +174,7 @@ def test_two_assemblies_with_one_theta(seed: int) -> None:
     crank = np.array([0.1, 0.12, 0.14])
     place = np.array([0.03, 0.3])
     geometry = Geometry(
-        centres + platform - crank[:, None] * unit(phi),
-        platform,
-        crank,
-        np.linalg.norm(place - centres, axis=1),
+        centres + platform - crank[:, None] * unit(phi), platform, crank, np.linalg.norm(place - centres, axis=1)
     )
     line = (centres[1] - centres[0]) / np.linalg.norm(centres[1] - centres[0])
     mirrored = 2.0 * (place @ line) * line - place
@@ -205,9 +196,7 @@ def test_no_assembly_is_a_status() -> None:
     assert caught.value.status is Status.NO_ASSEMBLY
 
 
-@pytest.mark.parametrize(
-    "sizes", [(0.6, 0.36, 0.0, 0.422), (0.6, 0.36, 0.112, -0.1), (0.6, 0.0, 0.112, 0.422)]
-)
+@pytest.mark.parametrize("sizes", [(0.6, 0.36, 0.0, 0.422), (0.6, 0.36, 0.112, -0.1), (0.6, 0.0, 0.112, 0.422)])
 def test_lengths_must_be_positive(sizes: tuple[float, ...]) -> None:
     with pytest.raises(InputError):
         symmetric(*sizes)

@@ -66,24 +66,18 @@ def test_first_locked_frequency(robot: Robot, poses: Motion) -> None:
 def test_frequency_scales_with_the_material(robot: Robot, poses: Motion) -> None:
     soft = changed(robot, material={"youngs_modulus": 0.5 * 2.06e11, "density": 2 * 7850.0})
     np.testing.assert_allclose(
-        frequencies(FiniteElementModel(soft), poses),
-        0.5 * frequencies(FiniteElementModel(robot), poses),
-        rtol=1e-9,
+        frequencies(FiniteElementModel(soft), poses), 0.5 * frequencies(FiniteElementModel(robot), poses), rtol=1e-9
     )
 
 
 def test_frequencies_do_not_depend_on_the_axes(robot: Robot, poses: Motion) -> None:
     g, turn = robot.geometry, 0.7
     rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    other = make_robot(
-        robot.model_dump(), robot.source, Geometry(g.base @ rotation.T, g.platform, g.crank, g.coupler)
-    )
+    other = make_robot(robot.model_dump(), robot.source, Geometry(g.base @ rotation.T, g.platform, g.crank, g.coupler))
     x = np.column_stack([poses.x[:, 0] + turn, poses.x[:, 1:] @ rotation.T])
     moved = replace(poses, phi=poses.phi + turn, psi=poses.psi + turn, x=x)
     np.testing.assert_allclose(
-        frequencies(FiniteElementModel(other), moved),
-        frequencies(FiniteElementModel(robot), poses),
-        rtol=1e-9,
+        frequencies(FiniteElementModel(other), moved), frequencies(FiniteElementModel(robot), poses), rtol=1e-9
     )
 
 
@@ -105,9 +99,7 @@ def test_sparse_and_dense_solvers_agree(robot: Robot, poses: Motion) -> None:
     k, m = model.matrices(some)
     exact = np.sqrt(dense_modes(k, m, 10)[0]) / (2 * np.pi)
     np.testing.assert_allclose(found, exact, rtol=1e-9)
-    np.testing.assert_allclose(
-        np.swapaxes(shapes, 1, 2) @ m @ shapes, np.tile(np.eye(10), (3, 1, 1)), atol=1e-9
-    )
+    np.testing.assert_allclose(np.swapaxes(shapes, 1, 2) @ m @ shapes, np.tile(np.eye(10), (3, 1, 1)), atol=1e-9)
 
 
 def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None:
@@ -137,10 +129,7 @@ def test_rigid_platform_is_the_limit_of_a_stiff_triangle(robot: Robot, poses: Mo
 
 def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: Motion) -> None:
     start = poses.part(slice(0, 1))
-    found = [
-        frequencies(FiniteElementModel(changed(robot, model={"elements": n})), start, 6)[0]
-        for n in (2, 4, 8, 16)
-    ]
+    found = [frequencies(FiniteElementModel(changed(robot, model={"elements": n})), start, 6)[0] for n in (2, 4, 8, 16)]
     steps = -np.diff(found, axis=0)
     assert np.all(steps > 0)
     order = np.log2(steps[:-1] / steps[1:])  # bending of order four, stretching of order two
@@ -148,10 +137,7 @@ def test_refinement_lowers_frequencies_to_a_limit(robot: Robot, poses: Motion) -
 
 
 def test_joint_masses_add_their_kinetic_energy(robot: Robot, poses: Motion) -> None:
-    heavy, light = (
-        FiniteElementModel(changed(robot, joint_masses={"B": 0.3, "C": 0.5})),
-        FiniteElementModel(robot),
-    )
+    heavy, light = (FiniteElementModel(changed(robot, joint_masses={"B": 0.3, "C": 0.5})), FiniteElementModel(robot))
     v = light.rigid_velocity(poses)
     extra = [(heavy, 1.0), (light, -1.0)]
     gain = sum(s * np.einsum("ni,nij,nj->n", v, m.full_matrices(poses)[1], v) for m, s in extra)
@@ -170,9 +156,7 @@ def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motio
         e1 = np.stack([np.cos(poses.phi[:, leg]), np.sin(poses.phi[:, leg])], -1)
         n1 = np.stack([-e1[:, 1], e1[:, 0]], -1)
         at_b = g.crank[leg] * (poses.ddphi[:, leg, None] * n1 - poses.dphi[:, leg, None] ** 2 * e1)
-        angle, speed, rate = (
-            (poses.psi, poses.dpsi, poses.ddpsi) if coupler else (poses.phi, poses.dphi, poses.ddphi)
-        )
+        angle, speed, rate = (poses.psi, poses.dpsi, poses.ddpsi) if coupler else (poses.phi, poses.dphi, poses.ddphi)
         e = np.stack([np.cos(angle[:, leg]), np.sin(angle[:, leg])], -1)
         n = np.stack([-e[:, 1], e[:, 0]], -1)
         back = np.swapaxes(rotations(angle[:, leg]), 1, 2)
@@ -199,9 +183,9 @@ def test_inertia_load_is_the_integral_over_the_bodies(robot: Robot, poses: Motio
 
 def test_platform_load_has_its_resultant(robot: Robot, poses: Motion) -> None:
     pushed = FiniteElementModel(changed(robot, load={"force": [3.0, -2.0], "moment": 0.7}))
-    extra = (pushed.full_load(poses) - FiniteElementModel(robot).full_load(poses))[
-        :, pushed.c.ravel()
-    ].reshape(-1, 3, 2)
+    extra = (pushed.full_load(poses) - FiniteElementModel(robot).full_load(poses))[:, pushed.c.ravel()].reshape(
+        -1, 3, 2
+    )
     np.testing.assert_allclose(extra.sum(axis=1), np.tile([3.0, -2.0], (len(poses), 1)), atol=1e-12)
     r = pushed.platform_arms(poses)
     couple = np.sum(r[..., 0] * extra[..., 1] - r[..., 1] * extra[..., 0], axis=1)
@@ -279,7 +263,5 @@ def test_aluminium_is_a_second_experiment(robot: Robot, poses: Motion) -> None:
     light = load_robot(robot.source.with_name("three_rrr_aluminium.toml"))
     a, s = light.material, robot.material
     ratio = np.sqrt(a.youngs_modulus / a.density * s.density / s.youngs_modulus)
-    found = frequencies(FiniteElementModel(light), poses, 3) / frequencies(
-        FiniteElementModel(robot), poses, 3
-    )
+    found = frequencies(FiniteElementModel(light), poses, 3) / frequencies(FiniteElementModel(robot), poses, 3)
     np.testing.assert_allclose(found, ratio, rtol=2e-3)  # Poisson's ratio differs, in the platform only

@@ -45,9 +45,7 @@ def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: Br
             leg = np.stack([np.ones(3), -arm[:, 1], arm[:, 0]])
             rows.append(np.linalg.inv(leg)[0])
         gain = np.linalg.inv(np.array(rows))
-        np.testing.assert_allclose(
-            influence(g, state.phi[n : n + 1], state.x[n : n + 1])[0], gain, atol=1e-12
-        )
+        np.testing.assert_allclose(influence(g, state.phi[n : n + 1], state.x[n : n + 1])[0], gain, atol=1e-12)
         compared += 1
     assert compared > 15
 

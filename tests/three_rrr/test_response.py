@@ -9,13 +9,7 @@ from linkages.errors import InputError
 from linkages.flexible.modes import dense_modes
 from linkages.three_rrr.branch import Branch
 from linkages.three_rrr.finite_elements import FiniteElementModel
-from linkages.three_rrr.response import (
-    energy,
-    generalised_alpha,
-    quasi_static,
-    quasi_static_response,
-    recursion,
-)
+from linkages.three_rrr.response import energy, generalised_alpha, quasi_static, quasi_static_response, recursion
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.speed import faster, speed_sweep, velocity_effect
 from linkages.three_rrr.stress import link_stress, platform_stress
@@ -162,10 +156,7 @@ def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branc
     field = model.rigid_acceleration(state)
     normal = np.stack([-np.sin(state.psi[:, 0]), np.cos(state.psi[:, 0])], -1)
     density = model.links[1].beam.line_density
-    q0, q1 = (
-        -density * np.sum(field[:, model_dofs[0]] * normal, axis=1)[:, None]
-        for model_dofs in (model.b, model.c)
-    )
+    q0, q1 = (-density * np.sum(field[:, model_dofs[0]] * normal, axis=1)[:, None] for model_dofs in (model.b, model.c))
     x, length = found.s, robot.geometry.coupler[0]
     want = -q0 * x * (length - x) / 2 - (q1 - q0) * x * (length**2 - x**2) / (6 * length)
     np.testing.assert_allclose(found.moment, want, atol=1e-12 + 1e-9 * np.max(np.abs(want)))
@@ -202,9 +193,7 @@ def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> No
             force[leg] = -coupler.force[n, -1] * e + shear * np.array([-e[1], e[0]])
         arms = model.platform_arms(state)[n]
         virial = arms.T @ force
-        spin = np.array(
-            [[-(state.dx[n, 0] ** 2), -state.ddx[n, 0]], [state.ddx[n, 0], -(state.dx[n, 0] ** 2)]]
-        )
+        spin = np.array([[-(state.dx[n, 0] ** 2), -state.ddx[n, 0]], [state.ddx[n, 0], -(state.dx[n, 0] ** 2)]])
         second = model.triangle.total_mass / 12.0 * arms.T @ arms
         virial -= second @ spin.T
         c, s = np.cos(state.x[n, 0]), np.sin(state.x[n, 0])
@@ -213,9 +202,7 @@ def test_platform_stress_balances_its_pivots(robot: Robot, branch: Branch) -> No
         tensor = turn.T @ virial @ turn / volume
         ours = np.array([[found.x[n], found.shear[n]], [found.shear[n], found.y[n]]])
         np.testing.assert_allclose(ours, tensor, atol=2e-3 * np.max(np.abs(tensor)) + 0.05)
-        np.testing.assert_allclose(
-            [found.second[n], found.first[n]], np.linalg.eigvalsh(ours), rtol=1e-9, atol=1e-9
-        )
+        np.testing.assert_allclose([found.second[n], found.first[n]], np.linalg.eigvalsh(ours), rtol=1e-9, atol=1e-9)
         assert found.largest_shear[n] == pytest.approx(0.5 * (found.first[n] - found.second[n]))
 
 
@@ -238,7 +225,5 @@ def test_speed_sweep_scales_and_finds_a_resonance(robot: Robot, branch: Branch) 
 
 def test_velocity_dependent_terms_grow_with_the_square_of_the_speed(robot: Robot, branch: Branch) -> None:
     frequency, displacement = velocity_effect(robot, branch, np.array([10.0, 20.0]), poses=6)
-    np.testing.assert_allclose(
-        [frequency[1] / frequency[0], displacement[1] / displacement[0]], 4.0, rtol=0.02
-    )
+    np.testing.assert_allclose([frequency[1] / frequency[0], displacement[1] / displacement[0]], 4.0, rtol=0.02)
     assert displacement[0] < 1e-3

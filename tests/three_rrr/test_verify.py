@@ -49,9 +49,7 @@ def test_the_sdf_file_has_the_masses_of_the_robot_file(robot: Robot) -> None:
         if quantity in ("mass", "inertia"):
             assert getattr(mechanism.link[link], quantity) == pytest.approx(value, rel=1e-12)
         else:
-            assert mechanism.link[link].com_local["xyz".index(quantity[-1])] == pytest.approx(
-                value, abs=1e-15
-            )
+            assert mechanism.link[link].com_local["xyz".index(quantity[-1])] == pytest.approx(value, abs=1e-15)
 
 
 def test_a_wrong_mass_or_motion_is_noticed(robot: Robot, poses: Motion) -> None:

@@ -114,17 +114,13 @@ def simulate_batch(
     table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
     if table.shape[1] != len(variables):
         raise InputError(
-            "argument",
-            "values",
-            f"have {table.shape[1]} columns for {len(variables)} variables; give as many",
+            "argument", "values", f"have {table.shape[1]} columns for {len(variables)} variables; give as many"
         )
     names = tuple(outputs) if outputs is not None else default_outputs(system)
     pack(system, names)
     spans = np.array([[0.0, experiment.duration]] if windows is None else windows, dtype=np.float64, ndmin=2)
     if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
-        raise InputError(
-            "argument", "windows", "must be pairs of times, each a start at or after 0 and a later end"
-        )
+        raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     _check_paths(system, variables, table)
     shape = (len(table), len(spans), len(names), len(STATISTICS))
     found = np.full(shape, np.nan)

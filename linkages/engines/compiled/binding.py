@@ -65,9 +65,7 @@ _attempt_explicit = dormand_prince(derivatives)
 _drive = driver(derivatives, entry_points.attempt, signs, settle, observe)
 
 
-def attempt_radau(
-    equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
-) -> tuple[float, float]:
+def attempt_radau(equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
     """Attempt a step with Radau IIA."""
     return _attempt_radau(equations, s, t, h, y, exact)
 
@@ -80,9 +78,7 @@ def attempt_explicit(
 
 
 @kernel
-def run(
-    equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options
-) -> Record:
+def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
     """Run from (t, y); the work's memory and modes of the contacts are kept up to date."""
     p, s = reference(equations), reference(stepper)
     model, work = p.model, p.work

@@ -20,9 +20,7 @@ VECTOR, MATRIX = types.Array(types.float64, 1, "C"), types.Array(types.float64, 
 PAIR = types.UniTuple(types.float64, 2)
 
 
-_call_for_nothing, _call_for_bool, _call_for_pair = (
-    caller(kind) for kind in (types.none, types.boolean, PAIR)
-)
+_call_for_nothing, _call_for_bool, _call_for_pair = (caller(kind) for kind in (types.none, types.boolean, PAIR))
 
 
 def signatures(equations: Any, stepper: Any) -> dict[str, Any]:
@@ -57,9 +55,7 @@ def project(equations: Equations, y: Array) -> bool:
 
 
 @kernel
-def attempt(
-    equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
-) -> tuple[float, float]:
+def attempt(equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
     """Call the ``attempt`` of the method, see `linkages.integrate.radau`."""
     error, factor = _call_for_pair(equations.calls.attempt, (equations, s, t, h, y, exact))
     return error, factor

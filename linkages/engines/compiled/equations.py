@@ -51,9 +51,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     w = work.dynamics
     for i in range(len(w.wrench)):
         w.wrench[i, 0], w.wrench[i, 1], w.wrench[i, 2] = 0.0, 0.0, 0.0
-    clearance_wrenches(
-        model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts
-    )
+    clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
         loads(equations, t)
     accelerate(model.bodies, model.rows, 0.0, model.gravity, w)

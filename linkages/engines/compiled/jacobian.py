@@ -39,9 +39,7 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         memory = work.memory[k]
-        contact_partials(
-            model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k]
-        )
+        contact_partials(model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k])
     inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, s.force)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)

@@ -90,9 +90,7 @@ def error_scale(system: System) -> Array:
     length so far; a rate by the same in the time in which the fastest drive turns by 1 rad.
     """
     tree, free = system.tree, system.tree.free_dofs
-    lengths = [
-        (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) for joint in system.models
-    ]
+    lengths = [(_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) for joint in system.models]
     length = min(tree.extent, *lengths) if lengths else tree.extent
     duration = system.experiment.duration
     rates = np.abs(system.motions(np.linspace(0.0, duration, 101))[1])

@@ -34,9 +34,7 @@ _LANDING = 1e-10  # how close to touching a contact is located, in parts of the 
 def join(records: list[Record]) -> Steps:
     """Join the steps of runs of which each continues the one before."""
     fields = ("times", "states", "observed")
-    return Steps(
-        *(np.concatenate([getattr(r, field)[min(k, 1) :] for k, r in enumerate(records)]) for field in fields)
-    )
+    return Steps(*(np.concatenate([getattr(r, field)[min(k, 1) :] for k, r in enumerate(records)]) for field in fields))
 
 
 class Runner:

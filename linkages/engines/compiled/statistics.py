@@ -47,9 +47,7 @@ class Sampler(NamedTuple):
     row: Array  # its outputs, (no,)
 
 
-def make_sampler(
-    equations: Equations, ideal: Ideal, outputs: Records, tolerance: Array, steps: Steps
-) -> Sampler:
+def make_sampler(equations: Equations, ideal: Ideal, outputs: Records, tolerance: Array, steps: Steps) -> Sampler:
     """Make the rest of a sampler."""
     kinds, n = outputs["kind"], len(tolerance)
     return Sampler(

@@ -66,11 +66,7 @@ class ClearanceJoints(LeafSystem):
         Where the tree's coordinates stand in the plant's state.
     """
 
-    def __init__(
-        self,
-        system: System,
-        place: StatePlace,
-    ) -> None:
+    def __init__(self, system: System, place: StatePlace) -> None:
         super().__init__()
         self.set_name("clearance_joints")
         tree, laws, num_velocities = system.tree, system.laws, place.num_velocities
@@ -92,12 +88,8 @@ class ClearanceJoints(LeafSystem):
         self._evaluation = self.DeclareVectorOutputPort(
             "evaluation", num_velocities + WIDTH * len(laws), self._evaluate, needs
         )
-        self._force = self.DeclareVectorOutputPort(
-            "generalized_force", num_velocities, self._give_force, needs
-        )
-        self._joints = self.DeclareVectorOutputPort(
-            "joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs
-        )
+        self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
+        self._joints = self.DeclareVectorOutputPort("joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs)
 
     def get_evaluation_output_port(self) -> OutputPort:
         """Output port ``evaluation``."""
@@ -136,9 +128,7 @@ class ClearanceJoints(LeafSystem):
         def penetration(context: Context) -> float:
             return float(self.penetrations(context)[k])
 
-        def latch(
-            system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State
-        ) -> EventStatus:
+        def latch(system: LeafSystem, context: Context, event: UnrestrictedUpdateEvent, state: State) -> EventStatus:
             touch = self.evaluate(context)[k]
             starts = (touch[_PENETRATION], touch[_CLOSING]) > (0.0, 0.0)
             state.get_mutable_discrete_state(0).SetAtIndex(k, touch[_CLOSING] if starts else np.inf)

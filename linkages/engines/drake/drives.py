@@ -46,12 +46,7 @@ class Drives(LeafSystem):
         Entries of `applied` after the forces.
     """
 
-    def __init__(
-        self,
-        system: System,
-        place: StatePlace,
-        extra: int = 0,
-    ) -> None:
+    def __init__(self, system: System, place: StatePlace, extra: int = 0) -> None:
         super().__init__()
         self.set_name("drives")
         tree, num_velocities = system.tree, place.num_velocities
@@ -77,9 +72,7 @@ class Drives(LeafSystem):
             self.input_port_ticket(self._state.get_index()),
             self.input_port_ticket(self._applied.get_index()),
         }
-        self._force = self.DeclareVectorOutputPort(
-            "generalized_force", num_velocities, self._give_force, needs
-        )
+        self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
         self._torques = self.DeclareVectorOutputPort("torques", len(self.joints), self._give_torques, needs)
 
     def get_state_input_port(self) -> InputPort:

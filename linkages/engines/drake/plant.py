@@ -143,9 +143,7 @@ def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
     X_WL = RigidTransform(RotationMatrix(link.rotation), link.translation)
     F = plant.AddFrame(FixedOffsetFrame(f"{name}_floating_F", plant.world_frame(), X_WF, instance))
     body = plant.GetBodyByName(name, instance)
-    M = plant.AddFrame(
-        FixedOffsetFrame(f"{name}_floating_M", body.body_frame(), X_WL.inverse() @ X_WF, instance)
-    )
+    M = plant.AddFrame(FixedOffsetFrame(f"{name}_floating_M", body.body_frame(), X_WL.inverse() @ X_WF, instance))
     plant.AddJoint(PlanarJoint(f"{name}_floating", F, M, np.zeros(3)))
 
 

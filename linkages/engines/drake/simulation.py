@@ -28,10 +28,7 @@ _BETWEEN = 1e-2  # of the accuracy: for what is integrated again between two ste
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
 
-def simulate(
-    system: System,
-    progress: Progress | None = None,
-) -> Trajectory:
+def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     """Simulate a system with Drake.
 
     Parameters
@@ -237,9 +234,7 @@ class _Recorder:
             if linkage.clearance is not None:
                 contacts[k] = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
         place = linkage.place
-        return columns(
-            self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts
-        )
+        return columns(self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts)
 
     def _go_to(self, t: float, here: float) -> None:
         """Put the simulator's context at time t, going on from where it is if that lies in the same step."""

@@ -35,31 +35,15 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> list[str]:
     width = _WIDTH * size
     if len(places) < 2:
         at = places[0] if places else link.com
-        return [
-            _box(mechanism, link, 0, at, np.array([1.0, 0.0]), (_BLOCK * size, _BLOCK * size, width), color)
-        ]
+        return [_box(mechanism, link, 0, at, np.array([1.0, 0.0]), (_BLOCK * size, _BLOCK * size, width), color)]
     return [
-        _box(
-            mechanism,
-            link,
-            k,
-            0.5 * (a + b),
-            b - a,
-            (float(np.linalg.norm(b - a)) + width, width, width),
-            color,
-        )
+        _box(mechanism, link, k, 0.5 * (a + b), b - a, (float(np.linalg.norm(b - a)) + width, width, width), color)
         for k, (a, b) in enumerate(combinations(places, 2))
     ]
 
 
 def _box(
-    mechanism: Mechanism,
-    link: Link,
-    number: int,
-    middle: Array,
-    along: Array,
-    sides: tuple[float, ...],
-    color: str,
+    mechanism: Mechanism, link: Link, number: int, middle: Array, along: Array, sides: tuple[float, ...], color: str
 ) -> str:
     """Make a box in link axes from its drawn middle and direction in plane axes."""
     basis = mechanism.basis

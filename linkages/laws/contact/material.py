@@ -53,9 +53,7 @@ def line_shape(radius_b: float, radius_j: float, length: float) -> float:
 
 def _check_radii(radius_b: float, radius_j: float) -> None:
     if not 0.0 < radius_j < radius_b:
-        raise ValueError(
-            f"journal radius {radius_j!r} m: must be positive and below the bearing's {radius_b!r} m"
-        )
+        raise ValueError(f"journal radius {radius_j!r} m: must be positive and below the bearing's {radius_b!r} m")
 
 
 def effective_restitution(chi: float) -> float:

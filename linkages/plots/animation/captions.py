@@ -51,8 +51,7 @@ def add_captions(page: str, labels: list[Label], clock: list[str], legend: str) 
         If the page has no body.
     """
     entries = [
-        {"path": label.anchor.strip("/").split("/"), "title": label.title, "lines": label.lines}
-        for label in labels
+        {"path": label.anchor.strip("/").split("/"), "title": label.title, "lines": label.lines} for label in labels
     ]
     data = json.dumps({"labels": entries, "clock": clock, "legend": legend}).replace("</", "<\\/")
     head, found, tail = page.rpartition("</body>")

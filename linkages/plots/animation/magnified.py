@@ -85,9 +85,7 @@ class View(ABC):
         Times of the frames [s].
     """
 
-    def __init__(
-        self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array
-    ) -> None:
+    def __init__(self, meshcat: Meshcat, study: Study, name: str, centre: Array, radius: float, times: Array) -> None:
         self.meshcat, self.name, self.path = meshcat, name, f"/joints/{name}"
         self.centre, self.radius = centre, radius
         self.clearance = study.system.experiment.joints[name].clearance or 0.0

@@ -105,9 +105,7 @@ def frames(study: Study, exaggerate: float = 1.0) -> tuple[Array, Array]:
     except AssemblyError as problem:
         if exaggerate == 1.0:  # a run that came to a dead position, and through by its own errors
             return times, _recorded(study, times)
-        raise ValueError(
-            f"the linkage does not close with its clearance exaggerated {exaggerate:g} times"
-        ) from problem
+        raise ValueError(f"the linkage does not close with its clearance exaggerated {exaggerate:g} times") from problem
 
 
 def _recorded(study: Study, times: Array) -> Array:
@@ -133,9 +131,7 @@ def _rails(study: Study) -> dict[str, Array]:
     result = {}
     for joint in study.system.mechanism.joints:
         if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
-            block, at = (
-                (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
-            )
+            block, at = (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
             travel = (_path(study, block) - study.system.mechanism.link[block].origin) @ joint.direction
             margin = 0.2 * np.ptp(travel) + 0.05 * study.system.tree.extent
             reach = [travel.min() - margin, travel.max() + margin]
@@ -202,8 +198,7 @@ def _draw_ground(study: Study, meshcat: Meshcat) -> None:
 def _captioned(page: str, study: Study, views: list[View], times: Array, slow: float) -> str:
     """Write names, eccentricities, forces and the time over the recording."""
     labels = [
-        Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))])
-        for view in views
+        Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
     ]
     pace = f"{rounded(slow)} times slower than the machine" if slow > 1.0 else "as fast as the machine"
     clock = [f"t = {t:.4f} s, {pace}" for t in times]

@@ -25,9 +25,7 @@ _SHAPE_POSES = 3
 _ACCELERATION = ("d²θ/dt² [rad/s²]", "d²x/dt² [mm/s²]", "d²y/dt² [mm/s²]")
 
 
-def write_figures(
-    results: RobotResults, folder: Path, progress: Callable[[float], None] | None = None
-) -> list[Path]:
+def write_figures(results: RobotResults, folder: Path, progress: Callable[[float], None] | None = None) -> list[Path]:
     """Draw all figures as PNG files; returns their paths."""
     jobs: list[tuple[str, Callable[[RobotResults], Figure]]] = [
         ("fig05_pose", partial(_over_time, "x", ("θ [deg]", "x [mm]", "y [mm]"))),

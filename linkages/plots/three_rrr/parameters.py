@@ -84,9 +84,7 @@ def velocity_figure(results: RobotResults) -> Figure:
     frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
     speed = factors * float(np.max(np.abs(results.robot.phidot)))
     axis.loglog(speed, frequency, "o-", color=COLORS[0], ms=3.5, lw=1.2, label="first natural frequency")
-    axis.loglog(
-        speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement"
-    )
+    axis.loglog(speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement")
     axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
     axis.text(speed[0], 0.012, "1 %", fontsize=8, color="0.3")
     axis.set(xlabel="speed of the fastest drive [rad/s]", ylabel="largest relative change")
