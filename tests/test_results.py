@@ -72,6 +72,19 @@ def test_a_maximum_at_a_kink_is_found():
     assert abs(extremes(run, ["s"])["s"].max) < 1e-3
 
 
+def test_a_kink_between_samples_is_not_lost_to_a_rival():
+    """As when a contact turns from compression to restitution between two steps: parabolas promise far too little."""
+
+    def spikes(times):
+        first = 7066.6 - 5e12 * np.abs(times - 1e-5) ** 1.5
+        second = 7087.0 - np.maximum(3.3e7 * (2.1e-5 - times), 1.0e8 * (times - 2.1e-5))
+        return {"time": times, "s": np.maximum(np.maximum(first, second), 0.0)}
+
+    times = np.array([0.0, 9e-6, 1.0e-5, 1.3e-5, 1.35e-5, 1.89e-5, 2.43e-5, 3e-5, 1e-4])
+    found = peaks(sample(times, spikes, Status.OK, {}), ["s"])["s"]
+    assert found.value == pytest.approx(7087.0, abs=2.0)
+
+
 def test_integral_is_of_third_order_at_least():
     errors = []
     for n in (41, 81):

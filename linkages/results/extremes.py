@@ -18,7 +18,8 @@ _CANDIDATES = 3  # neighbouring samples within this many of the best local extre
 _NEAR = 0.01  # of a column's range: how much lower than the best sample another candidate may be
 _ROUNDS = 8  # of refinement
 _KEPT = 1e-7  # of the column's magnitude: error of a maximum that is refined no further
-_SLOW = 0.25  # a parabola that misses by more than this part of its last miss is left for halving
+_DOUBT = 10.0  # times the last parabola's error: how much higher than the next one's top a maximum may be
+_APART = 0.05  # of a bracket: distance from its samples at which another one judges the parabola through them
 
 
 class Bracket(NamedTuple):
@@ -181,9 +182,7 @@ class _Search:
     def __init__(self, bracket: Bracket) -> None:
         self.bracket = bracket
         self.settled = False
-        # by how much the last parabola was wrong; the first may be by thrice what it rises above the samples (a kink)
-        self.miss = 3.0 * (self.top[1] - self.best) if _has_top(bracket) else np.inf
-        self.slow = False  # whether it was no better than the one before
+        self.miss = np.inf  # by how much the last parabola was wrong
 
     @property
     def best(self) -> float:
@@ -196,29 +195,29 @@ class _Search:
         return _parabola(self.bracket.times, self.bracket.values)
 
     def times(self) -> Array:
-        """Return when to evaluate next: the parabola's top first, or the middle nearest to the best sample."""
+        """Return when to evaluate next: at the parabola's top, from the second time on in the middles too."""
         t, y = self.bracket.times, self.bracket.values
         middles = 0.5 * (t[1:] + t[:-1])
         if _has_top(self.bracket):
-            return np.array([self.top[0], *(middles if self.slow else ())])
+            return np.array([self.top[0], *(middles if np.isfinite(self.miss) else ())])
         return middles[:1] if np.argmax(y) == 0 else middles[-1:]
 
     def take(self, times: Array, values: Array) -> None:
-        """Take samples into the bracket, narrow it to the best one and its neighbours, judge the first sample."""
-        old, size = self.bracket, len(self.bracket.times)
+        """Take samples into the bracket, judge its parabola by them, narrow it to the best one and its neighbours."""
+        old = self.bracket
         t, first = np.unique(np.concatenate([old.times, times]), return_index=True)
         y = np.concatenate([old.values, values])[first]
         best = int(np.argmax(y))
         window = slice(max(best - 1, 0), best + 2)
         self.bracket = old._replace(times=t[window], values=y[window])
-        if size < 3:
+        if len(old.times) < 3:
             return
-        miss = abs(float(values[0]) - _through(old.times, old.values, float(times[0])))
+        self.miss = float(np.abs(values - _through(old.times, old.values, times)).max())
         # near a smooth top the parabola's top is wrong by miss^2 / (4 drop) only: it is flat there
-        drop = y[best] - y.min()
-        small = _KEPT * old.scale
-        self.settled = miss <= small or miss**2 <= 0.01 * small * drop
-        self.slow, self.miss = miss > _SLOW * self.miss, miss
+        small, drop = _KEPT * old.scale, y[best] - y.min()
+        # a value beside a known one says little of the parabola
+        apart = np.abs(times[:, None] - old.times).min(axis=1).max() > _APART * np.ptp(old.times)
+        self.settled = bool(apart and (self.miss <= small or self.miss**2 <= 0.01 * small * drop))
 
 
 def _drop_lower(searches: Sequence[_Search]) -> None:
@@ -228,7 +227,7 @@ def _drop_lower(searches: Sequence[_Search]) -> None:
         key = search.bracket.name, search.bracket.sign
         highest[key] = max(highest.get(key, -np.inf), search.best)
     for search in searches:
-        search.settled |= search.top[1] + search.miss < highest[search.bracket.name, search.bracket.sign]
+        search.settled |= search.top[1] + _DOUBT * search.miss < highest[search.bracket.name, search.bracket.sign]
 
 
 def integral(trajectory: Trajectory, values: Array) -> float:
@@ -279,8 +278,8 @@ def _parabola(t: Array, y: Array) -> tuple[float, float]:
     return top, height
 
 
-def _through(t: Array, y: Array, x: float) -> float:
-    """Value at x of the parabola through three samples."""
+def _through(t: Array, y: Array, x: Array) -> Array:
+    """Values at x of the parabola through three samples."""
     (a, b, c), (fa, fb, fc) = t, y
     left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
-    return float(fa + (x - a) * (left + (x - b) * (right - left) / (c - a)))
+    return np.asarray(fa + (x - a) * (left + (x - b) * (right - left) / (c - a)))

@@ -103,9 +103,10 @@ class Runner:
 
     @cached_property
     def _longest(self) -> float:
-        """Longest step [s]: what is prescribed needs no steps, but extremes are looked for between them."""
-        duration, rate = self.system.experiment.duration, self.system.drive_rate
-        return min(duration, _TRAVEL / rate) if rate else duration
+        """Longest step [s]: a motion that is prescribed needs no steps, but extremes are looked for between them."""
+        system = self.system
+        prescribed = system.determinate and not system.tree.play
+        return min(system.experiment.duration, _TRAVEL / system.drive_rate if prescribed else np.inf)
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
