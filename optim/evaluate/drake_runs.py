@@ -10,7 +10,7 @@ from numpy.polynomial.legendre import leggauss
 from linkages import AssemblyError, Status, System, Trajectory, extremes, ideal, simulate
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import JITTER
-from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each
+from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each, statistics_of, trapezia
 from optim.problem.study import Array
 
 _NODES, _WEIGHTS = leggauss(4)
@@ -71,18 +71,16 @@ def _statistics(request: Request, system: System, progress: Callable[[float], No
         nodes, weights = _quadrature(window.time)
         values = window.columns if nodes is window.time else signals(nodes)
         for k, name in enumerate(outputs):
-            y = values[name]
-            found[:, w, k] = extreme[name].min, extreme[name].max, weights @ y, np.sqrt(weights @ y**2)
+            found[:, w, k] = statistics_of(values[name], weights, extreme[name].min, extreme[name].max)
     return found
 
 
 def _quadrature(steps: Array) -> tuple[Array, Array]:
     """Return times and weights of a mean over time: Gauss's in each step; trapezia if there are very many."""
-    span, width = steps[-1] - steps[0], np.diff(steps)
     if len(steps) > _MANY:
-        return steps, np.convolve(width, [0.5, 0.5]) / span
-    half = width[:, None] / 2.0
-    return (steps[:-1, None] + half * (1.0 + _NODES)).ravel(), (half * _WEIGHTS).ravel() / span
+        return steps, trapezia(steps)
+    half = np.diff(steps)[:, None] / 2.0
+    return (steps[:-1, None] + half * (1.0 + _NODES)).ravel(), (half * _WEIGHTS).ravel() / (steps[-1] - steps[0])
 
 
 def _signals(run: Trajectory, exact: Trajectory, outputs: tuple[str, ...]) -> Callable[[Array], Columns]:

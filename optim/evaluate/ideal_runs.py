@@ -15,7 +15,7 @@ from linkages import AssemblyError, Status, System, ideal
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import IDEAL, TURNING
 from optim.evaluate.evaluations import OK
-from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, run_each
+from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, run_each, statistics_of, trapezia
 from optim.problem.study import Array
 
 #: Samples of a window; extremes are those of the samples, so windows should not be much longer than a revolution.
@@ -56,8 +56,7 @@ def _statistics(request: Request, system: System) -> Array:
         columns = motion.evaluate(times)
         for k, name in enumerate(request.outputs):
             y = _signal(columns, times, name.removeprefix(IDEAL))
-            mean, square = (np.trapezoid(z, times) / (end - start) for z in (y, y**2))
-            found[:, w, k] = y.min(), y.max(), mean, np.sqrt(square)
+            found[:, w, k] = statistics_of(y, trapezia(times), y.min(), y.max())
     return found
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +13,14 @@ from linkages import AssemblyError, InputError, Status, System
 from optim.evaluate.evaluations import OK
 from optim.problem.study import Array, OperatingPoint
 
-#: What functionals are made of, in this order.
-STATISTICS = ("minimum", "maximum", "mean", "rms")
+#: What functionals are made of, in this order: the compiled engine's by their names, those of other runs from samples y
+#: of an output in a window, the weights of its mean over time, and its extremes.
+STATISTICS: dict[str, Callable[[Array, Array, float, float], Any]] = {
+    "minimum": lambda y, weights, low, high: low,
+    "maximum": lambda y, weights, low, high: high,
+    "mean": lambda y, weights, low, high: weights @ y,
+    "rms": lambda y, weights, low, high: np.sqrt(weights @ y**2),
+}
 
 # compiled loops use all threads already, and must not be entered by two threads of a worker at once
 _ONE_AT_A_TIME = threading.Lock()
@@ -91,6 +98,16 @@ def run_each(request: Request, statistics: Callable[[int, System], Array]) -> St
         except AssemblyError as problem:
             status[i], reason[i] = problem.status.value, str(problem)
     return Statistics(found, status, reason)
+
+
+def statistics_of(y: Array, weights: Array, low: float, high: float) -> list[Any]:
+    """`STATISTICS` of an output in a window, from its samples."""
+    return [formula(y, weights, low, high) for formula in STATISTICS.values()]
+
+
+def trapezia(times: Array) -> Array:
+    """Weights of a mean over time by the trapezium rule."""
+    return np.asarray(np.convolve(np.diff(times), [0.5, 0.5]) / (times[-1] - times[0]))
 
 
 def joined(parts: Sequence[Statistics]) -> Statistics:
