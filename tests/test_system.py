@@ -73,6 +73,11 @@ def test_replacing_twice_is_replacing_once(seven_bar):
     assert_same(seven_bar.replaced(first).replaced(second), seven_bar.replaced(first | second))
 
 
+def _plausible(value: float) -> float:
+    """Zero in place of what is too small to be anything else."""
+    return value if abs(value) > 1e-12 else 0.0
+
+
 @given(
     st.fixed_dictionaries(
         {},
@@ -80,8 +85,8 @@ def test_replacing_twice_is_replacing_once(seven_bar):
             "sdf.links.link2.mass": st.floats(0.01, 1.0),
             "sdf.frames.crank1_A.pose.x": st.floats(0.075, 0.085),
             "joints.A.clearance": st.floats(1e-5, 5e-4),
-            "drives.O1.speed": st.floats(-20.0, 20.0),
-            "joints.B.offset": st.tuples(*[st.floats(-1e-4, 1e-4)] * 2).map(list),
+            "drives.O1.speed": st.floats(-20.0, 20.0).map(_plausible),
+            "joints.B.offset": st.tuples(*[st.floats(-1e-4, 1e-4).map(_plausible)] * 2).map(list),
         },
     )
 )

@@ -156,7 +156,7 @@ def test_operating_points(study):
         ("[variables.mass]", "[variable.mass]", 'variable: unknown key; did you mean "variables"'),
         ("output =", "outptu =", r'terms.0.outptu: unknown key; did you mean "output"'),
         ("lower = 0.5", "lower = true", "variables.mass.lower: is True; give a number, or a formula"),
-        ("lower = 0.5", "lower = -inf", "variables.mass.lower: is -inf; give a number, or a formula"),
+        ("lower = 0.5", "lower = -inf", "variables.mass.lower: is -inf; a number must be finite"),
         ('"peak"', '"peek"', "it should be 'peak', 'max'"),
         (
             '"A.force"',
