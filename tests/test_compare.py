@@ -47,6 +47,7 @@ def test_horizon_of_two_solutions_that_part_exponentially(dry):
     assert horizon(run, run, dry) == TIMES[-1]
 
 
+@pytest.mark.slow
 def test_the_engines_agree_where_the_motion_is_smooth():
     result = compare(shipped("slider_crank_lubricated", duration=2e-4, **{"solver.accuracy": 1e-10}))
     assert not result.parted

@@ -286,6 +286,7 @@ def simulate_mutants(count: int, seed: int, folder, capsys, seconds: float = np.
     return ends
 
 
+@pytest.mark.slow
 def test_mutants_are_loaded_or_refused_in_one_line(tmp_path):
     ends = load_mutants(LOADED, 1, tmp_path)
     assert set(ends) == {"taken", "one line"}

@@ -88,6 +88,7 @@ def test_exponent_of_a_damped_pendulum_that_spirals_in(pendulum):
     assert found.value == pytest.approx(-0.5 * 0.2 / INERTIA, rel=0.01)
 
 
+@pytest.mark.slow
 def test_exponent_of_a_chaotic_pendulum(pendulum):
     damping, revolutions = 0.01, 300
     found = largest_exponent(pendulum(damping), revolutions=revolutions, transient=50)
@@ -160,6 +161,7 @@ def test_crossings_of_a_known_signal(rising):
     np.testing.assert_allclose(found["y"], expected**2, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_friction_lengthens_the_horizon_and_so_does_accuracy():
     def turns(friction, accuracy):
         changed = {"joints.B.friction.coefficient": friction, "solver.accuracy": accuracy}

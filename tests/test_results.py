@@ -161,6 +161,7 @@ def test_a_run_leaves_nothing_of_another_run_in_its_folder(experiment_file, tmp_
     assert capsys.readouterr().out.endswith(f"written to {out}/: summary.json, trajectory.npz\n")
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_summary(experiment_file, tmp_path):
     path = experiment_file(four_bar(), TOML)
     texts = []

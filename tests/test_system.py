@@ -78,6 +78,7 @@ def _plausible(value: float) -> float:
     return value if abs(value) > 1e-12 else 0.0
 
 
+@pytest.mark.slow
 @given(
     st.fixed_dictionaries(
         {},

@@ -102,6 +102,7 @@ def test_the_papers_designs_change_the_forces_but_not_the_acceleration(engine, n
     assert abs(change["slider7.ax"]) < 0.01
 
 
+@slow_on_drake
 def test_energy_balance_of_a_full_run(engine):
     """Net drive work = change of kinetic energy + film dissipation, to 1e-6 of the work that goes through the drives.
 

@@ -30,6 +30,7 @@ def test_page_is_fresh(maker):
     assert maker.page(problems) == PAGE
 
 
+@pytest.mark.slow
 def test_the_numbers_are_measured_ones(maker):
     """Objectives to the digits printed. Counts hang on the processor's rounding where a problem is hard: not all agree."""
     rows = [line for line in PAGE.splitlines() if re.match(r"\| \d+ \| (bounds|equal|inequal)", line)]

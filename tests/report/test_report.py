@@ -125,6 +125,7 @@ def test_the_normal_part_of_the_peak_force_stands_in_file_and_page(results_folde
     assert "<th>peak normal force [N]</th>" in re.sub(r"<th[^>]*>", "<th>", page)
 
 
+@pytest.mark.slow
 def test_the_commands_repeat_the_run(results_folder, tmp_path, monkeypatch, capsys):
     simulate, report = commands(load_results(results_folder))
     assert simulate == (

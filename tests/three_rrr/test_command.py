@@ -111,6 +111,7 @@ def test_no_assembly_and_wrong_branch_are_failures(tmp_path: Path, capsys: pytes
     assert "no assembly at the crank angles 60, 0, 220 deg" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_crossed_fold_ends_the_analysis_with_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = load_robot(data_folder() / "three_rrr.toml")
     times = np.linspace(0.0, robot.duration, 2001)

@@ -86,6 +86,7 @@ def compare(geometry: Geometry, phi: np.ndarray) -> int:
     return len(ours)
 
 
+@pytest.mark.slow
 def test_all_assemblies_of_random_geometries() -> None:
     rng = np.random.default_rng(20100641)
     numbers = [
@@ -103,6 +104,7 @@ def test_all_assemblies_of_random_geometries() -> None:
     assert {0, 2, 4, 6} == set(numbers)  # the sample has every number that there can be
 
 
+@pytest.mark.slow
 def test_all_assemblies_of_the_paper_at_random_angles() -> None:
     rng = np.random.default_rng(6)
     numbers = {compare(PAPER, rng.uniform(-np.pi, np.pi, 3)) for _ in range(60)}

@@ -47,6 +47,7 @@ def test_deformed_lines_meet_at_the_pivots(results: RobotResults) -> None:
             np.testing.assert_allclose(named[f"coupler{leg}"][-1], named["platform"][leg - 1], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_animation_needs_no_network(results: RobotResults, tmp_path: Path) -> None:
     page = write_animation(results, tmp_path / "animation.html").read_text()
     assert not re.search(r"https?:|src=|@import|fetch\(|XMLHttp", page)

@@ -77,6 +77,7 @@ def test_inverse_kinematics_returns_the_drives(robot: Robot, poses: Motion) -> N
     assert np.all(np.isnan(inverse(g, np.array([[0.0, 5.0, 0.0]]), np.ones(3))))
 
 
+@pytest.mark.slow
 def test_travel_of_the_two_persistent_branches(robot: Robot) -> None:
     g = robot.geometry
     lengths = []

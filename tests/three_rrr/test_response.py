@@ -60,6 +60,7 @@ def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
         np.testing.assert_allclose(q, want, atol=tolerance * abs(q[0]))
 
 
+@pytest.mark.slow
 def test_recursion_and_generalised_alpha_agree_on_the_moving_robot(robot: Robot, branch: Branch) -> None:
     """Both tend to one solution: the recursion at first order, as it holds matrices over a step."""
     quick = faster(branch, 20.0)
