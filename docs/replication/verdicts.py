@@ -1,0 +1,143 @@
+"""Claims of a source, and the one rule by which our numbers judge them.
+
+A claim holds texts for readers, and the numbers from which its verdict follows; nobody writes a verdict. The rule, for every
+number of every source: ours is *reproduced* within `WITHIN` of the printed one, *trend only* within a factor of `FACTOR`, else *not
+reproduced*. What a source asserts of itself or of mechanics (an equation, a percentage of its own numbers) is judged alike, printed
+against right: *right as printed* within `WITHIN`, else *wrong as printed*. The worst number of a claim decides. A claim without
+numbers has *nothing to compare*. From the same limits follows what would change the verdict.
+
+How to use it::
+
+    def _forces() -> list[Claim]:
+        found = extremes(run({}), ["A.force"])["A.force"].peak
+        return [
+            Claim(
+                "largest F_A, nominal, fig. 10", "7.446 N", f"{found:.3f} N", [Number(7.446, found, "N")],
+                "drive speeds missing; forces grow with their square", "the drives' speeds",
+            )
+        ]
+
+    SECTIONS = {"forces": _forces}
+
+- a value, or a change in per cent: ``Number(printed, ours, unit)``; what an optimisation lowers is a change like any other;
+- a statement of several parts ("both below the nominal"): ``parts([a < n, b < n])``, the share of parts that hold, of 100 %;
+  what is said of a span of time: ``Number(100.0, share, "%")``;
+- an equation, or arithmetic: ``Printed(as_printed, right, unit)``, at the place where they differ most;
+- curves without numbers, lost tables, questions of ours: no numbers.
+
+A page gives its `SECTIONS` to `rows`; ``python docs/replicate.py SOURCE.SECTION``, which each row names, repeats a section
+(a new source enters in `SOURCES`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
+from typing import NamedTuple
+
+#: A number agrees within this part of the printed one.
+WITHIN = 0.05
+#: A number shows the trend within this factor of the printed one.
+FACTOR = 2.0
+#: Module of each source's `SECTIONS`.
+SOURCES: dict[str, str] = {}
+
+Sections = Mapping[str, Callable[[], "list[Claim]"]]
+
+
+class Number(NamedTuple):
+    """A printed number beside ours."""
+
+    printed: float
+    ours: float
+    unit: str = ""
+
+    #: From best to worst.
+    words = ("reproduced", "trend only", "not reproduced")
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Where ours must lie for each of the words but the worst, from narrow to wide."""
+        near, far = (1.0 - WITHIN, 1.0 + WITHIN), (1.0 / FACTOR, FACTOR)
+        return [_sorted(self.printed * low, self.printed * high) for low, high in (near, far)]
+
+    @property
+    def grade(self) -> int:
+        """Place among the words."""
+        return next((n for n, (low, high) in enumerate(self.ranges) if low <= self.ours <= high), len(self.ranges))
+
+    @property
+    def otherwise(self) -> str:
+        """What of ours would give another verdict."""
+        inside = [f"{self._span(n)}: {self.words[n]}" for n in range(self.grade)]
+        outside = [
+            f"outside {self._span(n)}: {self.words[n + 1]}" for n in range(self.grade, len(self.ranges))
+        ]  # fmt: skip
+        return "; ".join(inside[::-1] + outside)
+
+    def _span(self, n: int) -> str:
+        low, high = self.ranges[n]
+        return f"{low:.4g} to {high:.4g} {self.unit}".rstrip()
+
+
+class Printed(Number):
+    """What a source's equation gives as printed, beside what is right."""
+
+    words = ("right as printed", "wrong as printed")
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Where the right value must lie for the printed one to be right."""
+        return super().ranges[:1]
+
+
+class Claim(NamedTuple):
+    """One line of a page: what is claimed and where, what is printed, what we compute, and why they differ.
+
+    `numbers` are what the verdict follows from; `unless` says what in the source or in our assumptions would change it.
+    """
+
+    claim: str
+    printed: str
+    ours: str
+    numbers: Sequence[Number]
+    why: str
+    unless: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """The word of the worst number."""
+        return self._worst.words[self._worst.grade] if self.numbers else "nothing to compare"
+
+    @property
+    def otherwise(self) -> str:
+        """What would change the verdict: another number of ours, and what could make it."""
+        return "; ".join(filter(None, (self._worst.otherwise if self.numbers else "", self.unless)))
+
+    @property
+    def _worst(self) -> Number:
+        return max(self.numbers, key=lambda number: number.grade)
+
+
+#: Head of the pages' tables.
+HEAD = ("claim", "printed", "ours", "verdict", "why", "what would change the verdict", "repeat with")
+
+
+def rows(source: str, names: Iterable[str] | None = None) -> list[tuple[str, ...]]:
+    """Cells of a source's claims under `HEAD`: of all its sections, or of some."""
+    sections: Sections = import_module(SOURCES[source]).SECTIONS
+    return [
+        (c.claim, c.printed, c.ours, c.verdict, c.why, c.otherwise, f"`python docs/replicate.py {source}.{name}`")
+        for name in (sections if names is None else names)
+        for c in sections[name]()
+    ]
+
+
+def parts(held: Iterable[bool]) -> Number:
+    """How much of a statement holds: its parts that do, of 100 %."""
+    truth = list(held)
+    return Number(100.0, 100.0 * sum(truth) / len(truth), "% of its parts")
+
+
+def _sorted(a: float, b: float) -> tuple[float, float]:
+    return min(a, b), max(a, b)
