@@ -46,6 +46,10 @@ def test_the_list_of_study_keys_is_fresh():
     assert "| `constraints.NAME.at_least` | lower limit |" in text
 
 
+def test_the_list_of_misprints_is_fresh():
+    assert (DOCS / "misprints.md").read_text(encoding="utf-8") == generator("make_misprints").page()
+
+
 def test_what_the_laws_cite_is_among_the_references():
     """A source that names its year has the entry ``surnameYEAR`` of its first author."""
     entries = set(re.findall(r"@\w+\{(\w+),", (DOCS / "references.bib").read_text(encoding="utf-8")))
