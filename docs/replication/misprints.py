@@ -1,0 +1,65 @@
+"""What the three sources print wrongly: ``misprints.toml``, checked, as a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import Field
+
+from linkages.files.toml import Table, read_toml, validate
+from replication.claims import table
+
+DATA = Path(__file__).with_name("misprints.toml")
+
+
+class Misprint(Table):
+    """Something that is wrong, or missing, as printed; text for the page."""
+
+    place: str = Field(min_length=1, description="equation, table or section")
+    printed: str = Field(min_length=1, description="as printed")
+    ours: str = Field(min_length=1, description="what is used instead, and why")
+    shown: str = Field(min_length=1, description="test or file that proves it")
+
+
+class Misprints(Table):
+    """The lists of the three sources."""
+
+    press: list[Misprint] = Field([], description="Chen, Wang and Wang 2025")
+    patent: list[Misprint] = Field([], description="Bai, Zhao and Sun 2016")
+    robot: list[Misprint] = Field([], description="Lu, Shi, Gao and Dan 2010")
+
+
+def page() -> str:
+    """Return the whole page."""
+    found = validate(Misprints, read_toml(DATA)[0], DATA)
+    sections = [
+        (
+            "The press",
+            "Chen, Wang and Wang, *Dynamics optimization design of multi-link mechanisms with lubrication clearances of"
+            " revolute joints*, 2025. Symbols as in [theory](theory.md).",
+            found.press,
+        ),
+        (
+            "The four-bar",
+            "CN106055749A, Bai, Zhao and Sun, *A method for improving the motion stability of linkages with clearance*, 2016.",
+            found.patent,
+        ),
+        (
+            "The robot",
+            "Lu, Shi, Gao and Dan, *Elastic-dynamics of planar flexile parallel mechanism*, 2010. Symbols are the paper's.",
+            found.robot,
+        ),
+    ]
+    body = "\n".join(f"## {title}\n\n{source}\n\n{_rows(listed)}" for title, source, listed in sections if listed)
+    return f"""# What is wrong as printed
+
+Equations, tables and numbers of the three replicated sources that cannot be used as they stand, what is used instead, and the test that
+proves it. What their results come to is on the pages of the [press and the four-bar](replication.md) and of the
+[robot](replication_3rrr.md). Written by `python docs/make_misprints.py` from `docs/replication/misprints.toml`.
+
+{body}"""
+
+
+def _rows(listed: list[Misprint]) -> str:
+    cells = [(m.place, m.printed, m.ours, f"`{m.shown}`") for m in listed]
+    return table(("place", "printed", "ours", "shown in"), cells)
