@@ -47,7 +47,7 @@ def main() -> None:
     start = start_assembly(g, robot.phi0, np.deg2rad(98.05))
 
     def revolve() -> Branch:
-        return follow(g, robot.phi0, robot.phidot, start, robot.duration)
+        return follow(g, robot.cranks, start, robot.duration)
 
     state = revolve().motion(np.linspace(0.0, robot.duration, POSES))
     model = FiniteElementModel(robot)

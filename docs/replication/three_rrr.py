@@ -74,13 +74,13 @@ def rows(robot: Robot) -> list[Row]:
 def _kinematics(results: RobotResults) -> list[Row]:
     robot, motion = results.robot, results.motion
     times = np.linspace(0.0, robot.duration, 4001)
-    number = count(robot.geometry, robot.phi0 + times[:, None] * robot.phidot)
+    number = count(robot.geometry, robot.cranks(times)[0])
     share = 100.0 * np.mean(number == 4)
     start = assemblies(robot.geometry, robot.phi0)
     angles = ", ".join(f"{np.rad2deg(a):.2f}" for a in start.x[:, 0])
-    branches = [follow(robot.geometry, robot.phi0, robot.phidot, x, robot.duration) for x in start.x]
+    branches = [follow(robot.geometry, robot.cranks, x, robot.duration) for x in start.x]
     paths = ", ".join(f"{travel(b, 'path'):.4f}" for b in branches)
-    best = shortest(robot.geometry, robot.phi0, robot.phidot, robot.duration, "path")
+    best = shortest(robot.geometry, robot.cranks, robot.duration, "path")
     rate = np.max(np.abs(motion.dx[:, 0]))
     speed, acceleration = (1e3 * np.max(np.linalg.norm(x[:, 1:], axis=1)) for x in (motion.dx, motion.ddx))
     instants = sum(s.type == 1 for s in results.branch.singularities)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.options import add_out, output_folder, written
@@ -20,6 +20,7 @@ HELP = "flexible 3-RRR robot: kinematics, modes, stress"
 _EXAMPLES = """examples:
   linkages modes three_rrr.toml
   linkages modes three_rrr.toml --verify --branch 98 --out results/robot
+  linkages modes three_rrr.toml --dynamic rest
 """
 
 
@@ -28,6 +29,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("file", help="robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--verify", action="store_true", help="compare with Drake's rigid plant")
+    parser.add_argument(
+        "--dynamic",
+        choices=("rest", "quasi-static"),
+        metavar="START",
+        help="add the response with vibration over the whole motion, with stress, started from rest or quasi-static",
+    )
     parser.add_argument("--branch", type=float, metavar="DEG", help="platform angle at t = 0 of the assembly to follow")
     add_out(parser)
     parser.add_argument("--elements", type=int, metavar="N", help="beam elements in each link, replaces the file's")
@@ -49,6 +56,11 @@ def run(options: argparse.Namespace) -> int:
         robot = changed(robot, branch=options.branch)
     out = output_folder(options, path.stem)
     results = analyse(robot, progress_bar("modes"))
+    if options.dynamic is not None:
+        from linkages.three_rrr.vibration import vibrate
+
+        shaken = vibrate(results.model, results.branch, options.dynamic, progress=progress_bar("dynamic"))
+        results = replace(results, dynamic=shaken)
     summary = summarize(results)
     if options.verify:
         import numpy as np
@@ -88,9 +100,21 @@ def summarize(results: RobotResults) -> dict[str, Any]:
 
     from linkages.three_rrr.branch import travel
 
-    robot, branch = results.robot, results.branch
-    peak = np.max(np.abs(results.static.platform), axis=0)
+    robot, branch, shaken = results.robot, results.branch, results.dynamic
     metrics = ("path", "rotation", "pivots")
+
+    def displacement(platform: Any) -> dict[str, float]:
+        peak = np.max(np.abs(platform), axis=tuple(range(platform.ndim - 1)))
+        return dict(zip(("x", "y", "angle"), map(float, peak), strict=True))
+
+    dynamic = {}
+    if shaken is not None:
+        plate = {} if shaken.plate is None else {"platform": float(np.max(np.abs(shaken.plate)))}
+        dynamic["dynamic"] = {
+            "steps": shaken.steps,
+            "elastic_displacement": displacement(shaken.platform),
+            "stress": shaken.largest | plate,
+        }
     return {
         "title": robot.title,
         "status": branch.status.value,
@@ -102,11 +126,13 @@ def summarize(results: RobotResults) -> dict[str, Any]:
         "singularities": [asdict(s) for s in branch.singularities],
         "elements": robot.model.elements,
         "locked_frequencies": results.frequencies[0].tolist(),
-        "free_frequencies": results.free.tolist(),
+        "free_frequencies": results.free[0].tolist(),
         "ranges": [[float(f.min()), float(f.max())] for f in results.frequencies.T],
+        "free_ranges": [[float(f.min()), float(f.max())] for f in results.free.T],
         "tracked_ranges": [[float(f.min()), float(f.max())] for f in results.tracked.T],
-        "elastic_displacement": dict(zip(("x", "y", "angle"), map(float, peak), strict=True)),
+        "elastic_displacement": displacement(results.static.platform),
         "stress": {s.name: float(s.largest.max()) for s in results.stress},
+        **dynamic,
         "provenance": {
             "robot": robot.model_dump(),
             "versions": {name: importlib.metadata.version(name) for name in ("numpy", "scipy")},
@@ -132,13 +158,20 @@ def format_table(result: dict[str, Any]) -> str:
     rows = zip(result["locked_frequencies"], result["ranges"], result["free_frequencies"], strict=False)
     for n, (now, (low, high), free) in enumerate(list(rows)[:8], 1):
         lines.append(f"mode {n:<15d}{now:14.2f}{low:12.2f}{high:12.2f}{free:12.2f}")
-    x, y, angle = (1e6 * value for value in result["elastic_displacement"].values())
     lines += [
         "",
         f"travel: path {travel['path']:.4f} m, rotation {travel['rotation']:.4f} rad, pivots {travel['pivots']:.4f} m",
-        f"quasi-static elastic displacement of the platform: x {x:.4f} um, y {y:.4f} um, turning {angle:.4f} urad",
-        "largest stress [MPa]: " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in result["stress"].items()),
     ]
+    parts = {"quasi-static": result}
+    if "dynamic" in result:
+        parts["with vibration"] = result["dynamic"]
+    for name, part in parts.items():
+        x, y, angle = (1e6 * value for value in part["elastic_displacement"].values())
+        lines += [
+            f"{name}: platform moves elastically by x {x:.4f} um, y {y:.4f} um, turning {angle:.4f} urad;"
+            " largest stress [MPa]:",
+            "  " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in part["stress"].items()),
+        ]
     if "verify" in result:
         lines += ["", "against Drake's rigid plant:"]
         lines += [f"  {key:18s} {value:.3g}" for key, value in result["verify"].items()]

@@ -92,8 +92,11 @@ class ModesAt:
     mass: Array
 
 
-def continued(shapes: Array, target: Array, mass: Array) -> tuple[NDArray[np.int64], Array, Array]:
+def continued(shapes: Array, target: Array, mass: Array, together: int = 0) -> tuple[NDArray[np.int64], Array, Array]:
     """Take from the target's modes those that continue the given ones: the sum of their MAC largest, signs alike.
+
+    Modes that share a frequency have no shapes of their own, only a space: the basis of it that is nearest to the given
+    one continues it (orthogonal Procrustes problem).
 
     Parameters
     ----------
@@ -102,12 +105,17 @@ def continued(shapes: Array, target: Array, mass: Array) -> tuple[NDArray[np.int
         In any order and with any signs; m >= n.
     mass : (size, size) array
         At the target.
+    together : int
+        How many modes, the first ones of both, share a frequency, as the zero modes of a mechanism do.
 
     Returns
     -------
     (n,) array of int, (size, n), (n,) arrays
         Which they are, their shapes, and the MAC of each.
     """
+    if together:
+        left, _, right = np.linalg.svd(target[:, :together].T @ mass @ shapes[:, :together])
+        target = np.hstack([target[:, :together] @ left @ right, target[:, together:]])
     table = mac(shapes, target, mass)
     _, order = linear_sum_assignment(-table)
     found = target[:, order]

@@ -13,11 +13,12 @@ from linkages.errors import RunError, Status
 from linkages.flexible import Array
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
-from linkages.three_rrr.kinematics import Motion, arms, determinants, motion, newton, radius, turned
+from linkages.three_rrr.kinematics import CrankMotion, Motion, arms, determinants, motion, newton, radius, turned
 
 Metric = Literal["path", "rotation", "pivots"]
 
 _TURN = 0.02  # largest step of the fastest drive [rad]
+_SAMPLES = 1001  # times at which its speed is looked for
 _SHORTEST = 1e-10  # steps below this fraction of the duration: a fold
 _NEAR_FOLD = 0.25  # dimensionless |det Jx| below which a branch counts as at its fold
 _DRIFT = 0.02  # largest correction of a predicted pose, in rad and in the platform's radius
@@ -58,10 +59,12 @@ class Singularity:
 
 @dataclass(frozen=True)
 class Branch:
-    """An assembly followed over time with the drives at constant speeds.
+    """An assembly followed over time.
 
     Attributes
     ----------
+    cranks : callable
+        Motion of the cranks.
     times, x : (n,), (n, 3) arrays
         Continuation points: time [s] and platform position.
     status : Status
@@ -71,8 +74,7 @@ class Branch:
     """
 
     geometry: Geometry
-    phi0: Array
-    phidot: Array
+    cranks: CrankMotion
     times: Array
     x: Array
     status: Status
@@ -80,13 +82,11 @@ class Branch:
 
     def phi(self, times: Array) -> Array:
         """Crank angles (n, 3) at some times (n,) [rad]."""
-        return self.phi0 + times[:, None] * self.phidot
+        return self.cranks(times)[0]
 
     def state(self, times: Array, x: Array) -> Motion:
         """Rigid motion at some times (n,) with the closed poses x (n, 3)."""
-        phi = self.phi(times)
-        zero = np.zeros_like(phi)
-        return motion(self.geometry, times, phi, zero + self.phidot, zero, x)
+        return motion(self.geometry, times, *self.cranks(times), x)
 
     def trimmed(self) -> Branch:
         """Return the branch without its last part before a fold.
@@ -126,23 +126,31 @@ class Branch:
         return self.state(times, x)
 
 
-def follow(geometry: Geometry, phi0: Array, phidot: Array, x0: Array, duration: float) -> Branch:
+def follow(geometry: Geometry, cranks: CrankMotion, x0: Array, duration: float) -> Branch:
     """Follow the assembly x0 (3,) for a time [s], by a second-order predictor and Newton's method.
 
-    A step counts only if the corrector moves the prediction little and det Jx keeps its sign, so that the
-    branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the
+    A step counts only if the cranks turn and the corrector moves the prediction little and det Jx keeps its sign, so
+    that the branch can neither jump to another one nor pass a fold unseen. At a fold the time is located and the
     branch ends.
+
+    Parameters
+    ----------
+    cranks : callable
+        Any motion of the cranks that starts at x0: `Robot.cranks`, or a function of times (N,) that returns angles,
+        rates and accelerations (N, 3), the latter two the derivatives of the first.
     """
-    branch = Branch(geometry, phi0, phidot, np.zeros(1), np.array(x0, dtype=float)[None], Status.OK, ())
+    branch = Branch(geometry, cranks, np.zeros(1), np.array(x0, dtype=float)[None], Status.OK, ())
     state, _, first = _at(branch, 0.0, branch.x)
-    longest = min(_TURN / max(float(np.max(np.abs(phidot))), 1e-12), duration)
+    fastest = np.max(np.abs(cranks(np.linspace(0.0, duration, _SAMPLES))[1]))
+    longest = min(_TURN / max(float(fastest), 1e-12), duration)
     times, x, step, status = [0.0], [branch.x[0]], longest, Status.OK
     while times[-1] < duration * (1.0 - 1e-14):
         step = min(step, duration - times[-1])
         guess = state.x + step * (state.dx + 0.5 * step * state.ddx)
         later, error, fold = _at(branch, times[-1] + step, guess)
         drift = np.max(np.abs(later.x - guess) / [1.0, radius(geometry), radius(geometry)])
-        if error <= 1e-13 * geometry.size and drift <= _DRIFT and np.sign(fold) == np.sign(first):
+        near = drift <= _DRIFT and np.max(np.abs(later.phi - state.phi)) <= 2.0 * _TURN
+        if error <= 1e-13 * geometry.size and near and np.sign(fold) == np.sign(first):
             state = later
             times.append(float(later.time[0]))
             x.append(later.x[0])
@@ -200,7 +208,7 @@ def travel(branch: Branch, metric: Metric, points: int = 2001) -> float:
     return float(trapezoid(speed, times))
 
 
-def shortest(geometry: Geometry, phi0: Array, phidot: Array, duration: float, metric: Metric) -> Branch:
+def shortest(geometry: Geometry, cranks: CrankMotion, duration: float, metric: Metric) -> Branch:
     """Follow every assembly at t = 0 and return the one of least travel that lasts for the whole duration.
 
     Raises
@@ -208,8 +216,9 @@ def shortest(geometry: Geometry, phi0: Array, phidot: Array, duration: float, me
     BranchError
         If there is none.
     """
+    phi0 = cranks(np.zeros(1))[0][0]
     start_assembly(geometry, phi0)  # refuses where there is none
-    branches = [follow(geometry, phi0, phidot, x, duration) for x in assemblies(geometry, phi0).x]
+    branches = [follow(geometry, cranks, x, duration) for x in assemblies(geometry, phi0).x]
     whole = [branch for branch in branches if branch.status is Status.OK]
     if not whole:
         last = max(float(branch.times[-1]) for branch in branches)

@@ -226,9 +226,16 @@ class FiniteElementModel:
         load = -np.add.reduceat(data, starts, axis=1)
         force, moment = np.array(self.robot.load.force), self.robot.load.moment
         r = self.platform_arms(state)
-        share = force / 3.0 + moment * turned(r) / np.sum(r**2, axis=(1, 2))[:, None, None]
+        share = self._at() * force + moment * turned(r) / np.sum(r**2, axis=(1, 2))[:, None, None]
         load[:, self.c.ravel()] += share.reshape(len(state), 6)
         return load
+
+    def _at(self) -> Array:
+        """Shape functions (3, 1) of the triangle where the platform's force acts."""
+        point = self.robot.load.at
+        corners = self.geometry.platform
+        place = corners.mean(axis=0) if point is None else np.array(point)
+        return np.linalg.solve(np.vstack([np.ones(3), corners.T]), np.append(1.0, place))[:, None]
 
     def load(self, state: Motion) -> Array:
         """Load on the unknowns (N, size)."""

@@ -7,13 +7,18 @@ where A, B and C align.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.flexible import Array
 from linkages.three_rrr.geometry import Geometry
+
+#: Crank angles, their rates and accelerations (N, 3) [rad, rad/s, rad/s2] at times (N,) [s].
+CrankMotion = Callable[[Any], tuple[Array, Array, Array]]
 
 
 @dataclass(frozen=True)

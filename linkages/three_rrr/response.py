@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -73,6 +74,9 @@ def recursion(
 ) -> Response:
     """Response by the paper's recursion, eq. (13): matrices and loads constant over each step, each mode exact.
 
+    With free roots nothing but inertia holds the mechanism: three modes are rigid, and it falls behind its
+    prescribed motion.
+
     Parameters
     ----------
     times : (N,) array
@@ -86,10 +90,10 @@ def recursion(
     Raises
     ------
     InputError
-        If the crank roots are free: nothing holds the mechanism.
+        If the crank roots are free and the start needs the quasi-static solution.
     """
-    _require_held(model)
     state = branch.motion(times)
+    rigid = 3 if model.robot.drives.roots == "free" else 0
     u, v, a = np.zeros((3, len(times), model.size))
     u[0], v[0] = _start(model, branch, start)
     alpha, beta = model.robot.damping.mass, model.robot.damping.stiffness
@@ -107,7 +111,7 @@ def recursion(
             q, dq = flexible.modal_step(
                 values[i], alpha, beta, into @ u[n], into @ v[n], form.T @ load[n], times[n + 1] - times[n]
             )
-            out = continued(form, shapes[i + 1], m[i + 1])[1] if printed else form
+            out = continued(form, shapes[i + 1], m[i + 1], rigid)[1] if printed else form
             u[n + 1], v[n + 1] = out @ q, out @ dq
     return Response(state, u, v, a, model.platform_displacement(state, u))
 
@@ -120,7 +124,20 @@ def generalised_alpha(
     radius: float = 0.9,
     velocity_dependent: bool = False,
 ) -> Response:
-    """Response by the generalised-alpha method, see `linkages.flexible.response.generalised_alpha`.
+    """Response by the generalised-alpha method at all times, see `march`."""
+    parts = [(r.u, r.v, r.a, r.platform) for r in march(model, branch, times, start, radius, velocity_dependent)]
+    return Response(branch.motion(times), *(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def march(
+    model: FiniteElementModel,
+    branch: Branch,
+    times: Array,
+    start: Start = "rest",
+    radius: float = 0.9,
+    velocity_dependent: bool = False,
+) -> Iterator[Response]:
+    """Response by the generalised-alpha method, see `linkages.flexible.response.generalised_alpha`, part by part.
 
     Parameters
     ----------
@@ -133,12 +150,19 @@ def generalised_alpha(
     velocity_dependent : bool
         Whether the terms of `linkages.three_rrr.velocity_terms` act.
 
+    Yields
+    ------
+    Response
+        At the next of the times, in order; together at all of them.
+
     Raises
     ------
     InputError
-        If the crank roots are free, or the radius lies outside [0, 1].
+        If the radius lies outside [0, 1], or the crank roots are free and the start or the velocity-dependent terms
+        need the quasi-static solution.
     """
-    _require_held(model)
+    if velocity_dependent:
+        _require_held(model)
     alpha, beta = model.robot.damping.mass, model.robot.damping.stiffness
 
     def matrices(at: Array) -> tuple[Array, Array, Array, Array]:
@@ -151,10 +175,11 @@ def generalised_alpha(
             c, k = c + gyro, k + stiff
         return m, c, k, f
 
-    u0, v0 = _start(model, branch, start)
-    u, v, a = flexible.generalised_alpha(matrices, times, u0, v0, radius)
-    state = branch.motion(times)
-    return Response(state, u, v, a, model.platform_displacement(state, u))
+    done = 0
+    for u, v, a in flexible.generalised_alpha(matrices, times, *_start(model, branch, start), radius):
+        state = branch.motion(times[done : done + len(u)])
+        done += len(u)
+        yield Response(state, u, v, a, model.platform_displacement(state, u))
 
 
 def _start(model: FiniteElementModel, branch: Branch, start: Start) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ from linkages.three_rrr.modes import DENSE, frequencies, modes, tracked_modes
 from linkages.three_rrr.response import Response, quasi_static_response
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.stress import LinkStress, link_stress
+from linkages.three_rrr.vibration import Vibration
 
 POSES = 361
 TRACKED = 6  # modes that are followed and drawn
@@ -34,8 +35,10 @@ class RobotResults:
         Rising at each pose.
     tracked, shapes, mac : arrays
         Modes followed from the first pose, see `linkages.flexible.modes.track`.
-    free : (m,) array
-        Frequencies at t = 0 with free roots, the three zeros of the rigid motion among them.
+    free : (N, m) array
+        The lowest frequencies with free roots, the paper's 24 numbers, the three zeros of the rigid motion among them.
+    dynamic : Vibration or None
+        The response with vibration, if it was asked for.
     """
 
     robot: Robot
@@ -51,6 +54,7 @@ class RobotResults:
     free: Array
     static: Response
     stress: list[LinkStress]
+    dynamic: Vibration | None = None
 
 
 def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses: int = POSES) -> RobotResults:
@@ -66,7 +70,7 @@ def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses
     found = assemblies(robot.geometry, robot.phi0)
     theta = None if robot.branch is None else float(np.deg2rad(robot.branch))
     start = start_assembly(robot.geometry, robot.phi0, theta)
-    branch = follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration).trimmed()
+    branch = follow(robot.geometry, robot.cranks, start, robot.duration).trimmed()
     state = branch.motion(np.linspace(0.0, branch.times[-1], poses))
     held = changed(robot, drives={"roots": "locked"}) if robot.drives.roots == "free" else robot
     model = FiniteElementModel(held)
@@ -75,7 +79,7 @@ def analyse(robot: Robot, progress: Callable[[float], None] | None = None, poses
     followed = shapes[:, :, : TRACKED + _SPARE]
     tracked, forms, quality = tracked_modes(model, branch, state, values, followed, TRACKED)
     loose = FiniteElementModel(changed(robot, drives={"roots": "free"}))
-    free = frequencies(loose, state.part(slice(0, 1)), count)[0]
+    free = frequencies(loose, state, TRACKED + 3)
     static = quasi_static_response(model, state)
     stress = link_stress(model, static)
     error = float(np.max(np.abs(loop_errors(robot.geometry, state.phi, state.x))))

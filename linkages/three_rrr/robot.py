@@ -8,26 +8,56 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, PrivateAttr
+from pydantic import Field, PrivateAttr, model_validator
 
 from linkages.errors import InputError
-from linkages.files.toml import Finite, NonNegative, Positive, Table, read_toml, validate
+from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history, read_toml, validate
 from linkages.flexible import Array
 from linkages.model.mechanism import Mechanism, load_mechanism
+from linkages.planar import motion
+from linkages.planar.motion import Motions
 from linkages.three_rrr.geometry import LEGS, Geometry, from_mechanism
+from linkages.three_rrr.kinematics import CrankMotion
 
 Kind = Literal["crank", "coupler"]
 KINDS: tuple[Kind, ...] = ("crank", "coupler")
+Two = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 Three = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 
 class Drives(Table):
-    """Cranks at constant speeds from their start angles, and how their roots are held against elastic rotation."""
+    """Motion of the cranks, and how their roots are held against elastic rotation.
 
-    phi0: Three = Field(description="crank angles at t = 0 [deg], absolute")
-    phidot: Three = Field(description="crank speeds [rad/s]")
+    Either constant speeds from start angles, reached from rest if there is a ramp, or a table of angles over time.
+    """
+
+    phi0: Three | None = Field(None, description="crank angles at t = 0 [deg], absolute")
+    phidot: Three | None = Field(None, description="crank speeds [rad/s]")
+    ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `phidot` [s]")
+    times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
+    angles: list[Three] | None = Field(None, description="crank angles at each of `times` [deg]; a spline joins them")
     roots: Literal["locked", "free", "servo"] = Field("locked", description="elastic rotation of the crank roots")
     servo_stiffness: Positive | None = Field(None, description="of each drive, if roots are servo [N m/rad]")
+
+    @model_validator(mode="after")
+    def _one_motion(self) -> Drives:
+        if self.angles is not None and (self.phi0 is not None or self.phidot is not None or self.ramp):
+            raise ValueError("angles prescribe the whole motion; remove phi0, phidot and ramp")
+        if self.angles is None and (self.phi0 is None or self.phidot is None):
+            raise ValueError("give phi0 and phidot, or times with angles")
+        if self.roots == "servo" and self.servo_stiffness is None:
+            raise ValueError('give servo_stiffness [N m/rad]; roots = "servo" needs it')
+        check_history(self.times, self.angles, "angles")
+        return self
+
+    def motion(self) -> Motions:
+        """Crank angles over time, with their rates and accelerations."""
+        if self.angles is not None and self.times is not None:
+            return Motions([motion.table(self.times, crank) for crank in np.deg2rad(self.angles).T.tolist()])
+        start, speeds = np.deg2rad(self.phi0 or ()).tolist(), self.phidot or ()
+        if self.ramp:
+            return Motions([motion.ramped_rate(*values, self.ramp) for values in zip(start, speeds, strict=True)])
+        return Motions([motion.constant_rate(*values) for values in zip(start, speeds, strict=True)])
 
 
 class Material(Table):
@@ -72,14 +102,13 @@ class Damping(Table):
 class Load(Table):
     """Constant load on the platform, plane axes."""
 
-    force: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
-        [0.0, 0.0], description="at its centre [N]"
-    )
+    force: Two = Field([0.0, 0.0], description="[N]")
+    at: Two | None = Field(None, description="where the force acts, in platform axes [m]; without, at the centre")
     moment: Finite = Field(0.0, description="[N m]")
 
 
 class Robot(Table):
-    """A flexible 3-RRR robot and its motion. SI units, except `drives.phi0`."""
+    """A flexible 3-RRR robot and its motion. SI units, except for the angles of `drives`."""
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
@@ -111,15 +140,15 @@ class Robot(Table):
         """Dimensions: those of the SDFormat file, unless others were given."""
         return self._geometry if self._geometry is not None else from_mechanism(self.load_mechanism())
 
+    @cached_property
+    def cranks(self) -> CrankMotion:
+        """Motion of the cranks, see `linkages.three_rrr.kinematics.CrankMotion`."""
+        return self.drives.motion()
+
     @property
     def phi0(self) -> Array:
         """Crank angles (3,) at t = 0 [rad]."""
-        return np.deg2rad(self.drives.phi0)
-
-    @property
-    def phidot(self) -> Array:
-        """Crank speeds (3,) [rad/s]."""
-        return np.array(self.drives.phidot)
+        return self.cranks(np.zeros(1))[0][0]
 
     def rod(self, kind: Kind) -> tuple[float, float]:
         """Area [m2] and second moment of area [m4] of a crank or coupler."""
@@ -180,8 +209,10 @@ def make_robot(data: Mapping[str, Any], source: str | Path = "robot", geometry: 
     robot = validate(Robot, data, path)
     robot._source = path
     robot._geometry = geometry
-    if robot.drives.roots == "servo" and robot.drives.servo_stiffness is None:
-        raise InputError(path, "drives.servo_stiffness", 'is missing; roots = "servo" needs it [N m/rad]')
+    times = robot.drives.times
+    if times is not None and robot.duration > times[-1]:
+        problem = f"end at {times[-1]:g} s; they must reach the duration, {robot.duration:g} s"
+        raise InputError(path, "drives.times", problem)
     _ = robot.geometry  # so that errors of the SDFormat file come here
     return robot
 

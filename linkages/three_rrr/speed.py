@@ -52,7 +52,12 @@ class SpeedSweep:
 def faster(branch: Branch, factor: float) -> Branch:
     """Return the same path passed `factor` times as fast."""
     passed = tuple(replace(s, time=s.time / factor) for s in branch.singularities)
-    return replace(branch, phidot=branch.phidot * factor, times=branch.times / factor, singularities=passed)
+
+    def cranks(times: Array) -> tuple[Array, Array, Array]:
+        phi, rate, acceleration = branch.cranks(factor * times)
+        return phi, factor * rate, factor**2 * acceleration
+
+    return replace(branch, cranks=cranks, times=branch.times / factor, singularities=passed)
 
 
 def speed_sweep(

@@ -18,7 +18,7 @@ def robot() -> Robot:
 @pytest.fixture(scope="session")
 def branch(robot: Robot) -> Branch:
     start = start_assembly(robot.geometry, robot.phi0, np.deg2rad(98.05))
-    return follow(robot.geometry, robot.phi0, robot.phidot, start, robot.duration)
+    return follow(robot.geometry, robot.cranks, start, robot.duration)
 
 
 @pytest.fixture(scope="session")

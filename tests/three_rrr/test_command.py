@@ -12,7 +12,7 @@ from linkages.cli.main import main
 from linkages.files.shipped import data_folder
 from linkages.three_rrr.branch import follow
 from linkages.three_rrr.direct import assemblies, count
-from linkages.three_rrr.robot import load_robot
+from linkages.three_rrr.robot import changed, load_robot
 
 
 def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -47,7 +47,19 @@ def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.Ca
         ("coupler_diameter   = 0.04", "coupler_diameter   = -0.04", "sections.coupler_diameter: is -0.04"),
         ("elements = 1 ", "elements = 0 ", "model.elements: is 0; it should be greater than or equal to 1"),
         ("phi0   = [60.0, 0.0, 220.0]", "phi0   = [60.0, 0.0]", "drives.phi0"),
-        ('roots  = "locked"', 'roots  = "servo"', "drives.servo_stiffness: is missing"),
+        ('roots  = "locked"', 'roots  = "servo"', "drives: give servo_stiffness [N m/rad]"),
+        ("phidot = [0.6, 0.5, 0.66]", "ramp = 1.0", "drives: give phi0 and phidot, or times with angles"),
+        (
+            "phidot = [0.6, 0.5, 0.66]",
+            "times = [0.0, 1.0]\nangles = [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]",
+            "drives: angles prescribe the whole motion; remove phi0, phidot and ramp",
+        ),
+        (
+            "phi0   = [60.0, 0.0, 220.0]       # deg, section 4\nphidot = [0.6, 0.5, 0.66]",
+            "times = [0.0, 1.0]\nangles = [[1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]",
+            "drives.times: end at 1 s; they must reach the duration, 12.5664 s",
+        ),
+        ("[damping]", "[load]\nat = [0.1]\n[damping]", "load.at"),
         ('mechanism = "three_rrr.sdf"', 'mechanism = "none.sdf"', "none.sdf: cannot be read"),
         ("[drives]", "[drives", "is not valid TOML"),
     ],
@@ -115,12 +127,12 @@ def test_no_assembly_and_wrong_branch_are_failures(tmp_path: Path, capsys: pytes
 def test_a_crossed_fold_ends_the_analysis_with_a_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = load_robot(data_folder() / "three_rrr.toml")
     times = np.linspace(0.0, robot.duration, 2001)
-    number = count(robot.geometry, robot.phi0 + times[:, None] * robot.phidot)
-    phi0 = np.rad2deg(robot.phi0 + times[np.flatnonzero(number == 4)[0] + 5] * robot.phidot)
+    number = count(robot.geometry, robot.cranks(times)[0])
+    phi0 = np.rad2deg(robot.cranks(times)[0][np.flatnonzero(number == 4)[0] + 5])
     found = assemblies(robot.geometry, np.deg2rad(phi0))
     kept = [assemblies(robot.geometry, robot.phi0).x]
     for x in found.x:
-        branch = follow(robot.geometry, np.deg2rad(phi0), robot.phidot, x, robot.duration)
+        branch = follow(robot.geometry, changed(robot, drives={"phi0": phi0.tolist()}).cranks, x, robot.duration)
         if branch.status.value == "singular":
             kept.append(x)
     text = (data_folder() / "three_rrr.toml").read_text()
@@ -138,6 +150,27 @@ def test_a_crossed_fold_ends_the_analysis_with_a_status(tmp_path: Path, capsys: 
     assert result["duration"] < result["singularities"][-1]["time"] < robot.duration
     assert result["ranges"][0][0] > 1.0  # the last moments, where stiffness vanishes, are left out
     assert max(result["elastic_displacement"].values()) < 1e-3
+
+
+@pytest.mark.slow
+def test_vibration_is_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Started on the quasi-static solution the robot hardly vibrates, from rest it does."""
+    text = (data_folder() / "three_rrr.toml").read_text().replace("duration  = 12.566370614359172", "duration  = 0.5")
+    (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
+    (tmp_path / "short.toml").write_text(text)
+    found = {}
+    for start in ("quasi-static", "rest"):
+        out = tmp_path / start
+        options = ["--no-plots", "--no-animation", "--dynamic", start, "--out", str(out)]
+        assert main(["modes", str(tmp_path / "short.toml"), *options]) == 0
+        assert "with vibration: platform moves" in capsys.readouterr().out
+        found[start] = json.loads((out / "modes.json").read_text())
+    static = found["rest"]
+    for name in ("elastic_displacement", "stress"):
+        for key, value in static[name].items():
+            assert found["quasi-static"]["dynamic"][name][key] == pytest.approx(value, rel=0.03)
+            assert found["rest"]["dynamic"][name][key] > 1.3 * value
+    assert static["dynamic"]["stress"]["platform"] > 100.0
 
 
 @pytest.mark.slow

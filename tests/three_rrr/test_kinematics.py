@@ -9,7 +9,7 @@ from linkages.errors import Status
 from linkages.three_rrr.branch import Branch, BranchError, follow, shortest, travel
 from linkages.three_rrr.direct import assemblies, count
 from linkages.three_rrr.kinematics import Motion, determinants, influence, inverse, loop_errors, pivots, unit
-from linkages.three_rrr.robot import Robot
+from linkages.three_rrr.robot import Robot, changed
 
 
 def test_loops_are_closed_over_the_revolution(robot: Robot, branch: Branch) -> None:
@@ -29,6 +29,43 @@ def test_velocities_and_accelerations_are_derivatives(branch: Branch) -> None:
         np.testing.assert_allclose(getattr(state, rate), difference, atol=2e-10)
     turn = sum(w * np.unwrap(np.stack([state.psi, moved[k].psi]), axis=0)[1] for k, w in weights.items()) / h
     np.testing.assert_allclose(state.dpsi, turn, atol=2e-10)
+
+
+def table_of(times: np.ndarray, phi: np.ndarray) -> dict:
+    return {"phi0": None, "phidot": None, "times": times.tolist(), "angles": np.rad2deg(phi).tolist()}
+
+
+def test_drives_may_accelerate(robot: Robot) -> None:
+    """A smooth start from rest, and a table that goes there and back: rates are derivatives, the way back ends at the start."""
+    times = np.linspace(0.0, 2.0, 41)
+    swing = robot.phi0 + 0.4 * np.array([1.0, -0.7, 0.5]) * (1.0 - np.cos(np.pi * times[:, None]))
+    x0 = assemblies(robot.geometry, robot.phi0).x[0]
+    for drives in ({"ramp": 0.8}, table_of(times, swing)):
+        cranks = changed(robot, drives=drives, duration=2.0).cranks
+        branch = follow(robot.geometry, cranks, x0, 2.0)
+        assert branch.status is Status.OK
+        at, h = np.linspace(0.1, 1.9, 19) + 0.003, 1e-4
+        state, before, after = (branch.motion(at + d) for d in (0.0, -h, h))
+        assert np.max(np.abs(state.ddphi)) > 0.5
+        np.testing.assert_allclose(state.dx, (after.x - before.x) / (2 * h), atol=1e-6)
+        np.testing.assert_allclose(state.ddx, (after.dx - before.dx) / (2 * h), atol=1e-5)
+    ends = branch.motion(np.array([0.0, 2.0]))
+    np.testing.assert_allclose(ends.x[1], ends.x[0], atol=1e-9)
+    np.testing.assert_allclose(ends.phi, np.tile(robot.phi0, (2, 1)), atol=1e-12)
+    assert np.ptp(branch.motion(times).x[:, 1]) > 0.01
+
+
+def test_any_function_of_time_drives_the_cranks(robot: Robot, branch: Branch) -> None:
+    """The shipped motion, passed back and forth: x(t) of the constant speeds at the same crank angles."""
+    speeds = np.array(robot.drives.phidot)
+
+    def cranks(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        t = times[:, None]
+        return robot.phi0 + speeds * np.sin(t) ** 2, speeds * np.sin(2 * t), 2 * speeds * np.cos(2 * t)
+
+    swing = follow(robot.geometry, cranks, branch.x[0], 3.0)
+    times = np.linspace(0.0, 3.0, 31)
+    np.testing.assert_allclose(swing.motion(times).x, branch.motion(np.sin(times) ** 2).x, atol=1e-12)
 
 
 def test_rows_agree_with_the_leg_jacobians_of_the_paper(robot: Robot, branch: Branch) -> None:
@@ -82,35 +119,35 @@ def test_travel_of_the_two_persistent_branches(robot: Robot) -> None:
     g = robot.geometry
     lengths = []
     for x in assemblies(g, robot.phi0).x:
-        branch = follow(g, robot.phi0, robot.phidot, x, robot.duration)
+        branch = follow(g, robot.cranks, x, robot.duration)
         assert branch.status is Status.OK
         lengths.append(travel(branch, "path"))
         track = branch.motion(np.linspace(0.0, robot.duration, 4001)).x[:, 1:]
         assert lengths[-1] == pytest.approx(np.sum(np.linalg.norm(np.diff(track, axis=0), axis=1)), rel=1e-5)
     np.testing.assert_allclose(lengths, [0.876, 0.890], atol=6e-4)
     for metric in ("path", "rotation", "pivots"):
-        best = shortest(g, robot.phi0, robot.phidot, robot.duration, metric)
+        best = shortest(g, robot.cranks, robot.duration, metric)
         assert np.rad2deg(best.x[0, 0]) == pytest.approx(98.05, abs=0.01)
 
 
 def test_branch_ends_at_a_fold_where_the_number_of_assemblies_falls(robot: Robot) -> None:
     g = robot.geometry
     times = np.linspace(0.0, robot.duration, 2001)
-    number = count(g, robot.phi0 + times[:, None] * robot.phidot)
+    number = count(g, robot.cranks(times)[0])
     assert set(number) == {2, 4}
     start = times[np.flatnonzero(number == 4)[0]]
-    phi0 = robot.phi0 + start * robot.phidot
-    branches = [follow(g, phi0, robot.phidot, x, robot.duration - start) for x in assemblies(g, phi0).x]
+    cranks = changed(robot, drives={"phi0": np.rad2deg(robot.cranks(np.array([start]))[0][0]).tolist()}).cranks
+    phi0 = cranks(np.zeros(1))[0][0]
+    branches = [follow(g, cranks, x, robot.duration - start) for x in assemblies(g, phi0).x]
     ended = [b for b in branches if b.status is Status.SINGULAR]
     assert len(ended) == 2  # two assemblies meet and vanish together
     assert ended[0].times[-1] == pytest.approx(ended[1].times[-1], abs=1e-7)
     for branch in ended:
         assert branch.singularities[-1].type == 2
         time = branch.times[-1]
-        fold, _ = determinants(g, (phi0 + time * robot.phidot)[None], branch.x[-1:])
+        fold, _ = determinants(g, cranks(np.array([time]))[0], branch.x[-1:])
         assert abs(fold[0]) < 1e-3
-        near = phi0 + np.array([[time - 1e-5], [time + 1e-5]]) * robot.phidot
-        assert count(g, near).tolist() == [4, 2]
+        assert count(g, cranks(time + np.array([-1e-5, 1e-5]))[0]).tolist() == [4, 2]
         with pytest.raises(BranchError, match="outside the branch") as caught:
             branch.motion(np.array([time + 0.1]))
         assert caught.value.status is Status.SINGULAR
@@ -120,7 +157,7 @@ def test_a_branch_has_motion_between_its_ends_only(robot: Robot, branch: Branch)
     end = branch.times[-1]
     ends = branch.motion(np.array([0.0, end]))
     np.testing.assert_allclose(ends.x, branch.x[[0, -1]], rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(ends.phi[1] - ends.phi[0], end * robot.phidot, rtol=1e-12)
+    np.testing.assert_allclose(ends.phi[1] - ends.phi[0], end * np.array(robot.drives.phidot), rtol=1e-12)
     for outside in (-1e-3, end + 1e-3):
         with pytest.raises(BranchError, match="outside the branch"):
             branch.motion(np.array([outside]))

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from linkages.errors import InputError
 from linkages.flexible.modes import dense_modes
+from linkages.flexible.response import BATCH
 from linkages.three_rrr.branch import Branch
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import energy, generalised_alpha, quasi_static, quasi_static_response, recursion
 from linkages.three_rrr.robot import Robot, changed
 from linkages.three_rrr.speed import faster, speed_sweep, velocity_effect
 from linkages.three_rrr.stress import link_stress, platform_stress
+from linkages.three_rrr.vibration import vibrate
 
 
 def still(branch: Branch) -> Branch:
     """Return the branch's start, with the drives at rest."""
-    return Branch(
-        branch.geometry,
-        branch.phi0,
-        np.zeros(3),
-        np.array([0.0, 100.0]),
-        np.repeat(branch.x[:1], 2, axis=0),
-        branch.status,
-        (),
-    )
+    phi0, _, _ = branch.cranks(np.zeros(1))
+
+    def cranks(times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        none = np.zeros((len(times), 3))
+        return phi0 + none, none, none
+
+    ends = np.array([0.0, 100.0])
+    return replace(branch, cranks=cranks, times=ends, x=np.repeat(branch.x[:1], 2, axis=0), singularities=())
 
 
 @pytest.mark.parametrize("scheme", [recursion, generalised_alpha])
@@ -108,6 +111,81 @@ def test_the_printed_recursion_needs_no_order_nor_signs(robot: Robot, branch: Br
     monkeypatch.setattr("linkages.three_rrr.response.dense_modes", shuffled)
     found = recursion(model, branch, times, printed=True)
     np.testing.assert_allclose(found.u, expected.u, rtol=0, atol=1e-9 * np.abs(expected.u).max())
+
+
+@pytest.mark.parametrize("printed", [False, True, None], ids=["one basis", "printed", "generalised-alpha"])
+def test_a_robot_that_nothing_drives_moves_as_its_rigid_masses_say(robot: Robot, branch: Branch, printed) -> None:
+    """Free roots, pushed from rest: what is left of the elastic motion in the rigid modes is a free fall, f t^2/2."""
+    loose = changed(robot, drives={"roots": "free"}, load={"force": [30.0, -20.0], "at": [0.1, 0.05], "moment": 2.0})
+    model, times = FiniteElementModel(loose), np.linspace(0.0, 0.05, 401)
+    if printed is None:
+        response = generalised_alpha(model, still(branch), times, radius=1.0)
+    else:
+        response = recursion(model, still(branch), times, printed=printed)
+    start = response.motion.part(slice(0, 1))
+    rigid, (m,) = model.rigid_modes(start)[0], model.matrices(start)[1]
+    moved = response.u @ m @ rigid
+    want = 0.5 * times[:, None] ** 2 * (model.load(start)[0] @ rigid)
+    np.testing.assert_allclose(moved, want, atol=1e-7 * np.max(np.abs(want)))
+
+
+def test_the_printed_recursion_needs_no_basis_of_the_rigid_motion(robot: Robot, branch: Branch, monkeypatch) -> None:
+    """The three zero modes have no shapes of their own: any of their bases may come from the solver."""
+    model, times = FiniteElementModel(changed(robot, drives={"roots": "free"})), np.linspace(0.0, 0.1, 201)
+    expected = recursion(model, branch, times, printed=True)
+    draw = np.random.default_rng(3)
+
+    def turned(k, m, count):
+        values, shapes = dense_modes(k, m, count)
+        for shape in shapes:
+            shape[:, :3] = shape[:, :3] @ np.linalg.qr(draw.normal(size=(3, 3)))[0]
+        return values, shapes
+
+    monkeypatch.setattr("linkages.three_rrr.response.dense_modes", turned)
+    found = recursion(model, branch, times, printed=True)
+    np.testing.assert_allclose(found.u, expected.u, rtol=0, atol=1e-7 * np.abs(expected.u).max())
+
+
+def test_vibration_over_the_motion_is_that_of_all_its_steps(robot: Robot, branch: Branch) -> None:
+    """Extremes in spans, part by part, against the whole response at once."""
+    short = replace(branch, times=branch.times[:9], x=branch.x[:9])
+    model = FiniteElementModel(robot)
+    found = vibrate(model, short)
+    assert found.steps > 3 * BATCH
+    times = np.linspace(0.0, short.times[-1], found.steps + 1)
+    whole = generalised_alpha(model, short, times, radius=1.0)
+    links, plate = link_stress(model, whole), platform_stress(model, whole)
+    for (low, high), values in (
+        (found.platform, whole.platform),
+        (found.plate, np.column_stack([plate.first, plate.second, plate.largest_shear])),
+        *((found.fibre[link.name], link.fibre[:, [0, 8, 16]]) for link in links),
+    ):
+        np.testing.assert_allclose(low.min(axis=0), values.min(axis=0), rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(high.max(axis=0), values.max(axis=0), rtol=1e-9, atol=1e-15)
+        span = np.argmin(np.abs(found.time - times[123]))
+        assert np.all((low[span] <= values[123]) & (values[123] <= high[span]))
+    assert found.largest == pytest.approx({link.name: link.largest.max() for link in links}, rel=1e-9)
+
+
+def test_a_force_acts_where_it_is_said_to(robot: Robot, branch: Branch) -> None:
+    """At a point: as at the centre with the couple r x F, if the platform is rigid; at a pivot: on that pivot alone."""
+    state, force, at = branch.motion(np.array([0.0, 3.0])), np.array([3.0, -2.0]), np.array([0.07, -0.02])
+    for n in range(2):
+        one = state.part(slice(n, n + 1))
+        c, s = np.cos(one.x[0, 0]), np.sin(one.x[0, 0])
+        arm = np.array([[c, -s], [s, c]]) @ (at - robot.geometry.platform.mean(axis=0))
+        couple = float(arm[0] * force[1] - arm[1] * force[0])
+        loads = ({"force": force.tolist(), "at": at.tolist()}, {"force": force.tolist(), "moment": couple})
+        stiff = [FiniteElementModel(changed(robot, model={"platform": "rigid"}, load=load)) for load in loads]
+        found, want = (model.load(one) for model in stiff)
+        assert np.max(np.abs(want - FiniteElementModel(changed(robot, model={"platform": "rigid"})).load(one))) > 0.3
+        np.testing.assert_allclose(found, want, atol=1e-12)
+    corner = robot.geometry.platform[1].tolist()
+    pulled, left = (
+        FiniteElementModel(changed(robot, load=load)) for load in ({"force": [3.0, -2.0], "at": corner}, {})
+    )
+    gain = (pulled.full_load(state) - left.full_load(state))[:, pulled.c]
+    np.testing.assert_allclose(gain, np.broadcast_to([[0.0, 0.0], force, [0.0, 0.0]], gain.shape), atol=1e-12)
 
 
 def test_start_on_the_quasi_static_solution_hardly_vibrates(robot: Robot, branch: Branch) -> None:

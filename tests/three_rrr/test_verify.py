@@ -23,7 +23,7 @@ OPTIONS = {
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
 def test_everything_agrees_with_drake(robot: Robot, options: dict) -> None:
     for x in assemblies(robot.geometry, robot.phi0).x:
-        branch = follow(robot.geometry, robot.phi0, robot.phidot, x, robot.duration)
+        branch = follow(robot.geometry, robot.cranks, x, robot.duration)
         found = verify(changed(robot, **options), branch.motion(np.linspace(0.0, robot.duration, 13)))
         assert found.zero_modes == 3
         assert found.zero_eigenvalue <= 1e-10

@@ -85,12 +85,18 @@ def _path(results: RobotResults) -> Figure:
 
 
 def _frequencies(results: RobotResults) -> Figure:
-    figure, axis = panels(3.6)
+    figure, (axis, loose) = panels(5.6, 2, sharex=True)
     for n, values in enumerate(results.tracked.T):
         style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
         axis.plot(results.motion.time, values, lw=1.4, **style)
-    axis.set(xlabel="time [s]", ylabel="natural frequency [Hz]")
-    axis.set_ylim(bottom=0.0)
+    loose.plot(results.motion.time, results.free[:, :3], lw=1.4, color="0.5")
+    for n, values in enumerate(results.free[:, 3:].T):
+        loose.plot(results.motion.time, values, lw=1.4, color=COLORS[n])
+    for panel in (axis, loose):
+        panel.set(ylabel="natural frequency [Hz]")
+        panel.set_ylim(bottom=0.0)
+    loose.set_xlabel("time [s]")
+    loose.set_title("crank roots free, by size: three zero modes (grey)", fontsize=9)
     figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize=9)
     axis.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=7.5)
     return figure
@@ -120,7 +126,7 @@ def _shapes(results: RobotResults) -> Figure:
 
 
 def _displacement(results: RobotResults) -> Figure:
-    """Left the whole motion, quasi-static; right its first moments with vibration from rest."""
+    """Left the whole motion, quasi-static and, where it was run, with vibration; right its first moments from rest."""
     figure, axes = panels(5.0, 3, 2, sharex="col")
     time, static = results.motion.time, 1e6 * results.static.platform
     window = min(_WINDOW, float(results.branch.times[-1]))
@@ -131,6 +137,8 @@ def _displacement(results: RobotResults) -> Figure:
         vibration = generalised_alpha(results.model, results.branch, times, radius=1.0)
     for k, label in enumerate(("x [µm]", "y [µm]", "turning [µrad]")):
         left, right = axes[k]
+        if results.dynamic is not None:
+            left.fill_between(results.dynamic.time, *(1e6 * results.dynamic.platform[:, :, k]), color=COLORS[0], lw=0.0)
         left.plot(time, static[:, k], color=COLORS[1], lw=1.2)
         left.set_ylabel(f"elastic {label}")
         if vibration is not None:
@@ -138,7 +146,8 @@ def _displacement(results: RobotResults) -> Figure:
             right.plot(1e3 * times, shaken, color=COLORS[0], lw=0.8, label="started from rest")
         right.plot(1e3 * time[near], static[near, k], color=COLORS[1], lw=1.6, label="quasi-static")
         right.set_xlim(0.0, 1e3 * window)
-    axes[0, 0].set_title("over the motion, quasi-static", fontsize=9)
+    band = "" if results.dynamic is None else "; band: with vibration"
+    axes[0, 0].set_title(f"over the motion, quasi-static{band}", fontsize=9)
     axes[0, 1].set_title("the first moments, undamped", fontsize=9)
     figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[2, 0].set_xlabel("time [s]")
@@ -147,7 +156,7 @@ def _displacement(results: RobotResults) -> Figure:
 
 
 def _stress(results: RobotResults) -> Figure:
-    """Over time in leg 2 and the platform; along the rods where it is largest."""
+    """Over time in leg 2 and the platform, bands with vibration; along the rods where it is largest."""
     figure, axes = panels(7.0, 3, 2, width_ratios=[1.7, 1])
     time = results.motion.time
     for row, link in enumerate((results.stress[2], results.stress[3])):
@@ -155,6 +164,9 @@ def _stress(results: RobotResults) -> Figure:
         left, right = axes[row]
         for end, k in enumerate((0, len(link.s) // 2, len(link.s) - 1)):
             label = f"{1e3 * link.s[k]:.0f} mm"
+            if results.dynamic is not None:
+                band = 1e-3 * results.dynamic.fibre[link.name][:, :, end]
+                left.fill_between(results.dynamic.time, *band, color=COLORS[end], alpha=0.3, lw=0.0)
             left.plot(time, 1e-3 * link.fibre[:, k], color=COLORS[end], ls=LINES[end], lw=1.2, label=label)
         left.set(xlabel="time [s]", ylabel=f"{link.name}: outer fibre [kPa]")
         right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
@@ -169,6 +181,9 @@ def _stress(results: RobotResults) -> Figure:
         plate = platform_stress(results.model, results.static)
         curves = {"larger principal": plate.first, "smaller": plate.second, "shear": plate.largest_shear}
         for k, (label, values) in enumerate(curves.items()):
+            if results.dynamic is not None and results.dynamic.plate is not None:
+                band = results.dynamic.plate[:, :, k]
+                left.fill_between(results.dynamic.time, *band, color=COLORS[k], alpha=0.3, lw=0.0)
             left.plot(time, values, color=COLORS[k], ls=LINES[k], lw=1.2, label=label)
         _legend_above(left)
     left.set(xlabel="time [s]", ylabel="platform: stress [Pa]")

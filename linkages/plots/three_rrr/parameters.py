@@ -82,7 +82,7 @@ def velocity_figure(results: RobotResults) -> Figure:
     figure, axis = panels(3.3)
     factors = np.geomspace(1.0, 300.0, 13)
     frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
-    speed = factors * float(np.max(np.abs(results.robot.phidot)))
+    speed = factors * float(np.max(np.abs(results.motion.dphi)))
     axis.loglog(speed, frequency, "o-", color=COLORS[0], ms=3.5, lw=1.2, label="first natural frequency")
     axis.loglog(speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement")
     axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
@@ -99,7 +99,7 @@ def speed_figure(results: RobotResults) -> Figure:
     figure, (top, bottom) = panels(4.4, 2, sharex=True)
     one = changed(results.robot, model={"elements": 1})
     found = speed_sweep(one, results.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)
-    speed = found.factors * float(np.max(np.abs(results.robot.phidot)))
+    speed = found.factors * float(np.max(np.abs(results.motion.dphi)))
     top.loglog(speed, 1e3 * found.static, color=COLORS[1], ls="--", lw=1.4, label="quasi-static")
     label = "with vibration, 1 % damping (assumed)"
     top.loglog(speed, 1e3 * found.dynamic, "o-", color=COLORS[0], ms=3, lw=1.0, label=label)
