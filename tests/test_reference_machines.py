@@ -41,6 +41,7 @@ def test_squeezing_mechanism_ends_as_published():
     assert np.abs(model.closure(q[-1])).max() < 1e-14
 
 
+@pytest.mark.slow
 def test_squeezing_mechanism_keeps_its_energy():
     """The torque's work is stored in the bodies and the spring."""
     model = andrews.andrews_model()

@@ -214,6 +214,7 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
     assert "no-assembly" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_path, monkeypatch):
     from linkages.cli import progress
 

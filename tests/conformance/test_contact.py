@@ -40,6 +40,7 @@ def damped(run, row, law):
 UNCLIPPED = {"joints.B.contact.law": "flores", "joints.B.contact.restitution": 0.3, "joints.B.contact.clip": False}
 
 
+@slow_on_drake
 def test_without_the_clip_the_damping_is_the_laws(engine):
     """A journal that swings in its contact closes faster than it came; both engines meet the same force."""
     run = run_shipped(engine, "slider_crank_dry", duration=1.5e-3, **UNCLIPPED)
@@ -113,6 +114,7 @@ def test_energy_audit_of_a_dry_run(engine):
     assert abs(work - kinetic - loss) < 1e-5 * through
 
 
+@slow_on_drake
 def test_every_contact_begins_and_ends_at_a_step(engine):
     run = run_shipped(engine, "slider_crank_dry", duration=4e-3)
     rows = impacts(run, ["B"])
@@ -283,6 +285,7 @@ def test_a_block_with_play_in_its_slot_follows_the_ideal_slider(engine):
     assert abs(balance) < 1e-5 * integral(run, np.abs(power))
 
 
+@slow_on_drake
 def test_the_slider_obeys_newton_and_euler_with_its_guide_forces(engine):
     """Sum of the corners' forces and of the pin's = mass times acceleration; moments about the pin likewise."""
     run = run_shipped(engine, "slider_crank_guide", duration=0.004)

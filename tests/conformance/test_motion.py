@@ -44,6 +44,7 @@ def test_an_ideal_loop_beside_a_joint_with_play(engine, seven_bar):
     np.testing.assert_allclose(a["B.force"], b["B.force"], rtol=2e-3)
 
 
+@slow_on_drake
 @pytest.mark.parametrize("plane", [p for p in PLANES if p != "xy"])
 def test_the_motion_does_not_depend_on_the_plane(run, plane):
     toml = DRIVE + FILM.format("A")
@@ -88,6 +89,7 @@ def test_torque_drive_does_its_work(run, engine, system_of):
     assert counterpart.provenance["engine"] == engine
 
 
+@slow_on_drake
 def test_ramped_drive_starts_at_rest_and_follows(run):
     found = run(four_bar(), "duration=0.4\n[drives.O]\nspeed=15.0\nramp=0.2\n" + FILM.format("A"))
     assert found["O.rate"][0] == 0.0

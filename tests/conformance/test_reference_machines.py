@@ -3,6 +3,7 @@
 import andrews
 import numpy as np
 import pytest
+from engines import slow_on_drake
 from machines import bar, joint, model, slider_crank
 from reference_machines import (
     chain_model,
@@ -61,6 +62,7 @@ def test_squeezing_mechanism_ends_as_published(run, engine):
         np.testing.assert_allclose(got, expected, rtol=0, atol=atol, err_msg=suffix)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spring", [True, False])
 def test_squeezing_mechanism_moves_as_the_independent_model(run, engine, spring):
     found = run(andrews.andrews_sdf(), SQUEEZER + SPRING * spring)
@@ -76,6 +78,7 @@ def test_squeezing_mechanism_moves_as_the_independent_model(run, engine, spring)
 SWINGING = {"compiled": (1e-8, 1e-7, 1e-9), "drake": (1e-6, 1e-5, 1e-8)}
 
 
+@slow_on_drake
 @pytest.mark.parametrize("n", [2, 4])
 def test_chain_swings_as_the_independent_model_and_keeps_its_energy(run, engine, n):
     lengths, angles = np.linspace(0.3, 0.1, n), np.linspace(0.4, -0.9, n)

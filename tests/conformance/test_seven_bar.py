@@ -84,6 +84,7 @@ DESIGNS = {
 }
 
 
+@slow_on_drake
 @pytest.mark.parametrize(("design", "change_a", "change_b"), [(1, 9.1, 3.5), (2, -18.9, -9.4)])
 def test_the_papers_designs_change_the_forces_but_not_the_acceleration(engine, nominal, design, change_a, change_b):
     """Changes in per cent that a further code gave; the paper prints others, and an acceleration 25 % smaller."""
@@ -143,6 +144,7 @@ def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(engine, s
     np.testing.assert_allclose(rates[1], 3.0, atol=0.1)
 
 
+@slow_on_drake
 def test_mirror_image_has_the_mirror_motion(engine, tmp_path):
     """The linkage mirrored on the x axis, its drives reversed."""
     system = shipped("seven_bar", duration=0.5)
@@ -170,6 +172,7 @@ def test_mirror_image_has_the_mirror_motion(engine, tmp_path):
     np.testing.assert_allclose(b["O1.torque"], -a["O1.torque"], atol=1e-5)
 
 
+@slow_on_drake
 def test_shear_torque_changes_the_forces_by_two_to_three_percent(engine, nominal):
     shear = {f"joints.{name}.shear_torque": True for name in "AB"}
     found = extremes(run_shipped(engine, "seven_bar", duration=1.0, **shear), ["A.force", "B.force"])
@@ -177,6 +180,7 @@ def test_shear_torque_changes_the_forces_by_two_to_three_percent(engine, nominal
     assert 0.01 < max(change) < 0.035
 
 
+@slow_on_drake
 def test_start_up_spike_comes_from_the_small_eccentricity_patch(engine, nominal):
     """Chen 2025 eqs. (12)-(13) leave the centred journal unsupported: the printed spike, not the mechanism's motion."""
     patch = {f"joints.{name}.small_eccentricity": {"ratio": 0.05, "power": 2.0} for name in "AB"}

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from engines import slow_on_drake
 from reference_machines import parallelogram_sdf
 from shipped import shipped
 
@@ -22,6 +23,7 @@ speed = 6.0
 FLAT = (np.array([1.0, 2.0]) * np.pi - 1.0) / 6.0
 
 
+@slow_on_drake
 def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, system_of):
     summary = summarize(study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), engine, error_estimate=False))
     (warning,) = summary["warnings"]

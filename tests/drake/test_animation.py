@@ -139,6 +139,7 @@ def turning_slot(folder):
     return load(folder / "slotted.toml")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", [sliding_block, turning_slot])
 def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
     found = study(machine(tmp_path), error_estimate=False)

@@ -9,6 +9,7 @@ import cloudpickle
 import numba
 import numpy as np
 import pytest
+from engines import slow_on_drake
 from hypothesis import given
 from hypothesis import strategies as st
 from joint_records import joint
@@ -222,7 +223,7 @@ def test_records_hold_plain_functions():
 LAWS = {"joints.B.contact.law": "mine", "joints.B.friction.law": "mine"}
 
 
-@pytest.mark.parametrize("engine", ["compiled", "drake"])
+@slow_on_drake
 @compiled_only
 def test_a_run_with_registered_laws_is_the_run_with_the_built_in_ones(engine):
     """The slider-crank's first impact, to the last bit."""

@@ -155,6 +155,7 @@ def test_a_variable_that_is_fixed(name):
     assert result.x[0, ::2] == pytest.approx([0.625, 0.625], abs=0.1)
 
 
+@pytest.mark.slow
 def test_promises_hold_on_random_problems():
     """Not convex, wrong units, dependent constraints, holes without values: no error, and converged means feasible."""
     endings = []

@@ -43,6 +43,7 @@ def test_energy_is_conserved_without_damping(robot: Robot, branch: Branch, schem
     np.testing.assert_allclose(stored, work, atol=1e-9 * np.max(stored))
 
 
+@pytest.mark.slow
 def test_rayleigh_damping_has_its_decay(robot: Robot, branch: Branch) -> None:
     """Free decay about the static solution: the first mode's amplitude falls as exp(-zeta p t)."""
     alpha, beta = 3.0, 2e-5
@@ -291,6 +292,7 @@ def test_rigid_platform_has_no_stress(robot: Robot, branch: Branch) -> None:
         platform_stress(model, quasi_static_response(model, branch.motion(np.zeros(1))))
 
 
+@pytest.mark.slow
 def test_speed_sweep_scales_and_finds_a_resonance(robot: Robot, branch: Branch) -> None:
     low = speed_sweep(robot, branch, np.array([20.0, 40.0]), steps_per_period=8.0)
     assert low.static[1] / low.static[0] == pytest.approx(4.0, rel=1e-3)  # inertia loads grow with the square

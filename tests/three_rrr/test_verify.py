@@ -20,6 +20,7 @@ OPTIONS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
 def test_everything_agrees_with_drake(robot: Robot, options: dict) -> None:
     for x in assemblies(robot.geometry, robot.phi0).x:
