@@ -8,6 +8,7 @@
 | sweep        | ``linkages sweep``: over the values of one variable                       |
 | report       | ``linkages report``: one HTML page from a folder of results               |
 | new          | ``linkages new``: files of a linkage to begin with                        |
+| import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
 | modes        | ``linkages modes``: the flexible 3-RRR robot                              |
 | keys         | ``linkages keys``: keys of an experiment file, outputs of a run           |
 | doctor       | ``linkages doctor``: is the installation sound?                           |
@@ -27,11 +28,12 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import keyword
 import sys
 from importlib.metadata import EntryPoint, entry_points
 from typing import Protocol, cast
 
-_OWN = ("simulate", "compare", "sweep", "report", "new", "modes", "keys", "doctor", "completion")
+_OWN = ("simulate", "compare", "sweep", "report", "new", "import", "modes", "keys", "doctor", "completion")
 
 
 class Command(Protocol):
@@ -50,7 +52,7 @@ class Command(Protocol):
 
 def commands() -> dict[str, Command]:
     """Find every subcommand by name; warns of those of other packages that cannot be used, a line each."""
-    found: dict[str, object] = {name: importlib.import_module(f"{__name__}.{name}") for name in _OWN}
+    found: dict[str, object] = {name: importlib.import_module(f"{__name__}.{_module(name)}") for name in _OWN}
     for point in entry_points(group="linkages.commands"):
         try:
             if point.name in found:
@@ -60,6 +62,11 @@ def commands() -> dict[str, Command]:
             reason = " ".join(f"{type(problem).__name__}: {problem}".split())
             print(f"warning: command {point.name} ({point.value}) is left out: {reason}", file=sys.stderr)
     return cast(dict[str, Command], found)
+
+
+def _module(name: str) -> str:
+    """Name of a command's module: ``import_``, since ``import`` is a word of the language."""
+    return f"{name}_" if keyword.iskeyword(name) else name
 
 
 def _load(point: EntryPoint) -> object:

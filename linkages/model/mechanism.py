@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from linkages.errors import InputError, nearest
 from linkages.files.numbers import implausible
-from linkages.files.sdf import RawJoint, RawLink, RawModel, read_sdf
+from linkages.files.raw_model import Chains, RawJoint, RawLink, RawModel
+from linkages.files.sdf import read_sdf
 
 Array = NDArray[np.float64]
 
@@ -201,6 +202,11 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     overrides = overrides or {}
     inertias = {key: value for key, value in overrides.items() if _INERTIA.fullmatch(key)}
     raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias})
+    return planar(path, raw, inertias)
+
+
+def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanism:
+    """Return a machine in its plane; as `load_mechanism`, with values for moments of inertia alone."""
     basis = _plane(path, raw)
     links = tuple(_link(link, basis) for link in raw.links)
     joints = tuple(_joint(joint, basis) for joint in raw.joints)
@@ -280,27 +286,12 @@ def _joint(raw: RawJoint, basis: Array) -> Joint:
     )
 
 
-class Chains:
-    """Links joined by joints so far; `of` has the set of those that each link is joined to, itself among them."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.of = {name: {name} for name in ("world", *mechanism.link)}
-
-    def join(self, joint: Joint) -> bool:
-        """Join the two links of a joint; returns whether they were not joined before."""
-        if joint.child in self.of[joint.parent]:
-            return False
-        together = self.of[joint.parent] | self.of[joint.child]
-        self.of |= dict.fromkeys(together, together)
-        return True
-
-
 def _check(mechanism: Mechanism) -> None:
     path = mechanism.source
     for link in mechanism.links:
         if link.inertia <= 0.0:
             raise _wrong(path, link, "has no moment of inertia about the plane's normal; give one")
-    chains = Chains(mechanism)
+    chains = Chains(mechanism.link)
     for joint in mechanism.joints:
         chains.join(joint)
     for link in mechanism.links:

@@ -8,6 +8,7 @@
 | loads        | applied loads -> the records that the kernels read                   |
 | assembly     | loop closure on the drawn branch, the consistent state at t = 0      |
 | ideal_motion | the ideal linkage's motion over time                                 |
+| drawing      | a machine drawn anew: closed, every joint within its limits          |
 """
 
 from linkages.system.system import System, load

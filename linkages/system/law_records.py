@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.files.sdf import Bearing
+from linkages.files.raw_model import Bearing
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.forces import CLIP
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, line_shape, line_stiffness

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError
-from linkages.model.mechanism import Chains, Joint, Mechanism
+from linkages.files.raw_model import Chains
+from linkages.model.mechanism import Joint, Mechanism
 from linkages.planar import record_types as types
 
 Array = NDArray[np.float64]
@@ -226,7 +227,7 @@ def spanning_tree(
     InputError
         If the driven and powered joints alone already close a loop.
     """
-    carried = Chains(mechanism)
+    carried = Chains(mechanism.link)
 
     def priority(joint: Joint) -> int:
         return [joint.type == "fixed", joint.name in driven, joint.name in powered, True].index(True)

@@ -1,0 +1,65 @@
+"""``linkages import``: a machine's file from SDFormat or URDF that was written for another program."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from linkages.errors import InputError
+
+HELP = "make a machine's file (.sdf) of SDFormat or URDF that was written for another program"
+
+_EXAMPLES = """examples:
+  linkages import robot.urdf --out robot.sdf
+  linkages import gripper/model.sdf --out gripper.sdf
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="NAME.sdf", help="the machine's file; it must not exist"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the machine; returns the exit status."""
+    from linkages.files.importing import import_model
+    from linkages.files.sdf import read_root
+    from linkages.files.sdf_text import sdf_text
+    from linkages.files.writing import whole
+    from linkages.files.xml import parse_xml
+    from linkages.model.mechanism import planar
+    from linkages.system.drawing import closed_within_limits
+
+    out: Path = options.out
+    if out.suffix != ".sdf":
+        raise InputError("--out", str(out), "must end in .sdf")
+    if out.exists():
+        raise InputError("--out", str(out), "already exists; choose another name, or remove it")
+    model, limits, notes = import_model(options.file)
+    drawn = closed_within_limits(options.file, model, limits) if limits else model
+    if drawn is None:
+        problem = (
+            "no pose was found in which all loops close and every joint is within its limits; check or remove them"
+        )
+        raise InputError(options.file, "<limit>", problem)
+    if drawn is not model:
+        notes.append("drawn anew: in the file, a loop is open or a joint beyond its limits, which say what is meant")
+    text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
+    machine = planar(
+        options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}
+    )  # it can be read
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise InputError("--out", str(out), f"cannot be written ({problem.strerror})") from None
+    with whole(out) as partial:
+        partial.write_text(text, encoding="utf-8")
+    for note in notes:
+        print(f"- {note}")
+    print(f"written: {out}, with {len(machine.links)} links and {len(machine.joints)} joints")
+    print("its experiment needs gravity where the other program assumed it: gravity = [0.0, 0.0, -9.81]  # m/s2")
+    return 0

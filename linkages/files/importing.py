@@ -1,0 +1,241 @@
+"""Machines that others wrote for other programs, as machines of ours, and a line on all that was changed or dropped."""
+
+from __future__ import annotations
+
+import copy
+import os
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.errors import InputError
+from linkages.files.models import find_model, flattened
+from linkages.files.raw_model import Chains, RawJoint, RawModel
+from linkages.files.rigid import fixed_into, without_massless
+from linkages.files.sdf import read_model
+from linkages.files.urdf import sdf_of
+from linkages.files.xml import DEEPEST, label, read_xml
+
+_CARRIED = {
+    "model": ("link", "joint", "frame", "pose", "static"),
+    "link": ("pose", "inertial", "visual"),
+    "joint": ("pose", "parent", "child", "axis", "linkages:bearing", "linkages:slot"),
+    "axis": ("xyz", "mimic"),  # the one who reads it refuses a mimic
+    "frame": ("pose",),
+}
+_WHY = {
+    "collision": "links touch one another in joints with play only",
+    "limit": "nothing stops a joint",
+    "use_parent_model_frame": "the axis is carried over",
+}
+_SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
+_SAME_PLACE = 1e-6  # of the size of the machine
+
+
+class Imported(NamedTuple):
+    """A machine of another program.
+
+    Attributes
+    ----------
+    model : RawModel
+    limits : dict of str to (float, float)
+        Lowest and highest coordinate of a joint, zero where it is drawn [rad or m].
+    notes : list of str
+        A line on each thing that was changed or left out.
+    """
+
+    model: RawModel
+    limits: dict[str, tuple[float, float]]
+    notes: list[str]
+
+
+def import_model(path: Path) -> Imported:
+    """Read an SDFormat or URDF file that was written for another program.
+
+    Models in models and included local files become one model; links that are fixed to one another become one link,
+    what stands on nothing is fixed to the world, and revolute joints about one axis between the same two links become
+    one joint.
+
+    Parameters
+    ----------
+    path : Path
+
+    Returns
+    -------
+    Imported
+
+    Raises
+    ------
+    InputError
+        With file, element and reason.
+    """
+    model = _model(path, ())
+    limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
+    notes = _leave_out(model)
+    raw = read_model(path, model)
+    for change in (_on_the_ground, _rigid, _coaxial):
+        raw = change(path, raw, notes)
+    raw = without_massless(path, raw)
+    if not raw.links:
+        raise InputError(path, label(model), "has nothing that moves: every link is fixed to the world")
+    names = {joint.name for joint in raw.joints}
+    return Imported(raw, {name: ends for name, ends in limits.items() if name in names}, notes)
+
+
+def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
+    """Read the one <model> of a file, those that it includes in it."""
+    here = path.resolve()
+    if here in passed or len(passed) > DEEPEST:
+        raise InputError(passed[-1], f"<include> {path.name}", "includes itself; break the circle")
+
+    def follow(include: ET.Element) -> ET.Element:
+        model = copy.deepcopy(_model(_included(path, include), (*passed, here)))
+        if include.get("merge") in ("true", "1"):
+            raise InputError(path, "<include>", "is merged, which is not supported; remove merge")
+        model.set("name", include.findtext("name", model.get("name", "")).strip())
+        for key in ("pose", "placement_frame", "static"):
+            if (own := include.find(key)) is not None:
+                for old in model.findall(key):
+                    model.remove(old)
+                model.append(own)
+        return model
+
+    root = read_xml(path)
+    if root.tag == "robot":
+        return sdf_of(path, root)
+    world = root.find("world")
+    if world is not None and len(world.findall("model")) == 1 and root.find("model") is None:
+        root.append(world.findall("model")[0])
+    return flattened(path, find_model(path, root), follow)
+
+
+def _included(path: Path, include: ET.Element) -> Path:
+    """Find the file of an <include>: beside the file that names it, or beside the folder of that."""
+    uri = include.findtext("uri", "").strip()
+    scheme, _, name = uri.rpartition("://")
+    if scheme not in ("", "file", "model", "package") or not name:
+        raise InputError(path, f"<include> {uri}", "is no local file; download it, and write its path")
+    for folder in (path.parent, path.parent.parent):
+        file = folder / name
+        if os.path.isdir(file):  # unlike Path's, false for names that no file can have
+            file = file / "model.sdf"
+        if os.path.isfile(file):
+            return file
+    raise InputError(path, f"<include> {uri}", f"is neither in {path.parent or '.'} nor beside it")
+
+
+def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
+    """Read the limits of a joint; None if there are none."""
+    limit = joint.find("axis/limit")
+    if limit is None or joint.get("type") == "continuous" or not {"lower", "upper"} & {part.tag for part in limit}:
+        return None
+    words = limit.findtext("lower", "-inf"), limit.findtext("upper", "inf")
+    try:
+        low, high = map(float, words)
+    except ValueError:
+        low, high = np.nan, np.nan
+    if not low <= high:
+        problem = f"from {' to '.join(words)} is no range; write two numbers, or remove it"
+        raise InputError(path, f"{label(joint)}/<axis>/<limit>", problem)
+    return low, high
+
+
+def _leave_out(model: ET.Element) -> list[str]:
+    """Remove what cannot be carried over; returns a line on each kind."""
+    owners: dict[tuple[str, str], list[str]] = {}
+    notes = []
+    for owner in [model, *model]:
+        for holder in (owner, *owner.findall("axis")):
+            for element in list(holder):
+                if element.tag in _CARRIED.get(holder.tag, (element.tag,)) and not _is_mesh(element):
+                    continue
+                if element.tag == "dynamics":
+                    notes += _dynamics(owner, element)
+                else:
+                    tag = "mesh" if _is_mesh(element) else element.tag
+                    name = element.get("name", element.get("reference")) if owner is model else owner.get("name")
+                    owners.setdefault((owner.tag, tag), []).append(name or "")
+                holder.remove(element)
+    for (owner_tag, tag), names in owners.items():
+        listed = ", ".join(dict.fromkeys(filter(None, names)))
+        of = "" if owner_tag == "model" else f"of {owner_tag}{'s' * (len(names) > 1)} "
+        why = f": {_WHY[tag]}" if tag in _WHY else ""
+        notes.append(" ".join(f"<{tag}> {of}{listed} left out{why}".split()))
+    return notes
+
+
+def _is_mesh(element: ET.Element) -> bool:
+    return element.tag == "visual" and not any(element.find(f"geometry/{shape}") is not None for shape in _SHAPES)
+
+
+def _dynamics(joint: ET.Element, element: ET.Element) -> list[str]:
+    """Say what a joint loses, and where an experiment has it."""
+    name, found = joint.get("name", ""), {part.tag: (part.text or "").strip() for part in element}
+    lost = {key: text for key, text in found.items() if key != "spring_reference" and text.strip("0.")}
+    if not lost:
+        return []
+    line = f"<dynamics> of joint {name} left out: {', '.join(f'{key} {text}' for key, text in lost.items())}"
+    if joint.get("type") in ("revolute", "continuous") and set(lost) - {"friction"}:
+        stiffness, free = found.get("spring_stiffness", "0"), found.get("spring_reference", "0")
+        damping = found.get("damping", "0")
+        table = f'joint = "{name}", stiffness = {stiffness}, free_angle = {free}, damping = {damping}'
+        line += f'; write it into the experiment as torsion_springs."{name}_spring" = {{{table}}}'
+    return [line]
+
+
+def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
+    """Fix to the world one link of what is joined to nothing that stands still."""
+    chains = Chains(link.name for link in model.links)
+    for joint in model.joints:
+        chains.join(joint)
+    children = {joint.child for joint in model.joints}
+    joints = list(model.joints)
+    for link in sorted(model.links, key=lambda link: link.name in children):
+        if link.name in chains.of["world"]:
+            continue
+        nowhere = np.zeros(3)
+        ground = RawJoint(f"{link.name} to world", "fixed", "world", link.name, nowhere, nowhere, nowhere, None, None)
+        chains.join(ground)
+        joints.append(ground)
+        notes.append(f"link {link.name} was joined to nothing that stands still: fixed to the world where it is drawn")
+    return replace(model, joints=tuple(joints))
+
+
+def _rigid(path: Path, model: RawModel, notes: list[str]) -> RawModel:
+    """Make one link of those that are fixed to one another, the parent's; a frame has the name of the other."""
+    while joint := next((joint for joint in model.joints if joint.type == "fixed"), None):
+        gone, stays = (joint.parent, joint.child) if joint.child == "world" else (joint.child, joint.parent)
+        notes.append(f"link {gone} is fixed to {stays}: one link with it, and a frame of that name")
+        model = fixed_into(path, model, joint, gone)
+    return model
+
+
+def _coaxial(path: Path, model: RawModel, notes: list[str]) -> RawModel:
+    """Keep one of the revolute joints about one axis between the same two links: in the plane they are one joint."""
+    places = np.array([joint.position for joint in model.joints])
+    near = _SAME_PLACE * float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
+    kept: list[RawJoint] = []
+    for joint in model.joints:
+        twin = next((other for other in kept if _same(joint, other, near)), None)
+        if twin is None:
+            kept.append(joint)
+        else:
+            notes.append(
+                f"joint {joint.name} has the axis of {twin.name} between the same links: the two are one, {twin.name}"
+            )
+    return replace(model, joints=tuple(kept))
+
+
+def _same(joint: RawJoint, other: RawJoint, near: float) -> bool:
+    if {joint.type, other.type} != {"revolute"} or {joint.parent, joint.child} != {other.parent, other.child}:
+        return False
+    ends = (joint.position, joint.position_on_parent)
+    if joint.parent != other.parent:
+        ends = ends[::-1]
+    return all(
+        np.linalg.norm(np.cross(place - there, other.axis)) <= near
+        for place, there in zip(ends, (other.position, other.position_on_parent), strict=True)
+    )

@@ -1,0 +1,123 @@
+"""The one model of an SDFormat file, without models in it, in the terms of SDFormat 1.7 and newer."""
+
+from __future__ import annotations
+
+import copy
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from pathlib import Path
+
+from linkages.errors import InputError
+from linkages.files.xml import label
+
+#: What gives the model of an ``<include>``.
+Follow = Callable[[ET.Element], ET.Element]
+
+_NAMING = ("relative_to", "attached_to", "expressed_in", "canonical_link")
+
+
+def find_model(path: Path, root: ET.Element) -> ET.Element:
+    """Find the only ``<model>`` of a file.
+
+    Raises
+    ------
+    InputError
+        If there is none, or more than one.
+    """
+    if root.tag == "robot":
+        raise InputError(path, "<robot>", f"is URDF; `linkages import {path.name}` makes a machine's file of it")
+    if root.tag != "sdf":
+        raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")
+    _update(root)
+    models = root.findall("model")
+    if len(models) != 1:
+        raise InputError(path, "<sdf>", f"has {len(models)} <model> elements; exactly one is needed")
+    return models[0]
+
+
+def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET.Element:
+    """Return a model without models in it: what a nested model ``m`` holds is called ``m::NAME``.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    model : Element
+        A ``<model>``; it stays as it is.
+    follow : callable, optional
+        Gives the model of an ``<include>``; default: they are refused.
+
+    Raises
+    ------
+    InputError
+        If a nested model has no name or a placement frame, or an ``<include>`` is refused.
+    """
+    flat = ET.Element("model", model.attrib)
+    nested = []
+    for element in model:
+        if element.tag == "include" and follow is None:
+            problem = "other files are not followed here; `linkages import` makes one file of them"
+            raise InputError(path, "<include>", problem)
+        if element.tag in ("model", "include"):
+            nested.append(follow(element) if follow and element.tag == "include" else element)
+        else:
+            flat.append(copy.deepcopy(element))
+    for element in nested:
+        flat.extend(_scoped(path, element, flattened(path, element, follow)))
+    return flat
+
+
+def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]:
+    """Rename what a nested model holds, relative to a frame that has the model's name."""
+    name = model.get("name", "")
+    if not name:
+        raise InputError(path, "<model>", 'has no name; write name="..."')
+    if model.get("placement_frame") or model.findtext("placement_frame"):
+        raise InputError(path, label(model), "placement frames are not supported; give the pose of the model itself")
+    if model.findtext("static", "false").strip() in ("true", "1"):
+        raise InputError(path, label(model), "is static; remove it, or fix its links to the world")
+
+    def scoped(other: str) -> str:
+        return other if other == "world" else name if other == "__model__" else f"{name}::{other}"
+
+    links = [element.get("name", "") for element in flat.findall("link")]
+    own = ET.Element("frame", name=name)
+    own.set("attached_to", scoped(flat.get("canonical_link") or links[0]) if links else "__model__")
+    pose = copy.deepcopy(model.find("pose"))
+    own.append(ET.Element("pose") if pose is None else pose)
+    own[0].set("relative_to", own[0].get("relative_to", "__model__"))
+    parts = [element for element in flat if element.tag in ("link", "joint", "frame")]
+    for element in parts:
+        for part in element.iter():
+            for key in _NAMING:
+                if part.get(key):
+                    part.set(key, scoped(part.get(key, "")))
+            if part.tag in ("parent", "child"):
+                part.text = scoped((part.text or "").strip())
+        element.set("name", scoped(element.get("name", "")))
+        if element.tag == "frame" and not element.get("attached_to"):
+            element.set("attached_to", name)
+        if element.tag == "link":
+            pose = element.find("pose")
+            if pose is None:
+                pose = ET.SubElement(element, "pose")
+            pose.set("relative_to", pose.get("relative_to") or name)
+    return [
+        own,
+        *parts,
+        *(element for element in flat if element.tag not in ("link", "joint", "frame", "pose", "static")),
+    ]
+
+
+def _update(root: ET.Element) -> None:
+    """Say what older files say as newer ones do: poses ``frame``, axes in the frame of the model."""
+    version = [int(word) if word.isdecimal() else 99 for word in root.get("version", "1.7").split(".")]
+    if version >= [1, 7]:
+        return
+    for pose in root.iter("pose"):
+        if pose.get("frame"):
+            pose.set("relative_to", pose.attrib.pop("frame"))
+    for axis in root.iter("axis"):
+        told = axis.findtext("use_parent_model_frame", str(version < [1, 5])).strip().lower()
+        for xyz in axis.findall("xyz") if told in ("true", "1") else ():
+            xyz.set("expressed_in", "__model__")

@@ -1,0 +1,82 @@
+"""Where the numbers of an SDFormat file stand, by the dotted paths that replace them."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+_POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a number stands in the file: alone in an element, or as one of a <pose>, which may be empty."""
+
+    element: ET.Element
+    index: int | None = None
+
+    @property
+    def value(self) -> float:
+        """The number, angles in radians; NaN where the text is none."""
+        try:
+            number = float(self._words()[self.index or 0])
+        except (ValueError, IndexError):
+            return math.nan
+        return math.radians(number) if self._in_degrees() else number
+
+    def put(self, value: float) -> None:
+        """Replace the number."""
+        words, index = [""] if self.index is None else self._words(), self.index or 0
+        if index < len(words):  # else the <pose> has too few numbers, which is said when it is read
+            words[index] = str(math.degrees(value) if self._in_degrees() else value)
+            self.element.text = " ".join(words)
+
+    def _words(self) -> list[str]:
+        return (self.element.text or "").split() or ["0"] * 6
+
+    def _in_degrees(self) -> bool:
+        return self.index is not None and self.index >= 3 and is_in_degrees(self.element)
+
+
+def places(element: ET.Element) -> Iterator[tuple[str, Place]]:
+    """Find every number that a dotted path can name; where a <pose> was left out, an empty one is added.
+
+    Parameters
+    ----------
+    element : Element
+        A link, joint or frame.
+
+    Yields
+    ------
+    (str, Place)
+        The end of the path (``pose.x``), and where the number stands.
+    """
+    holders = (element, "pose", _POSE_KEYS), (element.find("inertial"), "com", _POSE_KEYS[:3])
+    for holder, prefix, keys in holders:
+        if holder is None:
+            continue
+        pose = holder.find("pose")
+        if pose is None:
+            pose = ET.SubElement(holder, "pose")
+        for index, key in enumerate(keys[:3] if is_quaternion(pose) else keys):
+            yield f"{prefix}.{key}", Place(pose, index)
+    mass = element.find("inertial/mass")
+    if mass is not None:
+        yield "mass", Place(mass)
+    for annotation in element:
+        _, prefixed, kind = annotation.tag.rpartition(":")
+        if prefixed and kind in ("bearing", "slot"):
+            for number in annotation:
+                yield f"{kind}.{number.tag.rpartition(':')[2]}", Place(number)
+
+
+def is_quaternion(pose: ET.Element) -> bool:
+    """Whether a <pose> gives its rotation as a quaternion."""
+    return pose.get("rotation_format", "euler_rpy") == "quat_xyzw"
+
+
+def is_in_degrees(pose: ET.Element) -> bool:
+    """Whether a <pose> gives its angles in degrees."""
+    return pose.get("degrees", "false") in ("true", "1")

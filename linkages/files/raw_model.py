@@ -1,0 +1,148 @@
+"""What a machine's file says, resolved into world coordinates of the drawn configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A rigid transform: rotation matrix (3, 3) and translation (3,) [m]."""
+
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+    translation: Array = field(default_factory=lambda: np.zeros(3))
+
+    def __matmul__(self, other: Pose) -> Pose:
+        return Pose(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
+
+    @classmethod
+    def of(cls, text: str) -> Pose:
+        """Read the numbers that `text` wrote."""
+        numbers = np.array([float(word) for word in text.split()])
+        return cls(Rotation.from_euler("xyz", numbers[3:]).as_matrix(), numbers[:3])
+
+    def inverse(self) -> Pose:
+        """Transform back."""
+        return Pose(self.rotation.T, -self.rotation.T @ self.translation)
+
+    def text(self) -> str:
+        """Numbers of a ``<pose>``: x y z [m] roll pitch yaw [rad]; those of rounding alone are zero."""
+        turn = self.rotation
+        level = float(np.hypot(turn[0, 0], turn[1, 0]))
+        if level > 1e-9:
+            roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
+        else:  # x upwards or downwards: roll and yaw turn about one axis
+            roll, yaw = np.arctan2(-turn[1, 2], turn[1, 1]), 0.0
+        numbers = (*self.translation, roll, np.arctan2(-turn[2, 0], level), yaw)
+        return " ".join(repr(round(float(number), 15) + 0.0) for number in numbers)
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A journal bearing; the joint's parent carries the bearing, its child the journal. Lengths in m."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A block in a slot; the joint's parent carries the slot, its child the block. Size of the block in m."""
+
+    length: float
+    height: float
+
+
+@dataclass(frozen=True)
+class RawLink:
+    """A rigid body as written.
+
+    Attributes
+    ----------
+    mass : float
+        [kg]
+    rotation, translation : (3, 3), (3,) arrays
+        Drawn pose of the link frame in the world [m].
+    com_local, inertia_local : (3,), (3, 3) arrays
+        Mass centre [m] and inertia tensor about it [kg m2], in link axes.
+    visuals : tuple of str
+        ``<visual>`` elements, as written but for their poses: each begins with one, in link axes.
+    """
+
+    name: str
+    mass: float
+    rotation: Array
+    translation: Array
+    com_local: Array
+    inertia_local: Array
+    visuals: tuple[str, ...]
+
+    @property
+    def pose(self) -> Pose:
+        """Drawn pose of the link frame in the world."""
+        return Pose(self.rotation, self.translation)
+
+
+@dataclass(frozen=True)
+class RawJoint:
+    """A joint as written.
+
+    Attributes
+    ----------
+    type : str
+        "revolute", "prismatic" or "fixed".
+    parent, child : str
+        Link names, or "world".
+    axis, position, position_on_parent : (3,) arrays
+        Drawn axis, and position on the child and on the parent, in the world [m].
+    bearing : Bearing or None
+    slot : Slot or None
+        What a revolute, or a prismatic, joint is made of if it may have play.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    axis: Array
+    position: Array
+    position_on_parent: Array
+    bearing: Bearing | None
+    slot: Slot | None
+
+
+@dataclass(frozen=True)
+class RawModel:
+    """Everything the file says.
+
+    `frames` has the link that carries each named frame, and its pose; `values` the numbers as written, by the
+    dotted paths that `linkages.files.sdf.read_sdf` replaces.
+    """
+
+    name: str
+    links: tuple[RawLink, ...]
+    joints: tuple[RawJoint, ...]
+    frames: dict[str, tuple[str, Pose]]
+    values: dict[str, float]
+
+
+class Chains:
+    """Links joined by joints so far; `of` has the set of those that each link is joined to, itself among them."""
+
+    def __init__(self, links: Iterable[str]) -> None:
+        self.of = {name: {name} for name in ("world", *links)}
+
+    def join(self, joint: RawJoint) -> bool:
+        """Join the two links of a joint; returns whether they were not joined before."""
+        if joint.child in self.of[joint.parent]:
+            return False
+        together = self.of[joint.parent] | self.of[joint.child]
+        self.of |= dict.fromkeys(together, together)
+        return True

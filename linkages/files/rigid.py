@@ -1,0 +1,93 @@
+"""Links that are fixed to one another made into one."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from linkages.errors import InputError
+from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
+from linkages.files.xml import parse_xml
+
+
+def without_massless(path: Path, model: RawModel) -> RawModel:
+    """Make frames of the links that have no mass and are fixed to another link, or to the world.
+
+    Raises
+    ------
+    InputError
+        If a link has no mass and is not fixed to another.
+    """
+    while massless := [link for link in model.links if link.mass == 0.0]:
+        for link in massless:
+            joint = next((j for j in model.joints if j.type == "fixed" and link.name in (j.parent, j.child)), None)
+            if joint is None:
+                fix = "give its mass and inertia, or fix it to the world or a link that has them"
+                raise InputError(path, f'<link name="{link.name}">', f"has no <inertial>, or one without mass; {fix}")
+            model = fixed_into(path, model, joint, link.name)
+            break
+    return model
+
+
+def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawModel:
+    """Let the link on one side of a fixed joint take in that on the other, which becomes a frame of it.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    model : RawModel
+    joint : RawJoint
+        The fixed joint; it goes.
+    name : str
+        The link that becomes a frame.
+
+    Returns
+    -------
+    RawModel
+        Joints of the link are joints of the other at the same places; so are frames.
+
+    Raises
+    ------
+    InputError
+        If another joint lets the two move.
+    """
+    stays = joint.parent if joint.child == name else joint.child
+    gone = next(link for link in model.links if link.name == name)
+    links = tuple(_together(link, gone) if link.name == stays else link for link in model.links if link is not gone)
+    joints = []
+    for other in model.joints:
+        parent, child = (stays if end == name else end for end in (other.parent, other.child))
+        moved = replace(other, parent=parent, child=child)
+        if moved.parent != moved.child:
+            joints.append(moved)
+        elif moved.type != "fixed":
+            problem = f'joins "{other.parent}" and "{other.child}", which are fixed to one another'
+            raise InputError(path, f'<joint name="{other.name}">', problem)
+    frames = {key: (stays if link == name else link, pose) for key, (link, pose) in model.frames.items()}
+    return replace(model, links=links, joints=tuple(joints), frames={**frames, name: (stays, gone.pose)})
+
+
+def _together(link: RawLink, other: RawLink) -> RawLink:
+    """Return a link with the mass, inertia and shapes of another, in its own axes."""
+    pose = link.pose.inverse() @ other.pose
+    mass = link.mass + other.mass
+    centres = link.com_local, pose.rotation @ other.com_local + pose.translation
+    com = (link.mass * centres[0] + other.mass * centres[1]) / mass if mass else centres[0]
+    inertia = link.inertia_local + pose.rotation @ other.inertia_local @ pose.rotation.T
+    for part, centre in zip((link.mass, other.mass), centres, strict=True):
+        off = centre - com
+        inertia = inertia + part * (off @ off * np.eye(3) - np.outer(off, off))
+    visuals = (*link.visuals, *(_moved(visual, pose, other.name) for visual in other.visuals))
+    return replace(link, mass=mass, com_local=com, inertia_local=inertia, visuals=visuals)
+
+
+def _moved(visual: str, pose: Pose, owner: str) -> str:
+    element = parse_xml(Path(owner), visual.encode())
+    element.set("name", f"{owner}_{element.get('name', '')}")
+    place = element[0]  # the <pose>
+    place.text = (pose @ Pose.of(place.text or "")).text()
+    return ET.tostring(element, encoding="unicode")

@@ -1,0 +1,74 @@
+"""A machine written as SDFormat."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
+
+
+def sdf_text(model: RawModel, remarks: Sequence[str] = ()) -> str:
+    """Write a machine, every pose in world axes, so that `linkages.files.sdf.read_sdf` reads the same again.
+
+    Parameters
+    ----------
+    model : RawModel
+    remarks : sequence of str
+        For the comment at its head, an item each.
+
+    Returns
+    -------
+    str
+        The text of a file.
+    """
+    comment = [line for remark in remarks for line in textwrap.wrap(f"- {remark}".replace("--", "- -"), 116)]
+    body = [line for link in model.links for line in _link(link)]
+    for name, (link, pose) in model.frames.items():
+        body.append(_frame(name, link, pose))
+    taken = {name for part in (model.links, model.joints) for name in (each.name for each in part)} | set(model.frames)
+    for joint in model.joints:
+        body += _joint(joint, taken)
+    lines = ["<!--", *comment, "-->"] if comment else []
+    lines += ['<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">', f"  <model name={quoteattr(model.name)}>"]
+    return "\n".join(['<?xml version="1.0"?>', *lines, *(f"    {line}" for line in body), "  </model>", "</sdf>", ""])
+
+
+def _link(link: RawLink) -> Iterator[str]:
+    inertia = link.inertia_local
+    entries = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+    tensor = "".join(f"<{key}>{float(inertia[place])!r}</{key}>" for key, place in entries.items())
+    yield f"<link name={quoteattr(link.name)}>"
+    yield f"  <pose>{link.pose.text()}</pose>"
+    yield "  <inertial>"
+    yield f"    <pose>{Pose(np.eye(3), link.com_local).text()}</pose> <mass>{link.mass!r}</mass>"
+    yield f"    <inertia>{tensor}</inertia>"
+    yield "  </inertial>"
+    for visual in link.visuals:
+        yield f"  {' '.join(visual.split())}"
+    yield "</link>"
+
+
+def _joint(joint: RawJoint, taken: set[str]) -> Iterator[str]:
+    parent = joint.parent
+    if np.linalg.norm(joint.position_on_parent - joint.position) > 0.0:
+        parent = f"{joint.name}_on_{joint.parent}"
+        while parent in taken:
+            parent += "_"
+        yield _frame(parent, joint.parent, Pose(np.eye(3), joint.position_on_parent))
+    yield f'<joint name={quoteattr(joint.name)} type="{joint.type}">'
+    yield f'  <pose relative_to="__model__">{Pose(np.eye(3), joint.position).text()}</pose>'
+    yield f"  <parent>{escape(parent)}</parent> <child>{escape(joint.child)}</child>"
+    yield f"  <axis><xyz>{' '.join(repr(round(float(x), 15) + 0.0) for x in joint.axis)}</xyz></axis>"
+    for part in filter(None, (joint.bearing, joint.slot)):
+        lengths = "".join(f"<linkages:{key}>{value!r}</linkages:{key}>" for key, value in vars(part).items())
+        yield f"  <linkages:{type(part).__name__.lower()}>{lengths}</linkages:{type(part).__name__.lower()}>"
+    yield "</joint>"
+
+
+def _frame(name: str, link: str, pose: Pose) -> str:
+    attached = f"name={quoteattr(name)} attached_to={quoteattr(link)}"
+    return f'<frame {attached}><pose relative_to="__model__">{pose.text()}</pose></frame>'

@@ -1,0 +1,123 @@
+"""Draws a machine anew: its loops closed, every joint within the limits that its file gives.
+
+Limits say which of the assemblies of a linkage is meant, where the drawing does not close.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from linkages.files.raw_model import Pose, RawModel
+from linkages.model.mechanism import Joint, planar
+from linkages.planar.closure import closure_error
+from linkages.planar.record_types import ANGLE
+from linkages.system.tree import Tree, spanning_tree
+
+Array = NDArray[np.float64]
+
+_CLOSED = 1e-9  # gap in parts of the size, or angle beyond a limit [rad], of a linkage that closes within its limits
+_FAR = 1e6  # as good as no limit [rad or m]
+_STARTS = 20  # of the search, anywhere between the limits; before them, one from their middle
+
+
+def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]]) -> RawModel | None:
+    """Return the machine in a pose in which its loops close and every joint is within its limits.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    model : RawModel
+    limits : mapping of str to (float, float)
+        Lowest and highest coordinate of a joint, zero where it is drawn [rad or m].
+
+    Returns
+    -------
+    RawModel or None
+        The machine itself if it is drawn like that; None if no such pose is found.
+
+    Raises
+    ------
+    InputError
+        If it is no planar linkage.
+    """
+    from scipy.optimize import least_squares  # takes a while to import
+
+    mechanism = planar(path, model, {})
+    tree = spanning_tree(replace(mechanism, joints=tuple(sorted(mechanism.joints, key=lambda j: j.name not in limits))))
+    limited = [joint for joint in mechanism.joints if joint.name in limits]
+    low, high = np.clip([limits[joint.name] for joint in limited], -_FAR, _FAR).reshape(-1, 2).T
+    turns = np.array([joint.type == "revolute" for joint in limited], dtype=bool)
+    middle = 0.5 * (low + high)
+    size = np.where(tree.closure_rows["kind"] == ANGLE, 1.0, tree.extent)
+
+    def misfit(q: Array) -> Array:
+        pose, gaps = _assembled(tree, q)
+        values = np.array([_coordinate(tree, pose, joint) for joint in limited])
+        values = np.where(turns, middle + np.angle(np.exp(1j * (values - middle))), values)
+        return np.concatenate([gaps / size, np.clip(low - values, 0.0, None), np.clip(values - high, 0.0, None)])
+
+    def closes(q: Array) -> bool:
+        return bool(np.abs(misfit(q)).max(initial=0.0) < _CLOSED)
+
+    if closes(np.zeros(tree.size)):
+        return model
+    reach = {"revolute": np.pi, "prismatic": tree.extent}
+    ranges = [limits.get(name, (-np.inf, np.inf)) for name in tree.coordinates]
+    farthest = np.array([reach[mechanism.joint[name].type] for name in tree.coordinates])
+    ends = np.clip(np.array(ranges).T, -farthest, farthest)
+    dice = np.random.default_rng(0)
+    for part in [0.5, *dice.random((_STARTS, tree.size))]:
+        found = least_squares(misfit, ends[0] + part * (ends[1] - ends[0]), xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        if closes(found.x):
+            return _posed(model, tree, found.x)
+    return None
+
+
+def _assembled(tree: Tree, q: Array) -> tuple[Array, Array]:
+    """Poses of all bodies at q, and the gaps of the loops."""
+    pose, rows = np.empty((len(tree.bodies), 5)), tree.closure_rows
+    return pose, closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose)
+
+
+def _coordinate(tree: Tree, pose: Array, joint: Joint) -> float:
+    """Angle or way of a joint from where it is drawn [rad or m]."""
+    parent, child = tree.index[joint.parent], tree.index[joint.child]
+    if joint.type == "revolute":
+        return float(joint.sign * (pose[child, 2] - pose[parent, 2]))
+    turn = np.array([[pose[parent, 3], -pose[parent, 4]], [pose[parent, 4], pose[parent, 3]]])
+    ends = (_place(tree, pose, body, at) for body, at in ((child, joint.on_child), (parent, joint.on_parent)))
+    return float((turn @ joint.direction) @ np.subtract(*ends))
+
+
+def _place(tree: Tree, pose: Array, body: int, drawn: Array) -> Array:
+    """Where a point drawn on a body is."""
+    x, y = drawn - tree.drawn[body]
+    c, s = pose[body, 3:]
+    return pose[body, :2] + np.array([c * x - s * y, s * x + c * y])
+
+
+def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
+    """Move every link, with all that it carries, to where the tree has it at q."""
+    (pose, _), basis = _assembled(tree, q), tree.mechanism.basis
+    moves = {"world": Pose()}
+    for name in tree.mechanism.link:
+        body = tree.index[name]
+        turn = Rotation.from_rotvec(pose[body, 2] * basis[:, 2]).as_matrix()
+        moves[name] = Pose(turn, basis[:, :2] @ _place(tree, pose, body, np.zeros(2)))
+    links, joints = [], []
+    for link in model.links:
+        at = moves[link.name] @ link.pose
+        links.append(replace(link, rotation=at.rotation, translation=at.translation))
+    for joint in model.joints:
+        child = moves[joint.child]
+        position, axis = child.rotation @ joint.position + child.translation, moves[joint.parent].rotation @ joint.axis
+        joints.append(replace(joint, position=position, position_on_parent=position, axis=axis))
+    frames = {name: (link, moves[link] @ at) for name, (link, at) in model.frames.items()}
+    return replace(model, links=tuple(links), joints=tuple(joints), frames=frames)
