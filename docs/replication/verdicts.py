@@ -21,11 +21,11 @@ How to use it::
 
 - a value, or a change in per cent: ``Number(printed, ours, unit)``; what an optimisation lowers is a change like any other;
 - a statement of several parts ("both below the nominal"): ``parts([a < n, b < n])``, the share of parts that hold, of 100 %;
-  what is said of a span of time: ``Number(100.0, share, "%")``;
+  what is said of a span of time: ``Share(100.0, share, "% of the time")``;
 - an equation, or arithmetic: ``Printed(as_printed, right, unit)``, at the place where they differ most;
 - curves without numbers, lost tables, questions of ours: no numbers.
 
-A page gives its `SECTIONS` to `rows`; ``python docs/replicate.py SOURCE.SECTION``, which each row names, repeats a section
+A page says `LEGEND` and shows the `rows` of its source; ``python docs/replicate.py SOURCE.SECTION``, which each row names, repeats a section
 (a new source enters in `SOURCES`).
 """
 
@@ -40,7 +40,7 @@ WITHIN = 0.05
 #: A number shows the trend within this factor of the printed one.
 FACTOR = 2.0
 #: Module of each source's `SECTIONS`.
-SOURCES: dict[str, str] = {}
+SOURCES = {"robot": "replication.three_rrr"}
 
 Sections = Mapping[str, Callable[[], "list[Claim]"]]
 
@@ -91,6 +91,15 @@ class Printed(Number):
         return super().ranges[:1]
 
 
+class Share(Number):
+    """How much holds of what is said to hold, in per cent: never more than the printed 100 %."""
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Where ours must lie for each of the words but the worst."""
+        return [(low, self.printed) for low, _ in super().ranges]
+
+
 class Claim(NamedTuple):
     """One line of a page: what is claimed and where, what is printed, what we compute, and why they differ.
 
@@ -119,6 +128,15 @@ class Claim(NamedTuple):
         return max(self.numbers, key=lambda number: number.grade)
 
 
+#: The rule, for readers.
+LEGEND = f"""All numbers are computed when the page is written; verdicts follow from them by one rule (`docs/replication/verdicts.py`), and the
+worst number of a row decides:
+
+- *reproduced*: ours is within {100 * WITHIN:.0f} % of the printed number; *trend only*: within a factor of {FACTOR:g}, and of the same sign; *not
+  reproduced*: neither;
+- *right as printed*, *wrong as printed*: an equation, or arithmetic, agrees within {100 * WITHIN:.0f} % with what is right, or does not;
+- *nothing to compare*: no number is printed.
+"""
 #: Head of the pages' tables.
 HEAD = ("claim", "printed", "ours", "verdict", "why", "what would change the verdict", "repeat with")
 
@@ -133,10 +151,10 @@ def rows(source: str, names: Iterable[str] | None = None) -> list[tuple[str, ...
     ]
 
 
-def parts(held: Iterable[bool]) -> Number:
+def parts(held: Iterable[bool]) -> Share:
     """How much of a statement holds: its parts that do, of 100 %."""
     truth = list(held)
-    return Number(100.0, 100.0 * sum(truth) / len(truth), "% of its parts")
+    return Share(100.0, 100.0 * sum(truth) / len(truth), "% of its parts")
 
 
 def _sorted(a: float, b: float) -> tuple[float, float]:

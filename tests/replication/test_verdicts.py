@@ -5,7 +5,7 @@ import re
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from replication.verdicts import Claim, Number, Printed, parts
+from replication.verdicts import Claim, Number, Printed, Share, parts
 
 MAGNITUDE = st.floats(1e-6, 1e6)
 
@@ -44,6 +44,12 @@ def test_the_worst_number_decides():
     assert claim(parts([True, False, False])).verdict == "not reproduced"
     assert claim().verdict == "nothing to compare"
     assert claim().otherwise == "the data"
+
+
+def test_more_than_all_is_not_asked_for():
+    told = claim(Share(100.0, 96.0, "%"))
+    assert told.verdict == "reproduced"
+    assert told.otherwise == "outside 95 to 100 %: trend only; outside 50 to 100 %: not reproduced; the data"
 
 
 @given(MAGNITUDE, MAGNITUDE, st.sampled_from([-1.0, 1.0]), st.sampled_from([Number, Printed]))

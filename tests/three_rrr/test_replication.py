@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
 from replication.claims import differences
-from replication.three_rrr import PRINTED_CRANK, PRINTED_ERROR, Row, page, rows, stress_bound
+from replication.three_rrr import PRINTED_CRANK, PRINTED_ERROR, SECTIONS, stress_bound
 
 from linkages.three_rrr.results import RobotResults
-from linkages.three_rrr.robot import Robot
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def program(name: str):
+    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def test_printed_displacements_contradict_the_printed_stress(results: RobotResults) -> None:
@@ -26,26 +33,29 @@ def test_printed_displacements_contradict_the_printed_stress(results: RobotResul
     assert np.max(np.abs(results.static.platform[:, :2])) < 1e-6
 
 
-@pytest.fixture(scope="module")
-def table(robot: Robot) -> list[Row]:
-    return rows(robot)
-
-
 @pytest.mark.slow
-def test_page_is_fresh(robot: Robot, table: list[Row]) -> None:
+def test_page_is_fresh() -> None:
     """Regenerate with ``python docs/make_replication_3rrr.py``. One unit of the last digit for each rounding."""
+    maker = program("make_replication_3rrr")
+    assert differences(maker.PAGE.read_text(encoding="utf-8"), maker.page()) == []
+
+
+def test_a_row_is_repeated_by_the_command_it_names(capsys: pytest.CaptureFixture[str]) -> None:
+    """Cells of the page come out again; a name that is none gets one line."""
     written = (DOCS / "replication_3rrr.md").read_text(encoding="utf-8")
-    assert differences(written, page(robot, table)) == []
-
-
-@pytest.mark.slow
-def test_rows_are_complete(table: list[Row]) -> None:
-    assert len(table) >= 15
-    for row in table:
-        for cell in (row.quantity, row.printed, row.ours, row.verdict):
-            assert cell
-            assert "|" not in cell
-            assert "nan" not in cell
-    printed = " ".join(row.printed for row in table)
-    for number in ("6.456 mm", "9.158 mm", "1.263 deg", "346.7 kPa", "138 kPa", "2.708 kPa"):
-        assert number in printed
+    named = [
+        line.rpartition("replicate.py ")[2].partition("`")[0] for line in written.splitlines() if "replicate.py" in line
+    ]
+    assert {name.partition(".")[2] for name in named} == set(SECTIONS)
+    replicate = program("replicate")
+    assert replicate.main(["robot.formulas"]) == 0
+    printed = capsys.readouterr().out
+    lines = [line for line in written.splitlines() if "replicate.py robot.formulas" in line]
+    assert len(lines) == named.count("robot.formulas") == printed.count("verdict  ")
+    for line in lines:
+        claim, verdict = (line.split(" | ")[k].removeprefix("| ") for k in (0, 3))
+        assert claim in printed
+        assert f"verdict                       {verdict}\n" in printed
+    assert replicate.main(["robot.formula"]) == 2
+    error = capsys.readouterr().err
+    assert error == 'docs/replicate.py: "robot.formula" is no section; did you mean "robot.formulas"?\n'
