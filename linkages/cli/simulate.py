@@ -20,8 +20,8 @@ HELP = "run an experiment; write numbers, figures and an animation"
 
 #: What a run may leave in its folder, and a report of it: none of it stays beside the files of another run.
 _MADE = (
-    "summary.json", "trajectory.npz", "impacts.csv", "output_*.png", "orbits.png", "impacts.png", "joint_forces.png",
-    "drive_torques.png", "animation.html", "report.html",
+    "summary.json", "trajectory.npz", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "impacts.png",
+    "joint_forces.png", "drive_torques.png", "animation.html", "report.html",
 )  # fmt: skip
 
 _EXAMPLES = """examples:
@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> int:
         (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         if system.touching.any():
-            write_impacts(result.contacts, folder / "impacts.csv")
+            write_impacts(result.contacts, folder)
         if not options.no_plots:
             from linkages.plots.histories import write_figures
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from linkages.errors import InputError
-from linkages.results.impacts import Impact
+from linkages.results.impacts import Impact, read_impacts
 
 # what a summary must have, see docs/outputs.md
 _KEYS = (
@@ -91,7 +90,7 @@ def load_results(folder: str | Path) -> Results:
     if not folder.is_dir():
         raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
     summary, animation = _summary(folder), folder / "animation.html"
-    figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder / "impacts.csv")
+    figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder)
     return Results(folder, summary, figures, animation if animation.is_file() else None, impacts)
 
 
@@ -115,15 +114,11 @@ def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
     return tuple(sorted(folder.glob("*.png"), key=lambda path: (order.get(path.stem, len(order)), path.name)))
 
 
-def _impacts(path: Path) -> tuple[Impact, ...] | None:
+def _impacts(folder: Path) -> tuple[Impact, ...] | None:
+    path = folder / "impacts.csv"
     if not path.is_file():
         return None
-    numbers = fields(Impact)[1:]
     try:
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-        for row in rows:  # older files lack the last column
-            row.setdefault("peak_normal_force", "")
-        return tuple(Impact(row["joint"], *(float(row[key.name] or "nan") for key in numbers)) for row in rows)
+        return tuple(read_impacts(folder))
     except (OSError, ValueError, KeyError, TypeError) as problem:
         raise InputError(str(path), "", f"is not a list of contacts written by linkages ({problem})") from None

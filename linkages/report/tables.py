@@ -20,6 +20,7 @@ _FILES = {
     "summary.json": "the numbers of this page, SI units",
     "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
     "impacts.csv": "every contact",
+    "impacts_normal.csv": "the normal part of its peak force",
     "animation.html": "the animation on a page of its own",
 }
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -50,7 +50,7 @@ class Impact:
         Rate at which they part; NaN if the run ends before.
     peak_normal_force : float
         Over continuous time: the force's part along the line of centres, at a corner along the wall's normal. NaN if it
-        is not known, of a file from before there was this column.
+        is not known, of a folder from before it was written.
     """
 
     joint: str
@@ -62,6 +62,13 @@ class Impact:
     peak_penetration: float
     separation_speed: float
     peak_normal_force: float = math.nan
+
+
+#: Files of contacts, and their columns.
+FILES = {
+    "impacts.csv": [field.name for field in fields(Impact) if field.name != "peak_normal_force"],
+    "impacts_normal.csv": ["joint", "start", "peak_normal_force"],
+}
 
 
 def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
@@ -122,13 +129,33 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
     return sorted(rows, key=lambda row: (row.start, row.joint))
 
 
-def write_impacts(rows: Sequence[Impact], path: Path) -> None:
-    """Write ``impacts.csv``."""
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow([field.name for field in fields(Impact)])
-        for row in rows:
-            writer.writerow(["" if isinstance(v, float) and math.isnan(v) else v for v in astuple(row)])
+def write_impacts(rows: Sequence[Impact], folder: Path) -> None:
+    """Write `FILES`: ``impacts.csv``, whose columns others read, and the rows' normal forces beside it."""
+    for name, columns in FILES.items():
+        with open(folder / name, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(columns)
+            for row in map(asdict, rows):
+                values = [row[column] for column in columns]
+                writer.writerow(["" if isinstance(v, float) and math.isnan(v) else v for v in values])
+
+
+def read_impacts(folder: Path) -> list[Impact]:
+    """Read what `write_impacts` has written; normal forces are NaN where their file is missing.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError, TypeError
+        The files are no such lists.
+    """
+    tables: list[list[dict[str, str]]] = []
+    for name in FILES:
+        if tables and not (folder / name).is_file():
+            continue
+        with open(folder / name, newline="", encoding="utf-8") as file:
+            tables.append(list(csv.DictReader(file)))
+    merged = [{key: value for part in parts for key, value in part.items()} for parts in zip(*tables, strict=True)]
+    return [Impact(**{k: v if k == "joint" else float(v or "nan") for k, v in row.items()}) for row in merged]  # type: ignore[arg-type]
 
 
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
