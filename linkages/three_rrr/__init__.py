@@ -7,7 +7,7 @@ Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers 
 | module          | responsibility                                                                            |
 |-----------------|-------------------------------------------------------------------------------------------|
 | geometry        | base, platform, crank and coupler lengths, from the SDFormat mechanism                    |
-| robot           | TOML file -> `Robot`: sections, material, drives, options                                 |
+| robot           | TOML file -> `Robot`: sections, material, drives, load, options                           |
 | kinematics      | loops, Jacobians, velocities, accelerations, inverse kinematics                           |
 | direct          | every assembly, from a trigonometric polynomial of degree three; exact count of its roots |
 | branch          | one assembly followed over time; folds and singularities; travel                          |
@@ -17,6 +17,7 @@ Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers 
 | modes           | natural frequencies and shapes over poses, followed by MAC                                |
 | response        | quasi-static, the paper's recursion, generalised-alpha                                    |
 | stress          | stress along each link and in the platform                                                |
+| vibration       | extremes of the response and of stress over the whole motion                              |
 | results         | all of these for one robot on one branch                                                  |
 | speed           | the response against the drives' speed                                                    |
 | verify          | comparison with Drake's rigid plant                                                       |
@@ -28,9 +29,11 @@ in the paper. Elastic displacements are small, in plane axes, relative to the ri
 pose as their first axis.
 """
 
+from linkages.three_rrr.branch import follow
 from linkages.three_rrr.maps import drive_map
 from linkages.three_rrr.results import analyse
 from linkages.three_rrr.robot import changed, load_robot
 from linkages.three_rrr.speed import speed_sweep
+from linkages.three_rrr.vibration import vibrate
 
-__all__ = ["analyse", "changed", "drive_map", "load_robot", "speed_sweep"]
+__all__ = ["analyse", "changed", "drive_map", "follow", "load_robot", "speed_sweep", "vibrate"]

@@ -6,11 +6,13 @@ import json
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from linkages.plots.three_rrr import figures
 from linkages.plots.three_rrr.animation import animation_data, write_animation
 from linkages.plots.three_rrr.drawing import rest_lines, shape_lines
 from linkages.three_rrr.direct import assemblies
@@ -18,6 +20,7 @@ from linkages.three_rrr.kinematics import determinants
 from linkages.three_rrr.maps import drive_map
 from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.robot import Robot
+from linkages.three_rrr.vibration import Vibration
 
 
 def test_map_agrees_with_single_solutions(robot: Robot) -> None:
@@ -45,6 +48,21 @@ def test_deformed_lines_meet_at_the_pivots(results: RobotResults) -> None:
             np.testing.assert_allclose(named[f"crank{leg}"][0], base, atol=1e-12)
             np.testing.assert_allclose(named[f"crank{leg}"][-1], named[f"coupler{leg}"][0], atol=1e-12)
             np.testing.assert_allclose(named[f"coupler{leg}"][-1], named["platform"][leg - 1], atol=1e-12)
+
+
+def test_figures_show_the_vibration_as_bands(results: RobotResults) -> None:
+    """Figures 11 and 12: each band reaches from the least to the largest value; without a dynamic run there is none."""
+    time = np.linspace(0.0, results.robot.duration, 50)
+    band = np.stack([-np.ones((50, 3)), 2.0 + np.sin(time)[:, None] * np.ones(3)])
+    shaken = Vibration(time, 50, 1e-6 * band, {link.name: 1e3 * band for link in results.stress}, {}, band)
+    for draw, panels in ((figures._displacement, (0, 2, 4)), (figures._stress, (0, 2, 4))):
+        before, after = draw(results), draw(replace(results, dynamic=shaken))
+        for panel in panels:
+            assert not before.axes[panel].collections
+            for drawn in after.axes[panel].collections:
+                heights = drawn.get_paths()[0].vertices[:, 1]
+                assert (heights.min(), heights.max()) == pytest.approx((-1.0, 2.0 + np.sin(time).max()))
+            assert len(after.axes[panel].collections) == (1 if draw is figures._displacement else 3)
 
 
 @pytest.mark.slow
