@@ -50,6 +50,7 @@ def run(options: argparse.Namespace) -> int:
     }
     with (outputs := OutputFolder(out)) as folder:
         (folder / "compare.json").write_text(json_text(rows, 1), encoding="utf-8")
+        (folder / "warnings.json").write_text(json_text(result.warnings, 1), encoding="utf-8")
     if not options.quiet:
         print(format_comparison(result, system))
         print(f"\n{written(out, outputs.names)}")
@@ -60,6 +61,7 @@ def format_comparison(result: Comparison, system: System) -> str:
     """Format a comparison as lines of text."""
     from linkages.explore.compare import PARTED, revolutions
     from linkages.outputs.registry import unit
+    from linkages.report.terminal import format_warnings
 
     experiment = system.experiment
     turns = revolutions(experiment, result.until)
@@ -91,4 +93,7 @@ def format_comparison(result: Comparison, system: System) -> str:
             value = getattr(ours, field)
             line += f"{value:13.6g}{getattr(other, field) - value:9.0e}"
         lines.append(line)
+    compiled, drake = result.warnings["compiled"], result.warnings["drake"]
+    alike = {" of both engines": compiled} if compiled == drake else {" of compiled": compiled, " of drake": drake}
+    lines += [line for whose, found in alike.items() for line in format_warnings(found, whose)]
     return "\n".join(lines)

@@ -7,24 +7,24 @@ parts from itself first; beyond it they would say nothing about either.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.study import simulate
-from linkages.errors import InputError
 from linkages.model.experiment import Experiment
 from linkages.results.impacts import Impact, impacts
-from linkages.results.summary import touching
+from linkages.results.parting import PARTED, dense, horizon
+from linkages.results.summary import touching, warnings_of
 from linkages.results.trajectory import Progress, Trajectory
 from linkages.system import System
 
-Array = NDArray[np.float64]
+__all__ = ["PARTED", "Comparison", "Difference", "compare", "differences", "horizon", "looser", "names", "revolutions"]
 
-#: Two solutions have parted when a journal's places differ by this part of its clearance.
-PARTED = 1e-3
+Array = NDArray[np.float64]
 
 _IMPACTS = 2  # contacts of each joint that are compared one by one
 
@@ -49,13 +49,14 @@ class Comparison:
 
     An engine's horizon is the time up to which its runs at two tolerances stay together [s]; the run's end if
     nothing touches. Differences and contacts are those up to `until`; contacts are the first of each joint,
-    in pairs of both engines.
+    in pairs of both engines. Warnings, by engine, are those of its run as in ``summary.json``.
     """
 
     runs: dict[str, Trajectory]
     horizons: dict[str, float]
     differences: dict[str, Difference]
     contacts: list[tuple[Impact, Impact]]
+    warnings: dict[str, list[dict[str, Any]]]
 
     @property
     def until(self) -> float:
@@ -109,7 +110,9 @@ def compare(system: System, progress: Callable[[str], Progress] | None = None) -
             horizons[engine] = horizon(runs[engine], other, system)
     until = min(horizons.values())
     found = differences(runs["compiled"], runs["drake"], names(system), until)
-    return Comparison(runs, horizons, found, _contacts(runs["compiled"], runs["drake"], system, until))
+    met = {engine: impacts(run, touching(system)) for engine, run in runs.items()}
+    warnings = {engine: warnings_of(system, run, met[engine]) for engine, run in runs.items()}
+    return Comparison(runs, horizons, found, _contacts(met["compiled"], met["drake"], until), warnings)
 
 
 def looser(system: System) -> System:
@@ -138,19 +141,6 @@ def differences(run: Trajectory, other: Trajectory, columns: list[str], until: f
     return result
 
 
-def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Time up to which two runs stay together [s], looked for at the steps of `other`, many in every contact."""
-    end = min(run.time[-1], other.time[-1])
-    times = other.time[other.time <= end]
-    exact = dense(run)(times)
-    apart = np.zeros(len(times))
-    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=True):
-        for column in (f"{label}.ex", f"{label}.ey"):
-            apart = np.maximum(apart, np.abs(exact[column] - other[column][: len(times)]) / clearance)
-    beyond = np.flatnonzero(~(apart <= PARTED))
-    return float(times[max(beyond[0] - 1, 0)]) if len(beyond) else float(end)
-
-
 def revolutions(experiment: Experiment, time: float) -> float | None:
     """Revolutions of the first drive of constant speed in a time; None if there is none."""
     for drive in experiment.drives.values():
@@ -159,19 +149,11 @@ def revolutions(experiment: Experiment, time: float) -> float | None:
     return None
 
 
-def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
-    """Dense output of a run; InputError if the run was loaded from a file, and has none."""
-    if run.evaluate is None:
-        problem = "was loaded from a file and has no dense output; run it anew"
-        raise InputError("argument", "trajectory", problem)
-    return run.evaluate
-
-
-def _contacts(run: Trajectory, other: Trajectory, system: System, until: float) -> list[tuple[Impact, Impact]]:
+def _contacts(ours: Sequence[Impact], others: Sequence[Impact], until: float) -> list[tuple[Impact, Impact]]:
     """Pair the first contacts of each joint."""
     result = []
-    for joint in touching(system):
-        pairs = zip(impacts(run, [joint]), impacts(other, [joint]), strict=False)
+    for joint in dict.fromkeys(impact.joint for impact in ours):
+        pairs = zip(*([impact for impact in found if impact.joint == joint] for found in (ours, others)), strict=False)
         ended = [pair for pair in pairs if all(row.start + row.duration < until for row in pair)]
         result += ended[:_IMPACTS]
     return sorted(result, key=lambda pair: pair[0].start)

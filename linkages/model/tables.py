@@ -104,6 +104,9 @@ class Contact(Table):
     stiffness: Positive | None = Field(
         None, description="stiffness instead of the law's from material and radii [N/m^n; N/m for cylinders]"
     )
+    yield_strength: Positive | None = Field(
+        None, description="of the softer body; a run whose contacts yield is warned of [Pa]"
+    )
     exponent: Annotated[float, Field(ge=1, le=3)] = Field(1.5, description="exponent n of power laws [1]")
     damping: NonNegative = Field(0.0, description="damping of kelvin-voigt [N s/m]")
     clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
@@ -114,6 +117,8 @@ class Contact(Table):
             raise ValueError("give youngs_modulus or stiffness")
         if self.law == "kelvin-voigt" and self.stiffness is None:
             raise ValueError("kelvin-voigt needs its stiffness [N/m]")
+        if self.yield_strength is not None and self.youngs_modulus is None:
+            raise ValueError("yield_strength needs youngs_modulus, for the pressure [Pa]")
         return self
 
 

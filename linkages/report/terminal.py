@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -81,9 +82,14 @@ def format_judgement(summary: dict[str, Any]) -> list[str]:
     for key, part in relative(peaks_by_key(summary), summary["error"])[:1]:
         text = f"a ten times tighter tolerance changes the peaks by at most {part:.1e} of their values ({key})"
         lines = ["", text]
-    for entry in summary["warnings"]:
-        lines += ["", f"warning ({entry['kind']}): {entry['what']}; {entry['remedy']}"]
-    return lines
+    return lines + format_warnings(summary["warnings"])
+
+
+def format_warnings(warnings: Sequence[dict[str, Any]], whose: str = "") -> list[str]:
+    """Write warnings as lines of text, each after an empty one."""
+    return [
+        line for one in warnings for line in ("", f"warning{whose} ({one['kind']}): {one['what']}; {one['remedy']}")
+    ]
 
 
 def _cell(value: Any, width: int, form: str = ".5g") -> str:

@@ -7,6 +7,8 @@
 | parabola   | the top of a parabola, for every search of an extreme                    |
 | impacts    | contacts one by one; flight, impact and sustained contact                |
 | singular   | singular positions that a motion passes or comes near                    |
+| parting    | how long two runs of one system stay together                            |
+| ranges     | where a run leaves the range that a law holds for                        |
 | warnings   | what must be known before the numbers of a summary are trusted           |
 | summary    | a run with what is needed to judge it, and the contents of summary.json  |
 """

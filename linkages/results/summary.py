@@ -13,10 +13,14 @@ from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact, impacts
+from linkages.results.parting import horizon
+from linkages.results.ranges import outside
 from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import rough, singular, without_unbounded
+from linkages.results.warnings import chaotic, rough, singular, without_unbounded
 from linkages.system import System
+
+_COMPARED = 500  # times at which the run and the tighter one are compared
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,15 @@ class Study:
             return passages(self.system.tree, self.system.ideal_arrays, self.ideal)
         system = self.system.ideal()
         return passages(system.tree, system.arrays, self.ideal)
+
+    @cached_property
+    def parted(self) -> float | None:
+        """When the run and the tighter one part [s]; None if they stay together to their end, or there are not two."""
+        run, tighter = self.run, self.tighter
+        if tighter is None or run.evaluate is None or not self.system.touching.any():
+            return None
+        until = horizon(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
+        return until if until < min(run.time[-1], tighter.time[-1]) else None
 
 
 def summarize(study: Study) -> dict[str, Any]:
@@ -131,15 +144,33 @@ def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
         where there is none; without a tighter run it is empty.
     """
     peak = peaks_by_key(numbers)
-    error: dict[str, float | None] = {}
+    change: dict[str, float | None] = {}
+    parted = None
     if study.tighter is not None:
         ended = study.tighter.status is Status.OK
         finer = peaks_by_key(_numbers(study.system, study.tighter)) if ended else {}
         for key, value in peak.items():
             other = finer.get(key)
-            error[key] = None if value is None or other is None else abs(value - other)
-    found = [*singular(study.passages, study.ideal_passages), *rough(study.tighter, peak, error)]
-    return {"error": error, "warnings": found}
+            change[key] = None if value is None or other is None else abs(value - other)
+        parted = study.parted
+    later = [key for key in change if parted is not None and _when(study.run, key) > parted]
+    found = [
+        *singular(study.passages, study.ideal_passages),
+        *rough(study.tighter, peak, change),
+        *chaotic(parted, later),
+        *outside(study.system, study.run, study.contacts),
+    ]
+    return {"error": change | dict.fromkeys(later), "warnings": found}
+
+
+def _when(run: Trajectory, key: str) -> float:
+    """Time of a peak by its key [s], to a step."""
+    return float(run.time[np.argmax(np.abs(run[key.removesuffix(".peak")]))])
+
+
+def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
+    """Warn of what one run shows by itself, nothing beside it: singular positions, laws outside their ranges."""
+    return [*singular(passages(system.tree, system.arrays, run), ()), *outside(system, run, contacts)]
 
 
 def touching(system: System) -> list[str]:

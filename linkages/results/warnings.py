@@ -58,6 +58,17 @@ def rough(
     return [warning("rough", None, f"a ten times tighter tolerance changes {names}", remedy)]
 
 
+def chaotic(parted: float | None, later: Sequence[str]) -> list[dict[str, Any]]:
+    """Warn of peaks that come after a run and its repetition have parted: their errors mean nothing."""
+    if parted is None or not later:
+        return []
+    what = (
+        f"the run and the one at a ten times tighter tolerance part at t = {parted:.6g} s; what comes later is that of "
+        f"one of many motions, and says nothing of the others: {_listed(later)}, whose errors are left out"
+    )
+    return [warning("rough", parted, what, "compare statistics of many runs, not peaks; or end the run before")]
+
+
 def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | None]) -> list[tuple[str, float]]:
     """Errors in parts of their peaks, the largest first; without those of peaks that are nothing but rounding."""
     largest: dict[str, float] = {}

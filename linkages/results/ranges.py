@@ -1,0 +1,243 @@
+"""Where a run leaves the range that a law of a joint holds for: one rule each, in `RULES`.
+
+Ranges of a law's own, of L/D or of the restitution e, are those of the text ``valid`` in its registry.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linkages.files.raw_model import Bearing
+from linkages.laws import CONTACTS, FILMS
+from linkages.laws.contact.material import contact_modulus
+from linkages.laws.viscosity import DENSITY_15, density
+from linkages.model.mechanism import Joint
+from linkages.model.tables import Contact, JointModel
+from linkages.results.impacts import Impact
+from linkages.results.trajectory import Trajectory
+from linkages.results.warnings import warning
+from linkages.system import System
+
+#: Taylor vortices between cylinders of which the inner one turns begin where rho omega R c/mu is 41.1 sqrt(R/c).
+#: Taylor, Phil. Trans. R. Soc. A 223, 1923.
+TAYLOR = 41.1
+#: Reduced Reynolds number rho omega c^2/mu, of inertia over viscous forces: lubrication theory takes it as small.
+INERTIA = 1.0
+#: Half-width of a contact over the journal's radius. Hertz takes circles as parabolas and bodies as half-spaces: it has
+#: to be small (Johnson, Contact Mechanics, 1985, section 5.3). Assumed: at 0.5 the contact is 30 degrees to each side.
+HALF_WIDTH = 0.5
+#: Largest pressure of a line contact over the yield strength where it first yields, below the surface (Tresca).
+#: Johnson, Contact Mechanics, 1985, eq. (6.4).
+YIELD = 1.67
+
+
+class Case(NamedTuple):
+    """A journal in its bearing in one run; `film_end` is the largest eccentricity ratio that its film covers."""
+
+    joint: Joint
+    bearing: Bearing
+    model: JointModel
+    viscosity: float
+    film_end: float
+    run: Trajectory
+    impacts: Sequence[Impact]
+
+
+class Finding(NamedTuple):
+    """A number outside its range, when [s] (None: always), and what it should be."""
+
+    value: float
+    time: float | None
+    limit: str
+
+
+class Rule(NamedTuple):
+    """A rule: the kind of its warning, what is wrong, what to do, and how it is found (None: all is well)."""
+
+    kind: str
+    what: str
+    remedy: str
+    find: Callable[[Case], Finding | None]
+
+
+def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
+    """Warn of laws that a run uses outside their ranges, one entry for each rule.
+
+    Parameters
+    ----------
+    system : System
+    run : Trajectory
+        Of the system, with columns ``LINK.omega``, and ``JOINT.eccentricity_ratio`` of joints with film.
+    impacts : sequence of Impact
+        Its contacts.
+
+    Returns
+    -------
+    list of dict
+        As of `linkages.results.warnings.warning`.
+    """
+    cases, result = list(_cases(system, run, impacts)), []
+    for rule in RULES:
+        found = [(case.joint.name, finding) for case in cases if (finding := rule.find(case)) is not None]
+        if found:
+            numbers = [
+                f"{value:.3g} in {name}{'' if time is None else f' at {time:.6g} s'} ({limit})"
+                for name, (value, time, limit) in found
+            ]
+            times = [finding.time for _, finding in found if finding.time is not None]
+            result.append(
+                warning(rule.kind, min(times, default=None), f"{rule.what}: {', '.join(numbers)}", rule.remedy)
+            )
+    return result
+
+
+def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[Case]:
+    for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=True)):
+        joint = system.mechanism.joint[name]
+        if joint.bearing is not None:
+            own = [impact for impact in impacts if impact.joint == name]
+            viscosity, film_end = float(system.laws["viscosity"][k]), float(system.film_limits[k])
+            yield Case(joint, joint.bearing, model, viscosity, film_end, run, own)
+
+
+def _slenderness(case: Case) -> Finding | None:
+    ratio = 0.5 * case.bearing.length / case.bearing.radius
+    return _beyond_own(case.model.film, FILMS[case.model.film].valid, "L/D", ratio) if case.model.has_film else None
+
+
+def _restitution(case: Case) -> Finding | None:
+    contact = case.model.contact
+    if contact is None or not case.model.can_touch:
+        return None
+    return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
+
+
+def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Finding | None:
+    """Compare a number with the range of a law's text, as in "L/D > 2, half film"."""
+    found = re.search(rf"(?<!\w){symbol} ([<>]) (\d+(?:[./]\d+)?)", valid)
+    if found is None:
+        return None
+    sign, limit = found[1], float(Fraction(found[2]))
+    inside = value >= limit if sign == ">" else value <= limit
+    return None if inside else Finding(value, None, f"{law}: {found[0]}")
+
+
+def _turbulence(case: Case) -> Finding | None:
+    ratio = case.bearing.radius / (case.model.clearance or math.inf)
+    return _reynolds(case, ratio, TAYLOR * math.sqrt(ratio), "laminar below 41.1 sqrt(R/c) =")
+
+
+def _inertia(case: Case) -> Finding | None:
+    return _reynolds(case, 1.0, INERTIA, "small below")
+
+
+def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | None:
+    """Compare rho omega c^2/mu times `scale` with a limit; omega is the journal's from the bearing."""
+    model = case.model
+    if not model.has_film or not model.clearance:
+        return None
+    turning = np.abs(_rate(case, case.joint.child) - _rate(case, case.joint.parent))
+    worst = int(np.argmax(turning))
+    rho, origin = (
+        (DENSITY_15, " assumed") if model.oil is None else (density(model.oil.temperature, model.oil.density), "")
+    )
+    value = rho * float(turning[worst]) * model.clearance**2 / case.viscosity * scale
+    text = f"{words} {limit:.3g}, with a density of {rho:.0f} kg/m3{origin}"
+    return Finding(value, float(case.run.time[worst]), text) if value > limit else None
+
+
+def _rate(case: Case, link: str) -> Any:
+    return case.run[f"{link}.omega"] if link != "world" else np.zeros(len(case.run.time))
+
+
+def _film_end(case: Case) -> Finding | None:
+    if not (case.model.has_film and case.model.can_touch and case.model.mixed):
+        return None
+    ratio, held = case.run[f"{case.joint.name}.eccentricity_ratio"], case.model.mixed.film_limit
+    worst = int(np.argmax(ratio))
+    reached = min(float(ratio[worst]), held)
+    limit = f"its map ends at {case.film_end:.4g}"
+    return Finding(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
+
+
+def _half_width(case: Case) -> Finding | None:
+    contact = case.model.contact
+    if contact is None or contact.stiffness is not None or CONTACTS[contact.law].conformal:
+        return None
+    hardest = _hardest(case, contact)
+    if hardest is None:
+        return None
+    value = hardest[0] / (case.bearing.radius - (case.model.clearance or 0.0))
+    return Finding(value, hardest[2], f"small below {HALF_WIDTH}") if value > HALF_WIDTH else None
+
+
+def _yield(case: Case) -> Finding | None:
+    contact = case.model.contact
+    if contact is None or contact.yield_strength is None or (hardest := _hardest(case, contact)) is None:
+        return None
+    value = hardest[1] / contact.yield_strength
+    limit = f"elastic below {YIELD}; the pressure is {hardest[1]:.3g} Pa"
+    return Finding(value, hardest[2], limit) if value > YIELD else None
+
+
+def _hardest(case: Case, contact: Contact) -> tuple[float, float, float] | None:
+    """Half-width [m], largest pressure [Pa] and start [s] of the hardest contact, a line contact by Hertz.
+
+    a^2 = 4 F R/(pi E' L) and p = 2 F/(pi a L), 1/R = 1/R_j - 1/R_b: Johnson, Contact Mechanics, 1985, eq. (4.43).
+    """
+    clearance, young, poisson = case.model.clearance or 0.0, contact.youngs_modulus, contact.poissons_ratio
+    journal = case.bearing.radius - clearance
+    impact = max(case.impacts, key=lambda impact: impact.peak_normal_force, default=None)
+    if impact is None or young is None or not impact.peak_normal_force > 0.0 or not clearance > 0.0:
+        return None
+    line = impact.peak_normal_force / case.bearing.length
+    modulus = contact_modulus(young, poisson, young, poisson)
+    half = math.sqrt(4.0 * line * case.bearing.radius * journal / clearance / (math.pi * modulus))
+    return half, 2.0 * line / (math.pi * half), impact.start
+
+
+RULES = (
+    Rule("film", "a film law is used at an L/D that it is not for", 'film = "finite" is for any L/D', _slenderness),
+    Rule(
+        "film",
+        "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
+        "true forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
+        _turbulence,
+    ),
+    Rule(
+        "film",
+        "the inertia of a film, which no film law here has, is not small: rho omega c^2/mu is",
+        "raise the viscosity, or lower the speed or the clearance",
+        _inertia,
+    ),
+    Rule(
+        "film",
+        "beyond its map a finite film is held at the map's end: eccentricity ratio",
+        "lower mixed.film_limit to the end of the map",
+        _film_end,
+    ),
+    Rule(
+        "contact",
+        "a contact law is used at a restitution that it is not for",
+        "choose a law for this coefficient, such as flores",
+        _restitution,
+    ),
+    Rule(
+        "contact",
+        "a contact is too wide for Hertz's law: its half-width over the journal's radius is",
+        "choose a law for cylinders that conform, such as johnson",
+        _half_width,
+    ),
+    Rule(
+        "contact",
+        "a contact yields: its largest pressure over the yield strength is",
+        "bodies are elastic here: lower the speed of impact, or take a harder material or a longer bearing",
+        _yield,
+    ),
+)

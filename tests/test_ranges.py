@@ -1,0 +1,177 @@
+"""Where laws leave their ranges: each rule at its limit, by formulas written apart."""
+
+import json
+import re
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from shipped import shipped
+
+from linkages import InputError, Status, find_file, load, study, summarize
+from linkages.cli.main import main
+from linkages.laws.viscosity import density, iso_vg_viscosity
+from linkages.report.terminal import format_summary
+from linkages.results.impacts import Impact
+from linkages.results.ranges import outside
+from linkages.results.trajectory import Trajectory
+
+RADIUS, LENGTH, CLEARANCE = 0.015, 0.04, 3e-4  # of the press, joints A and B
+FINITE = {"joints.A.film": "finite", "joints.B.film": "finite"}
+
+
+def run_of(system, omega=0.0, ratio=0.5):
+    """A run of two steps in which links turn at these rates [rad/s], eccentricity ratios are one number."""
+    turning = {f"{name}.omega": np.array([0.0, omega.get(name, 0.0)]) for name in system.mechanism.link}
+    eccentric = {f"{name}.eccentricity_ratio": np.array([0.1, ratio]) for name in system.tree.play}
+    return Trajectory(np.array([0.0, 0.25]), turning | eccentric, Status.OK)
+
+
+def found(system, impacts=(), ratio=0.5, **omega):
+    """Warnings of such a run."""
+    return outside(system, run_of(system, omega, ratio), impacts)
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
+def test_a_film_is_laminar_up_to_taylors_limit(part, count):
+    """Both bodies turn: what counts is how fast one turns in the other."""
+    viscosity = 870.0 * 400.0 * CLEARANCE**2 / 0.9  # the inertia of the film is small
+    system = shipped("seven_bar", **FINITE, **{"joints.A.viscosity": viscosity, "joints.A.clearance": CLEARANCE})
+    limit = 41.1 * sqrt(RADIUS / CLEARANCE)
+    assert limit > 0.9 * RADIUS / CLEARANCE  # of this bearing, films with inertia are laminar
+    thin = system.replaced({"joints.A.viscosity": 870.0 * 400.0 * RADIUS * CLEARANCE / limit})
+    turbulent = [
+        entry for entry in found(thin, crank1=100.0 * part, link2=-300.0 * part) if "not laminar" in entry["what"]
+    ]
+    assert len(turbulent) == count
+    assert found(system, crank1=100.0, link2=-300.0) == []
+    for entry in turbulent:
+        assert (entry["kind"], entry["time"]) == ("film", 0.25)
+        assert f"{1.01 * limit:.3g} in A at 0.25 s" in entry["what"]
+        assert f"{limit:.3g}, with a density of 870 kg/m3 assumed" in entry["what"]
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
+def test_the_inertia_of_a_film_is_small_up_to_a_reduced_reynolds_number_of_one(tmp_path, part, count):
+    """With the density of an oil that is named, at its temperature."""
+    oil = "oil = {grade = 10, temperature = 90.0, density = 850.0}"
+    text, count_of = re.subn(r"viscosity += 0\.4", oil, find_file("seven_bar.toml").read_text())
+    assert count_of == 2
+    (tmp_path / "e.toml").write_text(text.replace("seven_bar.sdf", str(find_file("seven_bar.sdf"))))
+    system = load(tmp_path / "e.toml", FINITE)
+    rho, viscosity = density(90.0, 850.0), iso_vg_viscosity(10, 90.0, 850.0)
+    warnings = found(system, crank1=part * viscosity / (rho * CLEARANCE**2))
+    inert = [entry for entry in warnings if "inertia" in entry["what"]]
+    assert len(inert) == count
+    for entry in inert:
+        assert f"1.01 in A at 0.25 s (small below 1, with a density of {rho:.0f} kg/m3)" in entry["what"]
+
+
+def test_a_film_is_for_its_slenderness():
+    """L/D is 1.33 in A and B, and the fit of long bearings is for more than 2."""
+    (entry,) = found(shipped("seven_bar"))
+    assert (entry["kind"], entry["time"]) == ("film", None)
+    assert "1.33 in A (pinkus-sternlicht: L/D > 2), 1.33 in B" in entry["what"]
+    assert found(shipped("seven_bar", **FINITE)) == []
+    assert found(shipped("seven_bar", **{f"sdf.joints.{name}.bearing.length": 0.06 for name in "AB"})) == []
+    (entry,) = found(shipped("seven_bar", **(FINITE | {"joints.A.film": "short"})))
+    assert "1.33 in A (short: L/D < 1/4)" in entry["what"]
+
+
+@pytest.mark.parametrize(("limit", "ratio", "count"), [(0.9995, 0.9997, 1), (0.9995, 0.9985, 0), (0.998, 0.9997, 0)])
+def test_a_finite_film_ends_with_its_map(limit, ratio, count):
+    system = shipped("seven_bar_mixed", **{f"joints.{name}.mixed.film_limit": limit for name in "AB"})
+    system = system.replaced({f"joints.{name}.viscosity": 0.1 for name in "AB"})
+    entries = found(system, ratio=ratio)
+    assert len(entries) == count
+    for entry in entries:
+        assert f"{min(limit, ratio):.3g} in A at 0.25 s (its map ends at 0.999)" in entry["what"]
+
+
+@pytest.mark.parametrize(("law", "restitution", "count"), [("lankarani-nikravesh", 0.5, 1), ("flores", 0.5, 0)])
+def test_a_contact_law_is_for_its_restitution(law, restitution, count):
+    changed = {"joints.B.contact.law": law, "joints.B.contact.restitution": restitution}
+    entries = found(shipped("slider_crank_dry", **changed))
+    assert [entry["kind"] for entry in entries] == ["contact"] * count
+    assert all(f"0.5 in B ({law}: e > 0.9)" in entry["what"] for entry in entries)
+    assert found(shipped("slider_crank_dry")) == []
+
+
+def line(system):
+    """Contact modulus [Pa], the relative radius [m], the journal's radius and the length [m] of joint B."""
+    contact, bearing = system.experiment.joints["B"].contact, system.mechanism.joint["B"].bearing
+    modulus = contact.youngs_modulus / (2.0 * (1.0 - contact.poissons_ratio**2))
+    journal = bearing.radius - system.value("joints.B.clearance")
+    return modulus, 1.0 / (1.0 / journal - 1.0 / bearing.radius), journal, bearing.length
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
+def test_a_contact_is_narrow_up_to_half_the_radius(part, count):
+    system = shipped("slider_crank_dry")
+    modulus, radius, journal, length = line(system)
+    force = pi * modulus * length * (part * 0.5 * journal) ** 2 / (4.0 * radius)
+    hit = Impact("B", 0.125, 1.0, 0.0, 1e-5, force, 1e-6, 1.0, force)
+    entries = found(system, [hit, replace(hit, start=0.2, peak_normal_force=0.5 * force)])
+    assert len(entries) == count
+    for entry in entries:
+        assert (entry["kind"], entry["time"]) == ("contact", 0.125)
+        assert f"{part * 0.5:.3g} in B at 0.125 s" in entry["what"]
+    assert found(system.replaced({"joints.B.contact.law": "johnson"}), [hit]) == []
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
+def test_a_contact_yields_at_its_largest_pressure(part, count):
+    """A line contact of steel: p^2 = F E'/(pi L R), and it yields at 1.67 of the yield strength."""
+    system = shipped("slider_crank_dry", **{"joints.B.contact.yield_strength": 3e8})
+    modulus, radius, _, length = line(system)
+    force = pi * length * radius * (part * 1.67 * 3e8) ** 2 / modulus
+    hit = Impact("B", 0.125, 1.0, 0.0, 1e-5, force, 1e-6, 1.0, force)
+    entries = found(system, [hit])
+    assert len(entries) == count
+    assert all(f"{part * 1.67:.3g} in B at 0.125 s" in entry["what"] for entry in entries)
+
+
+def test_a_yield_strength_needs_a_pressure():
+    with pytest.raises(InputError, match="yield_strength needs youngs_modulus"):
+        shipped("slider_crank_guide", **{"joints.guide.contact.yield_strength": 3e8})
+
+
+def test_a_run_that_yields_says_so_wherever_its_numbers_are():
+    system = shipped("slider_crank_dry", duration=8e-4, **{"joints.B.contact.yield_strength": 1e6})
+    result = study(system, "compiled", error_estimate=False)
+    summary = summarize(result)
+    (entry,) = [entry for entry in summary["warnings"] if "yields" in entry["what"]]
+    hardest = max(result.contacts, key=lambda impact: impact.peak_normal_force)
+    assert entry["time"] == hardest.start
+    assert entry["what"] in format_summary(summary)
+
+
+def test_peaks_after_two_runs_have_parted_have_no_error():
+    """The tighter run is made into one that parts at half of the time: the force's peak comes before it, others later."""
+    result = study(shipped("slider_crank_dry", duration=8e-4), "compiled")
+    assert None not in summarize(result)["error"].values()
+    tighter, clearance = result.tighter, result.system.value("joints.B.clearance")
+    half = 0.5 * tighter.time[-1]
+    columns = tighter.columns | {"B.ex": tighter["B.ex"] + 0.01 * clearance * (tighter.time > half)}
+    summary = summarize(replace(result, tighter=replace(tighter, columns=columns, evaluate=None)))
+    (entry,) = [entry for entry in summary["warnings"] if entry["kind"] == "rough"]
+    looked_at = tighter.time[:: 1 + len(tighter.time) // 500]
+    assert entry["time"] == looked_at[looked_at <= half][-1]
+    run = result.run
+    for key, error in summary["error"].items():
+        column = np.abs(run[key.removesuffix(".peak")])
+        assert (error is None) == (run.time[np.argmax(column)] > entry["time"]), key
+    assert None in summary["error"].values()
+    assert any(error is not None for error in summary["error"].values())
+
+
+def test_compare_shows_the_warnings_of_both_engines(tmp_path, capsys):
+    arguments = ["--duration", "1e-3", "--accuracy", "1e-8", "--out", str(tmp_path)]
+    assert main(["compare", "seven_bar.toml", *arguments]) == 0
+    assert "warning of both engines (film): a film law is used at an L/D" in capsys.readouterr().out
+    written = json.loads((tmp_path / "warnings.json").read_text())
+    assert written.keys() == {"compiled", "drake"}
+    for (entry,) in written.values():
+        assert entry.keys() == {"kind", "time", "what", "remedy"}
+        assert "1.33 in A" in entry["what"]
