@@ -1,16 +1,24 @@
-"""SQLite files: recognised by their first bytes, checked, with errors of one line."""
+"""SQLite files: recognised by their first bytes, every row sealed by a checksum, with errors of one line."""
 
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterable, Iterator
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from linkages import InputError, RunError
 
-SCHEMA = 1  # version of the tables
+SCHEMA = 2  # version of the tables
 APPLICATION = 0x6C6E6B73  # "lnks": tells a study from other SQLite files
+
+#: SQLite's errors that are not of the file's content: there is no room, or others use it.
+_TRANSIENT = (
+    sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_NOMEM,
+)  # fmt: skip
 
 
 @contextmanager
@@ -26,11 +34,11 @@ def guarded(path: Path) -> Iterator[None]:
     """
     try:
         yield
-    except sqlite3.OperationalError as problem:
-        raise RunError(
-            f"{path}: {problem}; what it holds is kept: make room or wait, and continue with --resume"
-        ) from None
     except sqlite3.DatabaseError as problem:
+        if getattr(problem, "sqlite_errorcode", 0) & 0xFF in _TRANSIENT:
+            raise RunError(
+                f"{path}: {problem}; what it holds is kept: make room or wait, and continue with --resume"
+            ) from None
         raise InputError(
             path, "", f"is damaged ({problem}); it was left as it is: restore it, or give another --out"
         ) from None
@@ -58,18 +66,28 @@ def check_header(path: Path) -> None:
         raise InputError(path, "", f"has version {schema} of the file format; this program reads version {SCHEMA}")
 
 
-def check_content(db: sqlite3.Connection, tables: Iterable[str]) -> None:
-    """Check that the file is whole and has these tables.
+def put(db: sqlite3.Connection, table: str, columns: str, rows: Iterable[Sequence[Any]], how: str = "INSERT") -> None:
+    """Store rows, each with its seal."""
+    marks = ",".join("?" * (columns.count(",") + 2))
+    db.executemany(f"{how} INTO {table} ({columns}, seal) VALUES ({marks})", ((*row, _seal(row)) for row in rows))
+
+
+def _seal(row: Sequence[Any]) -> int:
+    return zlib.crc32(repr(tuple(row)).encode())
+
+
+def check_content(db: sqlite3.Connection, tables: Mapping[str, str]) -> None:
+    """Check that the file is whole, and has these tables with these columns, and rows that are as they were stored.
 
     Raises
     ------
     sqlite3.DatabaseError
         Naming what is wrong.
     """
-    found = db.execute("PRAGMA quick_check(1)").fetchone()[0]
+    found = db.execute("PRAGMA integrity_check(1)").fetchone()[0]
     if found != "ok":
         raise sqlite3.DatabaseError(found)
-    there = {row[0] for row in db.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    for table in tables:
-        if table not in there:
-            raise sqlite3.DatabaseError(f"it has no table {table}")
+    for table, columns in tables.items():
+        for *row, seal in db.execute(f"SELECT {columns}, seal FROM {table}"):
+            if seal != _seal(row):
+                raise sqlite3.DatabaseError(f"a row of {table} is not as it was stored")

@@ -1,7 +1,8 @@
 """`Store`: an SQLite file that keeps every evaluation and every iteration of a study as they come.
 
 A population is one transaction; the file is in write-ahead mode, so that what is committed survives a killed process
-and others can read meanwhile. Numbers are kept exactly, as little-endian float64; nothing is ever unpickled.
+and others can read meanwhile. Numbers are kept exactly, as little-endian float64; nothing is ever unpickled. Every row
+has a checksum, and a file with a row that does not fit its own is refused: a changed number looks like any other.
 
 | table       | row                                                                                            |
 |-------------|------------------------------------------------------------------------------------------------|
@@ -13,6 +14,7 @@ and others can read meanwhile. Numbers are kept exactly, as little-endian float6
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -26,21 +28,25 @@ from linkages.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
 from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array
-from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded
-
-TABLES = ("meta", "evaluations", "iterations")
+from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded, put
 
 _TABLES = """
-CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL, seal INTEGER NOT NULL) WITHOUT ROWID;
 CREATE TABLE evaluations (
     id INTEGER PRIMARY KEY, design BLOB NOT NULL UNIQUE, objectives BLOB NOT NULL, constraints BLOB NOT NULL,
-    status TEXT NOT NULL, reason TEXT NOT NULL);
+    status TEXT NOT NULL, reason TEXT NOT NULL, seal INTEGER NOT NULL);
 CREATE TABLE iterations (
     step INTEGER PRIMARY KEY, iteration INTEGER NOT NULL, iterations INTEGER NOT NULL, evaluations INTEGER NOT NULL,
-    best BLOB NOT NULL, objectives BLOB NOT NULL, violation BLOB NOT NULL, state TEXT NOT NULL);
+    best BLOB NOT NULL, objectives BLOB NOT NULL, violation BLOB NOT NULL, state TEXT NOT NULL,
+    seal INTEGER NOT NULL);
 """
 
-_EVALUATION = "design, objectives, constraints, status, reason"
+#: Columns of each table; the seal of a row is a checksum of them.
+COLUMNS = {
+    "meta": "key, value",
+    "evaluations": "design, objectives, constraints, status, reason",
+    "iterations": "step, iteration, iterations, evaluations, best, objectives, violation, state",
+}
 
 
 @dataclass(frozen=True)
@@ -118,11 +124,11 @@ class Store:
         """Store a population, whole or not at all; `elapsed` is the study's time so far [s]."""
         blobs = (map(_blob, numbers) for numbers in (designs, found.objectives, found.constraints))
         rows = zip(*blobs, found.status, found.reason, strict=True)
-        self._insert(f"evaluations ({_EVALUATION}) VALUES (?,?,?,?,?)", rows, elapsed)
+        self._insert("evaluations", rows, elapsed)
 
     def evaluations(self) -> tuple[Array, Evaluations]:
         """Every design (m, n), in the order of asking, and its evaluation."""
-        rows = self._rows(f"SELECT {_EVALUATION} FROM evaluations ORDER BY id")
+        rows = self._rows(f"SELECT {COLUMNS['evaluations']} FROM evaluations ORDER BY id")
         *blobs, status, reason = ([row[k] for row in rows] for k in range(5))
         widths = (len(names) for names in (self.variables, self.objectives, self.constraints))
         designs, objectives, constraints = map(self._matrix, blobs, widths)
@@ -140,7 +146,7 @@ class Store:
     def add_iteration(self, row: Iteration, elapsed: float) -> None:
         """Store an iteration."""
         values = [_blob(x) if isinstance(x, np.ndarray) else x for x in vars(row).values()]
-        self._insert("iterations VALUES (?,?,?,?,?,?,?,?)", [values], elapsed)
+        self._insert("iterations", [values], elapsed)
 
     def iterations(self) -> list[Iteration]:
         """Every iteration, in order."""
@@ -150,13 +156,13 @@ class Store:
         with guarded(self.path):
             return self._db.execute(query, arguments).fetchall()
 
-    def _insert(self, what: str, rows: Iterable[Sequence[Any]], elapsed: float) -> None:
+    def _insert(self, table: str, rows: Iterable[Sequence[Any]], elapsed: float) -> None:
         with guarded(self.path), self._db:
-            self._db.executemany(f"INSERT INTO {what}", rows)
-            self._db.execute("INSERT OR REPLACE INTO meta VALUES ('elapsed', ?)", (json.dumps(elapsed),))
+            put(self._db, table, COLUMNS[table], rows)
+            put(self._db, "meta", COLUMNS["meta"], [("elapsed", json.dumps(elapsed))], "INSERT OR REPLACE")
 
     def _iterations(self, which: str, *arguments: int) -> list[Iteration]:
-        found, rows = [], self._rows(f"SELECT * FROM iterations {which}", *arguments)
+        found, rows = [], self._rows(f"SELECT {COLUMNS['iterations']} FROM iterations {which}", *arguments)
         for step, number, total, count, *blobs, state in rows:
             best, objectives, violation = (_array(blob, self.path) for blob in blobs)
             best = best.reshape(-1, len(self.variables))
@@ -190,12 +196,10 @@ def create(path: Path, meta: dict[str, Any]) -> Store:
     if path.exists():
         raise InputError(path, "", "exists already")
     with whole(path) as partial, guarded(path):
-        for leftover in (partial, partial.with_name(partial.name + "-journal")):  # of a killed process
-            leftover.unlink(missing_ok=True)
         db = _connect(partial)
         db.executescript(f"PRAGMA application_id = {APPLICATION}; PRAGMA user_version = {SCHEMA}; {_TABLES}")
         with db:
-            db.executemany("INSERT INTO meta VALUES (?, ?)", [(k, json.dumps(v)) for k, v in meta.items()])
+            put(db, "meta", COLUMNS["meta"], [(k, json.dumps(v)) for k, v in meta.items()])
         db.close()
     return open_store(path)
 
@@ -213,7 +217,7 @@ def open_store(path: Path) -> Store:
         db = _connect(path)
         db.execute("PRAGMA journal_mode = WAL")
         db.execute("PRAGMA synchronous = NORMAL")
-        check_content(db, TABLES)
+        check_content(db, COLUMNS)
     return Store(path, db)
 
 
@@ -239,9 +243,15 @@ def read_store(path: Path) -> Store:
     """
     check_header(path)
     with guarded(path):
-        db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
-        check_content(db, TABLES)
+        db = sqlite3.connect(f"{path.resolve().as_uri()}?{_how_to_read(path)}", uri=True)
+        check_content(db, COLUMNS)
     return Store(path, db)
+
+
+def _how_to_read(path: Path) -> str:
+    """Readers beside a writer share a file with it; where nothing can be written, nobody writes."""
+    alone = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
+    return "immutable=1" if alone else "mode=ro"
 
 
 def _connect(path: Path) -> sqlite3.Connection:
