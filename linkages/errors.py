@@ -75,6 +75,7 @@ class Status(enum.Enum):
     SINGULAR = "singular"
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
+    TOO_MANY_STEPS = "too-many-steps"
     NOT_FINITE = "not-finite"
     INTERRUPTED = "interrupted"
     BAD_INPUT = "bad-input"
@@ -95,6 +96,8 @@ _REMEDY = {
     ' lower the clearance or the speed, or allow contact with model = "mixed"',
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
+    Status.TOO_MANY_STEPS: "the end is out of reach at this pace: check the units (SI: metres, kilograms, radians per"
+    " second), give a shorter duration, or loosen the accuracy",
     Status.NOT_FINITE: "the numbers of the run became too large: look for parameters far beyond those of a machine",
     Status.BAD_INPUT: "the values of this run are not valid: see its reason",
     Status.INTERRUPTED: "the run was stopped by the user; what was computed up to then is kept",

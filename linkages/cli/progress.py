@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
+import time
 from collections.abc import Callable
 from functools import cache
 
 #: Called with how much is done.
 Advance = Callable[[float], None]
 
+_FIRST_LINE = 10.0  # s until the first line of progress, where there is no terminal
+
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
-    """Make a progress bar, shown on a terminal after two seconds.
+    """Make a progress bar, shown on a terminal after two seconds; elsewhere a line after ten, and each twice as late.
 
     Parameters
     ----------
@@ -28,6 +31,8 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
     callable
         To be called with what is done so far.
     """
+    if not sys.stderr.isatty():
+        return _lines(name, total)
     from tqdm import tqdm
 
     numbers = "{n:.3f}/{total:.3f} " + unit if unit else ""
@@ -35,7 +40,6 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
         total=total,
         desc=name,
         delay=2.0,
-        disable=None,
         leave=False,
         bar_format="{desc}: {percentage:3.0f}% |{bar}| " + numbers + " [{elapsed}<{remaining}]",
     )
@@ -44,6 +48,26 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
         bar.update(min(done, total) - bar.n)
         if done >= total:
             bar.close()
+
+    return advance
+
+
+def _lines(name: str, total: float) -> Advance:
+    """Say in a line of its own now and then how much is done, and how long the rest will take at this pace."""
+    begun, due = 0.0, _FIRST_LINE
+
+    def advance(done: float) -> None:
+        nonlocal begun, due
+        begun = begun or time.monotonic()  # from the first call on: what was compiled before says nothing
+        passed = time.monotonic() - begun
+        if passed >= due and 0.0 < done < total:
+            due = 2.0 * passed
+            rest = passed * (total - done) / done
+            print(
+                f"{name}: {done / total:.2%} in {passed:.0f} s, the rest takes {rest:.2g} s",
+                file=sys.stderr,
+                flush=True,
+            )
 
     return advance
 

@@ -4,6 +4,7 @@
 |----------|------------------------------------------------------------------------------------|
 | compiled | the compiled engine: milliseconds a run, batches                                   |
 | drake    | the Drake engine: a `MultibodyPlant` with systems for its joints and drives        |
+| budget   | how many steps a run may take                                                      |
 | study    | `simulate`, the ideal linkage beside a run, and how far the run can be trusted     |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory``. The engines do not know each other.

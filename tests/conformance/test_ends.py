@@ -12,6 +12,7 @@ from shipped import shipped
 
 from linkages import AssemblyError, Status, extremes, ideal, load, simulate
 from linkages.cli.main import main
+from linkages.engines import budget
 from linkages.engines.compiled import simulation
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
@@ -95,6 +96,24 @@ def test_progress_goes_forward_to_the_end(engine):
     assert all(before < after for before, after in pairwise(seen))
     assert seen[-1] == result.time[-1] == 1.0
     assert np.all(np.diff(result.time) > 0.0)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_run_of_too_many_steps_is_ended(engine, monkeypatch):
+    monkeypatch.setattr(budget, "WINDOW", 40)
+    monkeypatch.setattr(budget, "MOST", 160)
+    result = simulate(shipped("seven_bar", **{"duration": 0.1, "solver.max_step": 1e-4}), engine)
+    assert result.status is Status.TOO_MANY_STEPS
+    assert "check the units" in result.status.remedy
+    assert 0.0 < result.time[-1] < 0.1
+    assert len(result.time) == pytest.approx(160, abs=40)
+
+
+def test_a_run_whose_end_is_out_of_reach_is_ended():
+    """At 1e12 rad/s every step is accurate, and 1.6e9 revolutions are to come."""
+    result = simulate(shipped("five_bar_dry", **{"drives.O2.speed": 1e12, "duration": 0.01}), "compiled")
+    assert result.status is Status.TOO_MANY_STEPS
+    assert 0.0 < result.time[-1] < 1e-6 * 0.01
 
 
 def test_a_run_can_be_repeated_to_the_last_bit(engine):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.engines.budget import MOST
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.errors import AssemblyError, InputError, Status
@@ -17,8 +18,6 @@ from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
 from linkages.planar.ideal import make_ideal
 from linkages.system import System
-
-_MOST_STEPS = 20_000_000  # of one run
 
 
 @dataclass(frozen=True)
@@ -164,8 +163,8 @@ def _run(
         return Status.BAD_INPUT, str(problem), 0
     except AssemblyError as problem:
         return problem.status, str(problem), 0
-    record = runner.run(0.0, runner.start, runner.first_step, _MOST_STEPS)
-    status = STATUS.get(record.status, Status.STEP_SIZE_COLLAPSE)
+    record = runner.run(0.0, runner.start, runner.first_step, MOST)
+    status = STATUS.get(record.status, Status.TOO_MANY_STEPS)
     if status is not Status.OK:
         where = f"ended at t = {record.times[-1]:.6g} s"
         return status, f"{status.value}: {where}; {status.remedy}", record.steps

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +18,7 @@ from linkages.kernel import Array, Indices, Records
 from linkages.model.tables import IMPLICIT
 from linkages.planar.contacts import WIDTH
 from linkages.planar.ideal import Ideal
+from linkages.signals import held
 from linkages.system import System
 
 STATUS = {DONE: Status.OK, COLLAPSED: Status.STEP_SIZE_COLLAPSE, LEFT: Status.JOURNAL_LEFT_BEARING}
@@ -98,7 +95,7 @@ class Runner:
         duration = self.system.experiment.duration
         largest = self.system.experiment.solver.max_step or self._longest
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
-        with _uninterrupted():
+        with held():
             return run(self._equations, self._stepper, self.tolerance, t, y, options)
 
     @cached_property
@@ -129,23 +126,6 @@ class Runner:
 
     def _with(self, memory: Array, modes: Indices) -> Equations:
         return Equations(self.model, make_work(self.model, memory, modes), self._calls)
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Hold Ctrl-C back until the compiled code has handed over what it made: struck in between, the process crashes."""
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
-        yield
-        return
-    pressed: list[tuple[Any, ...]] = []
-    signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if pressed:
-        before(*pressed[0])
 
 
 def _restored(system: System, memory: Array, modes: Indices) -> Runner:

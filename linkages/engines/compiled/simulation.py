@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from linkages.engines.budget import WINDOW, Budget
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import Status
@@ -17,8 +18,7 @@ from linkages.planar.closure import closure_error
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
-_CHUNK = 20_000  # steps between two looks at the clock and at the keyboard
-_SLOWEST = 1e-8  # of the duration, in so many steps: a run that advances less would take 2e12 of them
+_CHUNK = WINDOW  # steps between two looks at the clock and at the keyboard
 
 
 def simulate(system: System, progress: Callable[[float], None] | None = None) -> Trajectory:
@@ -43,22 +43,22 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     started = clock.perf_counter()
     runner = Runner(system)
     t, y, step, status = 0.0, runner.start, runner.first_step, Status.OK
-    parts = []
+    parts, budget = [], Budget(system.experiment.duration)
     totals = np.zeros(3, dtype=np.int64)
     try:
         while True:
             part = runner.run(t, y, step, _CHUNK)
             parts.append(part)
             totals += part.steps, part.rejected, part.evaluations
-            before, t = t, float(part.times[-1])
+            t = float(part.times[-1])
             y, step = part.states[-1], part.next_step
             if progress is not None:
                 progress(t)
             if part.status != PAUSED:
                 status = STATUS[part.status]
                 break
-            if t - before < _SLOWEST * system.experiment.duration:
-                status = Status.STEP_SIZE_COLLAPSE
+            if budget.spent(t, part.steps):
+                status = Status.TOO_MANY_STEPS
                 break
     except KeyboardInterrupt:
         status = Status.INTERRUPTED

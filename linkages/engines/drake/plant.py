@@ -14,6 +14,7 @@ from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 from scipy.spatial.transform import Rotation
 
 from linkages.engines.drake.visuals import skeleton
+from linkages.errors import InputError
 from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
@@ -78,8 +79,17 @@ def drawn_shifts(tree: Tree) -> dict[str, Array]:
 
 
 def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
-    """Add the tree's links and joints to a plant that is not finalized; returns the model instance."""
-    (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
+    """Add the tree's links and joints to a plant that is not finalized; returns the model instance.
+
+    Raises
+    ------
+    InputError
+        If Drake refuses a ``<visual>``, which it is given as it stands in the user's file.
+    """
+    try:
+        (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
+    except RuntimeError as problem:
+        raise InputError(tree.mechanism.source, "<visual>", f"Drake refuses it: {problem}") from None
     for name in tree.index:
         if name != "world" and name not in tree.edges:
             _add_floating(plant, instance, tree, name)

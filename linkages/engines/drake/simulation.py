@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydrake.systems.analysis import IntegratorBase, ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
+from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.errors import Status
 from linkages.model.tables import IMPLICIT
@@ -157,7 +158,7 @@ class _Watch:
         system = linkage.system
         self.status = Status.OK
         self.loop_error = 0.0
-        self.steps = _Steps(system)
+        self.steps, self.budget = _Steps(system), Budget(system.experiment.duration)
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
@@ -178,6 +179,8 @@ class _Watch:
         if self.progress is not None:
             self.progress(time)
         linkage = self.linkage
+        if self.budget.spent(time):
+            return self._end(Status.TOO_MANY_STEPS, "the end is out of reach")
         if self._has_loops:
             error = linkage.drives.loop_error(linkage.drives.GetMyContextFromRoot(root))
             self.loop_error = max(self.loop_error, error)
@@ -185,11 +188,14 @@ class _Watch:
             joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
             outside = self._film_alone & (np.hypot(joints[:, 0], joints[:, 1]) >= self._limit)
             if outside.any():
-                self.status = Status.JOURNAL_LEFT_BEARING
-                self.steps.stuck = False
                 name = linkage.clearance.joints[int(np.argmax(outside))]
-                return EventStatus.ReachedTermination(linkage.clearance, f"journal {name} left its bearing")
+                return self._end(Status.JOURNAL_LEFT_BEARING, f"journal {name} left its bearing")
         return _unless_stuck(self.steps, linkage)
+
+    def _end(self, status: Status, reason: str) -> EventStatus:
+        """End the run."""
+        self.status, self.steps.stuck = status, False
+        return EventStatus.ReachedTermination(self.linkage.drives, reason)
 
 
 def _unless_stuck(steps: _Steps, linkage: Linkage) -> EventStatus:
