@@ -5,6 +5,8 @@ Each folder imports only from those above it:
 | folder    | what lives there                                                                            |
 |-----------|---------------------------------------------------------------------------------------------|
 | errors    | bad input, failed runs, named statuses with remedies                                        |
+| signals   | Ctrl-C and SIGTERM                                                                          |
+| disk      | what is written whole or not at all, and read only if it is sound                           |
 | kernel    | how functions are compiled                                                                  |
 | files     | SDFormat, TOML, shipped files, files written whole or not at all                            |
 | laws      | force laws of a joint with clearance: contact, film, friction                               |

@@ -16,6 +16,7 @@ from machines import four_bar
 from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
 from linkages.cli.main import main
+from linkages.kernel.cache import temporary_folder
 from linkages.outputs.registry import names
 from linkages.system import load
 
@@ -120,6 +121,20 @@ def test_compilation_is_announced_once(capsys):
     for function in (lambda x: x + 1, lambda x: x + 2):
         numba.njit(function)(1)
     assert capsys.readouterr().err == "compiling, once after an installation: up to a minute ...\n"
+
+
+def test_where_there_is_no_terminal_progress_is_lines_ever_rarer(monkeypatch, capsys):
+    now = [0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    advance = progress.progress_bar("run", 2.0)
+    for now[0] in range(1, 101):
+        advance(0.01 * now[0])
+    assert capsys.readouterr().err.splitlines() == [
+        "run: 5.50% in 10 s, the rest takes 1.7e+02 s",
+        "run: 10.50% in 20 s, the rest takes 1.7e+02 s",
+        "run: 20.50% in 40 s, the rest takes 1.6e+02 s",
+        "run: 40.50% in 80 s, the rest takes 1.2e+02 s",
+    ]
 
 
 def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
@@ -237,17 +252,12 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
 
 
 def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):
-    class NoPlace(types.ModuleType):
-        def __getattr__(self, name):
-            if name == "body_accelerations":
-                raise RuntimeError("cannot cache function: no locator available")
-            raise AttributeError(name)
-
-    monkeypatch.setitem(sys.modules, "linkages.planar.dynamics", NoPlace("dynamics"))
-    assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
     plain = types.ModuleType("dynamics")
+    for place in (None, str(temporary_folder() / "planar")):
+        plain.body_accelerations = types.SimpleNamespace(stats=types.SimpleNamespace(cache_path=place))
+        monkeypatch.setitem(sys.modules, "linkages.planar.dynamics", plain)
+        assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
     plain.body_accelerations = lambda: None
-    monkeypatch.setitem(sys.modules, "linkages.planar.dynamics", plain)
     assert doctor.compile_cache().remedy == "unset NUMBA_DISABLE_JIT"
 
 

@@ -22,6 +22,7 @@ from linkages.errors import Status
 from linkages.files.shipped import data_folder
 
 _GRAVITY, _CLEARANCE, _MASS, _STIFFNESS = 9.81, 1e-3, 1.0, 1e9  # m/s2, m, kg, N/m^1.5
+_PLACE = "set NUMBA_CACHE_DIR to a folder that can be written"
 _TOLERANCE = 1e-6  # relative, of the self-check; the runs of both engines are ten times as accurate
 
 _DROP_SDF = f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="drop">
@@ -117,17 +118,17 @@ def data() -> Finding:
 
 def compile_cache() -> Finding:
     """Find where compiled code is kept: without it each start compiles for half a minute."""
-    remedy = "set NUMBA_CACHE_DIR to a folder that can be written"
-    try:
-        from linkages.planar.dynamics import body_accelerations
-    except RuntimeError as problem:  # numba finds no place at all
-        return Finding("compile cache", " ".join(str(problem).split()), remedy)
+    from linkages.kernel.cache import temporary_folder
+    from linkages.planar.dynamics import body_accelerations
+
     if not hasattr(body_accelerations, "stats"):
         return Finding("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
-    path = Path(body_accelerations.stats.cache_path or "")
-    kept = _count(path, "*.nb[ci]")
+    if body_accelerations.stats.cache_path is None:
+        return Finding("compile cache", "none", _PLACE)
+    path = Path(body_accelerations.stats.cache_path)
+    kept = _count(path, "*.nbc")
     text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for half a minute or so'}"
-    return Finding("compile cache", text, "" if _writable(path) else remedy)
+    return Finding("compile cache", text, _PLACE if path.is_relative_to(temporary_folder()) else "")
 
 
 def film_maps() -> Finding:

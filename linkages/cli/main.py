@@ -1,7 +1,7 @@
 """The entry point: parses the command line, runs a subcommand of `linkages.cli`, turns errors into exit statuses.
 
-Exit status: 0 success, 1 a run failed (its results up to then are written), 2 bad input, 130 interrupted, 141 the
-reader of the output has gone.
+Exit status: 0 success, 1 a run failed (its results up to then are written), 2 bad input, 130 interrupted by Ctrl-C, 143
+by SIGTERM, 141 the reader of the output has gone.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from linkages.cli import Command, commands
 from linkages.cli.parsing import Parser
 from linkages.errors import InputError, RunError, nearest
+from linkages.signals import terminable
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a machine and an experiment to begin with
@@ -39,21 +40,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit status.
     """
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    return exit_status(_run, list(sys.argv[1:] if arguments is None else arguments))
+
+
+def _run(words: list[str]) -> int:
     known = commands()
     command_line = parser(known)
     if not words:
         command_line.print_help(sys.stderr)
         return 2
-
-    def run() -> int:
-        first = (*known, "--help", "-h", "--version")
-        if words[0] not in first:
-            raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
-        options = command_line.parse_args(words)
-        return known[options.command].run(options)
-
-    return exit_status(run)
+    first = (*known, "--help", "-h", "--version")
+    if words[0] not in first:
+        raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
+    options = command_line.parse_args(words)
+    return known[options.command].run(options)
 
 
 def parser(known: Mapping[str, Command]) -> Parser:
@@ -75,6 +75,12 @@ def _version() -> str:
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
+    with terminable() as terminated:
+        status = _ending(run, *arguments)
+    return 143 if terminated and status == 130 else status
+
+
+def _ending(run: Callable[..., int], *arguments: object) -> int:
     try:
         status = run(*arguments)
         sys.stdout.flush()
@@ -86,11 +92,26 @@ def exit_status(run: Callable[..., int], *arguments: object) -> int:
         print(f"failed: {problem}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("interrupted; nothing was written", file=sys.stderr)
+        print("interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader has seen enough: `linkages keys | head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 141
+    except OSError as problem:  # of the machine, as a full disk where the output goes
+        print(f"failed: {problem.filename or 'output'}: {problem.strerror or problem}", file=sys.stderr)
+        _drop_output()
+        return 1
+    except MemoryError:
+        print("failed: there is not enough memory; give a shorter duration, or fewer values", file=sys.stderr)
+        return 1
+
+
+def _drop_output() -> None:
+    """Let what standard output still holds go nowhere, if it cannot go where it should."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import shutil
@@ -11,7 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from linkages import disk
 from linkages.errors import InputError, RunError
+from linkages.signals import held
+
+_NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
 
 
 @contextmanager
@@ -20,17 +25,22 @@ def whole(path: Path) -> Iterator[Path]:
 
     Raises
     ------
+    InputError
+        If it cannot be written there.
     RunError
-        If it cannot be written: the disk may be full.
+        If there is no room.
     """
-    partial = path.with_name(f".{path.name}.partial")
     try:
-        yield partial
-        partial.replace(path)
+        with disk.whole(path) as partial:
+            yield partial
     except OSError as problem:
-        raise RunError(f"{path}: cannot be written ({problem.strerror})") from None
-    finally:
-        partial.unlink(missing_ok=True)
+        raise _refusal(path, problem) from None
+
+
+def _refusal(path: Path, problem: OSError) -> InputError | RunError:
+    """Tell a place that cannot be written to from one without room."""
+    text = f"cannot be written ({problem.strerror or problem})"
+    return RunError(f"{path}: {text}") if problem.errno in _NO_ROOM else InputError("--out", str(path), text)
 
 
 def json_text(content: Any, indent: int | None = None) -> str:
@@ -71,7 +81,9 @@ class OutputFolder:
     Raises
     ------
     InputError
-        On entry, if the folder cannot be written.
+        If the folder cannot be written.
+    RunError
+        If there is no room.
     """
 
     def __init__(self, out: Path, stale: Sequence[str] = ()) -> None:
@@ -81,17 +93,29 @@ class OutputFolder:
     def __enter__(self) -> Path:
         try:
             self.out.mkdir(parents=True, exist_ok=True)
+            for left in disk.abandoned(self.out, ".partial-*"):
+                shutil.rmtree(left, ignore_errors=True)
             self.partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=self.out))
         except OSError as problem:
-            raise InputError("--out", str(self.out), f"cannot be written ({problem.strerror})") from None
+            raise _refusal(self.out, problem) from None
         return self.partial
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None:
-            self.names = sorted(file.name for file in self.partial.iterdir())
-            for old in {path for pattern in self.stale for path in self.out.glob(pattern)}:
-                if old.name not in self.names:
-                    old.unlink()
-            for name in self.names:
-                (self.partial / name).replace(self.out / name)
-        shutil.rmtree(self.partial, ignore_errors=True)
+    def __exit__(self, kind: type[BaseException] | None, problem: BaseException | None, _: object) -> None:
+        try:
+            if kind is None:
+                with held():
+                    self._move()
+        except OSError as refusal:
+            problem = refusal
+        finally:
+            shutil.rmtree(self.partial, ignore_errors=True)
+        if isinstance(problem, OSError):
+            raise _refusal(self.out, problem) from None
+
+    def _move(self) -> None:
+        self.names = sorted(file.name for file in self.partial.iterdir())
+        for old in {path for pattern in self.stale for path in self.out.glob(pattern)}:
+            if old.name not in self.names:
+                old.unlink()
+        for name in self.names:
+            (self.partial / name).replace(self.out / name)

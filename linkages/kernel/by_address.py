@@ -17,7 +17,7 @@ from numba.core import cgutils, types
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
-from linkages.kernel.compile import note_edits
+from linkages.kernel.cache import cached
 
 _COMPILING = not getattr(config, "DISABLE_JIT", False)
 _alive: dict[int, Any] = {}  # an address is good as long as its function lives
@@ -45,8 +45,7 @@ def address(function: Callable[..., Any], signature: Any) -> int:
         return id(plain)
     compiled = CFunc(plain, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
     if (plain.__module__ or "").startswith("linkages."):  # none if typed in
-        compiled.enable_caching()
-        note_edits(compiled)
+        cached(compiled, plain)
     compiled.compile()
     place = cast(int, compiled.address)
     _alive[place] = compiled

@@ -5,18 +5,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
 
-F = TypeVar("F", bound=Callable[..., Any])
+from linkages.kernel.cache import cached
 
-#: The folders that hold kernels.
-_HOLDERS = ("kernel", "laws", "integrate", "planar", "outputs", "results", "engines/compiled")
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel(function: F) -> F:
@@ -42,34 +38,7 @@ def template(function: F) -> F:
 
 def _compiled(function: F, forceinline: bool = False) -> F:
     options: Any = {"no_cfunc_wrapper": True}  # C functions are made by `linkages.kernel.address`
-    compiled = njit(cache=True, nogil=True, error_model="numpy", forceinline=forceinline, **options)(function)
-    note_edits(compiled)
+    compiled = njit(nogil=True, error_model="numpy", forceinline=forceinline, **options)(function)
+    if compiled is not function:  # as with NUMBA_DISABLE_JIT=1
+        cached(compiled, function)
     return cast(F, compiled)
-
-
-def note_edits(compiled: Any) -> None:
-    """Let the cache of a compiled function notice edits of any file with kernels."""
-    file = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
-    if file is None:  # there is none with NUMBA_DISABLE_JIT=1
-        return
-    file._source_stamp = (file._source_stamp, _stamp())
-    load_index = file._load_index
-
-    def load_index_or_none() -> Any:
-        try:
-            return load_index()
-        except (AttributeError, ImportError):  # of code whose types have other names now
-            return {}
-
-    file._load_index = load_index_or_none
-
-
-@cache
-def _stamp() -> str:
-    """Hash of the text of all kernels."""
-    here = Path(__file__).parents[1]
-    digest = hashlib.sha256()
-    for holder in _HOLDERS:
-        for path in sorted((here / holder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()

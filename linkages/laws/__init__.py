@@ -1,4 +1,4 @@
-"""Force laws of a joint with clearance: scalar, pure, compiled; imports nothing of ours but `linkages.kernel`.
+"""Force laws of a joint with clearance: scalar, pure, compiled; imports nothing of ours but `kernel` and `disk`.
 
 | module     | what it holds                                                              |
 |------------|----------------------------------------------------------------------------|

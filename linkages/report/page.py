@@ -9,7 +9,6 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from linkages.errors import InputError, RunError
 from linkages.files.writing import whole
 from linkages.report import tables, words
 from linkages.report.results import FIGURES, Results
@@ -28,14 +27,13 @@ def write_report(results: Results, path: Path) -> None:
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If the file cannot be written there.
+    RunError
+        If there is no room.
     """
     text = render(results)
-    try:
-        with whole(path) as partial:
-            partial.write_text(text, encoding="utf-8")
-    except RunError as problem:
-        raise InputError("--out", "", str(problem)) from None
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8")
 
 
 def render(results: Results) -> str:

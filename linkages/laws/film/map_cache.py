@@ -1,9 +1,9 @@
 """Film maps on disk: built on demand, checked when read, written atomically.
 
 A map is stored in the user's cache directory, or in the one that the environment variable LINKAGES_CACHE
-names, under a name made of its inputs and of `film_map.VERSION`: eight bytes of identification, the SHA-256
-of the rest, and an array in NumPy's format. It is used only if the identification, the checksum, the inputs
-in its head and its shape are right and all its numbers finite; otherwise it is built again and replaced.
+names, under a name made of its inputs and of `film_map.VERSION`, as an array in NumPy's format with a checksum. It is
+used only if the checksum, the inputs in its head and its shape are right and all its numbers finite; otherwise it is
+built again and replaced.
 """
 
 from __future__ import annotations
@@ -12,18 +12,17 @@ import hashlib
 import io
 import os
 import sys
-import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from linkages.disk import keep, kept
 from linkages.kernel import Array
 from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map, map_head
 
-_MAGIC = b"FILMMAP1"
-_DIGEST = hashlib.sha256().digest_size
+_IDENTITY = b"FILMMAP1"
 
 
 def cache_directory() -> Path:
@@ -89,15 +88,11 @@ def read_map(path: Path, slenderness: float, cavitation: str, nodes: int) -> Arr
     """Read a stored map; None if there is none or it is not sound."""
     if cavitation not in CAVITATIONS:
         return None
-    try:
-        data = path.read_bytes()
-    except OSError:
-        return None
-    start = len(_MAGIC) + _DIGEST
-    if data[: len(_MAGIC)] != _MAGIC or hashlib.sha256(data[start:]).digest() != data[len(_MAGIC) : start]:
+    content = kept(path, _IDENTITY)
+    if content is None:
         return None
     try:
-        table = np.load(io.BytesIO(data[start:]), allow_pickle=False)
+        table = np.load(io.BytesIO(content), allow_pickle=False)
     except (ValueError, EOFError):
         return None
     sound = (
@@ -113,15 +108,4 @@ def write_map(path: Path, table: Array) -> None:
     """Store a map so that a reader finds either the whole of it or none."""
     buffer = io.BytesIO()
     np.save(buffer, table, allow_pickle=False)
-    payload = buffer.getvalue()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(_MAGIC + hashlib.sha256(payload).digest() + payload)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    keep(path, _IDENTITY, buffer.getvalue())

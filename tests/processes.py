@@ -1,0 +1,56 @@
+"""Commands in processes of their own, which tests strike at any moment, or give little room."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+COMMAND = [sys.executable, "-m", "linkages.cli.main"]
+
+
+def start(*words: object, room: int | None = None, **settings) -> subprocess.Popen:
+    """Start a command; no file of it can grow beyond `room` bytes, as on a disk that is full."""
+
+    def limit() -> None:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    words = [*COMMAND, *map(str, words)]
+    return subprocess.Popen(words, **pipes | settings, preexec_fn=limit if room is not None else None)
+
+
+def finish(process: subprocess.Popen) -> tuple[int, str]:
+    """Wait for a command; returns its exit status as a shell has it, and what it wrote on standard error."""
+    _, errors = process.communicate(timeout=300)
+    code = process.returncode
+    return (code if code >= 0 else 128 - code), errors
+
+
+def begun(process: subprocess.Popen) -> None:
+    """Wait until a command catches SIGTERM: before, it is Python that starts."""
+    status = Path("/proc") / str(process.pid) / "status"
+    while process.poll() is None:
+        caught = next(line for line in status.read_text().splitlines() if line.startswith("SigCgt"))
+        if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
+            return
+        time.sleep(0.01)
+
+
+def processor_time(process: subprocess.Popen) -> float:
+    """Time the processor has spent on a process [s], which does not depend on what else the machine does."""
+    fields = (Path("/proc") / str(process.pid) / "stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def strike(process: subprocess.Popen, number: int, after: float) -> None:
+    """Send a signal when the processor has spent so long on a command, if it still runs."""
+    begun(process)
+    while process.poll() is None and processor_time(process) < after:
+        time.sleep(0.005)
+    process.send_signal(number)

@@ -1,0 +1,183 @@
+import json
+import os
+import random
+import resource
+import shutil
+import signal
+import sqlite3
+import subprocess
+from pathlib import Path
+
+import pytest
+from machines import four_bar
+from processes import finish, start, strike
+
+from linkages import load_trajectory
+from linkages.cli.main import main
+
+needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at processes in /proc")
+
+EXPERIMENT = """duration = 0.05
+outputs = ["follower.omega"]
+[drives.O]
+speed = 15.0
+[joints.A]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+"""
+STUDY = """experiment = "experiment.toml"
+[variables.clearance]
+path = "joints.A.clearance"
+lower = 5e-5
+upper = 2e-4
+[objectives.force]
+terms = [{ functional = "peak", output = "A.force" }]
+[algorithm]
+name = "ga"
+population = 6
+generations = 4
+"""
+QUICK = ("--engine", "compiled", "--no-plots", "--no-animation")
+
+
+def made(folder: Path) -> dict[str, bytes]:
+    """Visible files of a folder, times and versions aside."""
+    found = {}
+    for path in folder.iterdir() if folder.exists() else ():
+        if path.name[0] == "." or path.suffix == ".lock":
+            continue
+        data = path.read_bytes()
+        if path.suffix == ".json":
+            data = json.loads(data)
+            data.pop("wall_time", None)
+            data.get("provenance", {}).pop("wall_time", None)
+        if path.suffix == ".npz":
+            data = load_trajectory(path)["time"].tolist()
+        if path.suffix in (".sqlite", ".sqlite-wal", ".sqlite-shm"):
+            continue
+        found[path.name] = data
+    return found
+
+
+def evaluations(store: Path) -> list:
+    with sqlite3.connect(store) as db:
+        return db.execute("SELECT * FROM evaluations ORDER BY id").fetchall()
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory):
+    """A folder with inputs; and of each command what it is told, what it makes, and the processor's time it takes [s]."""
+    folder = tmp_path_factory.mktemp("work")
+    (folder / "machine.sdf").write_text(four_bar())
+    (folder / "experiment.toml").write_text('mechanism = "machine.sdf"\n' + EXPERIMENT)
+    (folder / "study.toml").write_text(STUDY)
+    vary = ("--vary", "joints.A.clearance=5e-5:2e-4:6", "--revolutions", "1", "--output", "A.force")
+    assert main(["simulate", str(folder / "experiment.toml"), *QUICK, "--out", str(folder / "results")]) == 0
+    words = {
+        "simulate": ("simulate", folder / "experiment.toml", *QUICK),
+        "sweep": ("sweep", folder / "experiment.toml", *vary, "--no-plots"),
+        "optimise": ("optimise", folder / "study.toml", "--no-plots", "--no-verify"),
+        "report": ("report", folder / "results"),
+    }
+    known = {}
+    for name, these in words.items():
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        assert finish(start(*these, "--out", place(folder / "whole", name)))[0] == 0
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        took = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        known[name] = (these, made(folder / "whole" / name), took)
+    return folder, known
+
+
+def place(folder: Path, name: str) -> Path:
+    """What a command is told with --out."""
+    (folder / name).mkdir(parents=True, exist_ok=True)
+    return folder / name / "report.html" if name == "report" else folder / name
+
+
+@needs_proc
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["simulate", "sweep", "optimise", "report"])
+def test_a_command_struck_at_any_moment_leaves_whole_files_and_can_be_repeated(name, work, tmp_path):
+    folder, known = work
+    words, whole, took = known[name]
+    dice, out = random.Random(name), tmp_path / name
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
+        resume = ("--resume",) if name == "optimise" and (out / "study.sqlite").exists() else ()
+        process = start(*words, *resume, "--out", place(tmp_path, name))
+        strike(process, number, dice.uniform(0.2, 1.0) * took)
+        status, errors = finish(process)
+        assert status in (0, 128 + number), errors
+        assert "Traceback" not in errors
+        left = made(out)
+        if name == "simulate" and left and left["summary.json"]["status"] == "interrupted":
+            assert status in (130, 143)
+            assert left["summary.json"]["duration"] == left["trajectory.npz"][-1] < 0.05
+        elif left:
+            assert left == whole
+        hidden = [path.name for path in out.iterdir() if "partial" in path.name]
+        assert not hidden or number == signal.SIGKILL
+        for path in hidden:
+            shutil.rmtree(out / path, ignore_errors=True)
+        if status == 0 and name == "optimise":
+            shutil.rmtree(out)
+    resume = ("--resume",) if name == "optimise" and (out / "study.sqlite").exists() else ()
+    assert finish(start(*words, *resume, "--out", place(tmp_path, name)))[0] == 0
+    assert made(out) == whole
+    if name == "optimise":
+        assert evaluations(out / "study.sqlite") == evaluations(folder / "whole" / name / "study.sqlite")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "room"), [("simulate", 512), ("sweep", 512), ("optimise", 512), ("optimise", 40960), ("report", 512)]
+)
+def test_a_full_disk_is_said_in_one_line_and_harms_nothing(name, room, work, tmp_path):
+    words, whole, _ = work[1][name]
+    out = tmp_path / name
+    status, errors = finish(start(*words, "--out", place(tmp_path, name), room=room))
+    assert status == 1
+    assert errors.splitlines()[-1].startswith("failed: ")
+    assert "Traceback" not in errors
+    assert made(out) == {}
+    assert not list(out.glob(".*partial*"))
+    resume = ("--resume",) if (out / "study.sqlite").exists() else ()
+    assert bool(resume) == (room == 40960)
+    assert finish(start(*words, *resume, "--out", place(tmp_path, name)))[0] == 0
+    assert made(out) == whole
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is always full")
+def test_standard_output_that_is_full_is_said():
+    with open("/dev/full", "w") as full:
+        status, errors = finish(start("keys", stdout=full))
+    assert (status, errors) == (1, "failed: output: No space left on device\n")
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    """A folder that cannot be written: by its permissions; for root, who may write anywhere, by its mount."""
+    folder = tmp_path / "read_only"
+    folder.mkdir()
+    if os.getuid() != 0:
+        folder.chmod(0o555)
+        yield folder
+        folder.chmod(0o755)
+        return
+    mounts = (["mount", "--bind", folder, folder], ["mount", "-o", "remount,ro,bind", folder])
+    if any(subprocess.run(words, capture_output=True, check=False).returncode for words in mounts):
+        pytest.skip("root writes anywhere, and may not mount here")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+@pytest.mark.parametrize("name", ["simulate", "sweep", "optimise", "report"])
+def test_a_folder_that_cannot_be_written_is_refused(name, work, read_only, capsys):
+    words, _, _ = work[1][name]
+    out = read_only / ("report.html" if name == "report" else "out")
+    assert main([*map(str, words), "--out", str(out)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()[-1:]
+    assert line.startswith("error: --out: ")
+    assert "cannot be written (Read-only file system)" in line or "cannot be written (Permission denied)" in line
+    assert not list(read_only.iterdir())
