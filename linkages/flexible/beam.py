@@ -151,8 +151,8 @@ class Beam:
     def internal_forces(self, u: Array, a: Array, x: Array) -> tuple[Array, Array]:
         """Axial force (..., P) [N], positive in tension, and bending moment E I v'' (..., P) [N m] within the element.
 
-        They follow from statics: the end forces are K u - f, with f the consistent load of the inertia, and the
-        inertia load of an acceleration that is linear along the element is integrated from the first node. The
+        They follow from equilibrium: the end forces are K u + M a, and the inertia of the acceleration, as the shape
+        functions have it, is integrated from the first node. A hinged end has no moment, at rest as in vibration. The
         shape functions' derivatives alone would give a moment that is linear along the element.
 
         Parameters
@@ -162,19 +162,19 @@ class Beam:
         x : (P,) array
             Distances from the first node [m].
         """
-        ends = -self.line_density * a.reshape(*a.shape[:-1], 2, 3)[..., :2]  # load per length at both ends
-        couple = -self.rotary * 0.5 * (a[..., 2] + a[..., 5])  # per length, uniform
         s, weight = self.quadrature()
-        shapes, rotation, _ = self.shapes(s)
-        linear = np.stack([1.0 - s, s], axis=1)
-        load = np.einsum("q,qci,qk,...kc->...i", weight, shapes, linear, ends)
-        load += couple[..., None] * (weight @ rotation)
-        end = np.einsum("ij,...j->...i", self.stiffness(), u) - load
-        first, slope = ends[..., 0, :, None], (ends[..., 1, :, None] - ends[..., 0, :, None]) / self.length
-        gathered = first * x + slope * x**2 / 2.0
-        lever = first[..., 1, :] * x**2 / 2.0 + slope[..., 1, :] * x**3 / 6.0
-        force = -end[..., 0, None] - gathered[..., 0, :]
-        moment = -end[..., 2, None] + end[..., 1, None] * x + lever - couple[..., None] * x
+        place = x[:, None] * s  # Gauss points between the first node and each x
+        displacement, rotation, _ = (
+            shape.reshape(*place.shape, -1) for shape in self.shapes((place / self.length).ravel())
+        )
+        along, across = displacement[..., :6], displacement[..., 6:]
+        share = weight / self.length * x[:, None]
+        axial = self.line_density * np.einsum("pq,pqi->pi", share, along)
+        lever = self.line_density * np.einsum("pq,pqi->pi", share * (x[:, None] - place), across)
+        lever -= self.rotary * np.einsum("pq,pqi->pi", share, rotation)
+        end = u @ self.stiffness() + a @ self.mass()
+        force = a @ axial.T - end[..., 0, None]
+        moment = end[..., 1, None] * x - end[..., 2, None] - a @ lever.T
         return force, moment
 
 

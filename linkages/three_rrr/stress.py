@@ -61,8 +61,8 @@ class PlatformStress:
 def link_stress(model: FiniteElementModel, response: Response, points: int = 17) -> list[LinkStress]:
     """Stress in all six links, at `points` places in each element.
 
-    Internal forces follow from statics within each element, see `linkages.flexible.beam.Beam.internal_forces`, which is
-    exact for quasi-static loads with one element in each link. The paper's section 3.3 takes the shape functions'
+    Internal forces follow from equilibrium within each element, see `linkages.flexible.beam.Beam.internal_forces`. They
+    are exact for quasi-static loads with one element in each link. The paper's section 3.3 takes the shape functions'
     derivatives alone, and lacks E in the axial part.
     """
     state = response.motion

@@ -247,6 +247,17 @@ def test_coupler_moment_has_the_closed_form_of_a_pinned_beam(robot: Robot, branc
     )
 
 
+@pytest.mark.parametrize("beam", ["euler-bernoulli", "timoshenko"])
+@pytest.mark.parametrize("count", [1, 3])
+def test_hinges_carry_no_moment_in_vibration(robot: Robot, branch: Branch, count: int, beam: str) -> None:
+    """Started from rest, whatever the elements: where a rod is hinged its bending stress is nothing."""
+    model = FiniteElementModel(changed(robot, model={"elements": count, "beam": beam}))
+    shaken = link_stress(model, recursion(model, branch, np.linspace(0.0, 0.02, 101)))
+    for crank, coupler in zip(shaken[::2], shaken[1::2], strict=True):
+        for rod, ends in ((crank, [-1]), (coupler, [0, -1])):
+            np.testing.assert_allclose(rod.bending[:, ends], 0.0, atol=1e-8 * np.max(np.abs(rod.bending)))
+
+
 def test_stress_does_not_depend_on_the_elements(robot: Robot, branch: Branch) -> None:
     state = branch.motion(np.linspace(0.0, robot.duration, 40))
     peaks = []
