@@ -7,6 +7,8 @@
 | slider-crank            | closed form: motion, reactions, drive torque                         |
 | parallelogram           | closed form, through the flat (change-point) positions               |
 | equal slider-crank      | energy in one coordinate, through both dead centres and the point where the slider passes the pivot |
+| folding four-bar        | energy along its path in two angles, closely past the parallelogram's flat position |
+| windows                 | one equation, and a published position (IFToMM's N-four-bar)          |
 | chain of bars           | `vector_sums`                                                        |
 
 Bars are `machines.bar`: uniform, 0.2 kg unless said otherwise. The plane is the file's x-y plane, gravity along -y.
@@ -17,6 +19,7 @@ from __future__ import annotations
 import numpy as np
 from machines import bar, joint, model
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from vector_sums import Body, Sums
 
 MASS = 0.2  # kg, of each bar
@@ -127,13 +130,20 @@ def parallelogram_sdf(length=0.3, crank=0.1, angle=1.0) -> str:
     Joints O (crank), Q (follower), A (crank-coupler), B (coupler-follower). It is flat at 0 and pi, where it could
     fold into the contra-parallelogram.
     """
+    return _four_bar("parallelogram", length, crank, length, angle, angle)
+
+
+def _four_bar(name, ground, crank, coupler, angle, follower_angle) -> str:
+    """Crank and follower of equal length, drawn at these angles."""
+    tip = crank * np.exp(1j * angle)
+    coupler_angle = np.angle(ground + crank * np.exp(1j * follower_angle) - tip)
     body = f"""
-<frame name="pivot" attached_to="world"><pose relative_to="__model__">{length} 0 0 0 0 0</pose></frame>
-{bar("crank", crank, "__model__", angle)}{bar("coupler", length, "crank_tip", -angle)}
-{bar("follower", crank, "pivot", angle)}
+<frame name="pivot" attached_to="world"><pose relative_to="__model__">{ground} 0 0 0 0 0</pose></frame>
+{bar("crank", crank, "__model__", angle)}{bar("coupler", coupler, "crank_tip", coupler_angle - angle)}
+{bar("follower", crank, "pivot", follower_angle)}
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler")}{joint("Q", "world", "follower")}
 {joint("B", "coupler_tip", "follower_tip")}"""
-    return model("parallelogram", body)
+    return model(name, body)
 
 
 def parallelogram_model(torque, length=0.3, crank=0.1) -> Sums:
@@ -151,6 +161,86 @@ def parallelogram_angle(times, torque, speed, crank=0.1, angle=1.0):
     inertia = 2 * MASS * crank**2 / 3 + MASS * crank**2
     rate = torque / inertia
     return angle + speed * times + 0.5 * rate * times**2, speed + rate * times
+
+
+def windows_sdf(n) -> str:
+    """N four-bar windows side by side: bars of 1 m and 1 kg, drawn upright; all of them are flat at the same time.
+
+    Joints A0 ... An (ground-crank), B0 ... (crank-coupler), C0 ... (coupler-next crank). The N-four-bar of the library of
+    benchmarks of IFToMM's Technical Committee for Multibody Dynamics (Gonzalez and others, Multibody Syst. Dyn. 22,
+    2009).
+    """
+    body = ""
+    for i in range(n + 1):
+        pivot = f"ground{i}"
+        body += f'<frame name="{pivot}" attached_to="world"><pose relative_to="__model__">{i} 0 0 0 0 0</pose></frame>'
+        body += bar(f"crank{i}", 1.0, pivot, np.pi / 2, 1.0) + joint(f"A{i}", "world", f"crank{i}")
+    for i in range(n):
+        body += bar(f"coupler{i}", 1.0, f"crank{i}_tip", -np.pi / 2, 1.0)
+        body += joint(f"B{i}", f"crank{i}_tip", f"coupler{i}") + joint(f"C{i}", f"coupler{i}_tip", f"crank{i + 1}_tip")
+    return model("windows", body)
+
+
+#: The windows are pushed to the right at 1 m/s, where B0 is, and fall.
+WINDOWS = "gravity = [0.0, -9.81, 0.0]\n[drives.A0]\ntorque = 0.0\nspeed = -1.0\n"
+
+
+def windows_angle(n, times):
+    """Crank angle and its rate (2, nt): n + 1 cranks turn, n couplers translate with their tips; DOP853 at 1e-13."""
+    inertia, weight = (n + 1) / 3 + n, GRAVITY * ((n + 1) / 2 + n)
+
+    def rate(t, s):
+        return [s[1], -weight * np.cos(s[0]) / inertia]
+
+    run = solve_ivp(rate, (0.0, times[-1]), [np.pi / 2, -1.0], "DOP853", t_eval=times, rtol=1e-13, atol=1e-13)
+    assert run.success
+    return run.y
+
+
+#: Crank angle of the four-bar that folds, as drawn.
+FOLDING = 1.0
+
+
+def _folding_follower(longer, length=0.3, crank=0.1):
+    """Follower angle as drawn, beside the parallelogram's."""
+
+    def gap(angle):
+        return abs(length + crank * (np.exp(1j * angle) - np.exp(1j * FOLDING))) - length * (1.0 + longer)
+
+    return brentq(gap, FOLDING - 0.1, FOLDING + 0.1, xtol=1e-16)
+
+
+def folding_sdf(longer, length=0.3, crank=0.1) -> str:
+    """The parallelogram with a coupler that is longer by a part of its length: it never gets flat, but folds."""
+    return _four_bar("folding", length, crank, length * (1.0 + longer), FOLDING, _folding_follower(longer))
+
+
+def folding_angles(longer, speed, time, length=0.3, crank=0.1):
+    """Angles of its crank and follower (2,) when it has coasted for a time, with DOP853 at 1e-13.
+
+    Its path in the plane of both angles is a smooth curve, which the kinetic energy tells how fast to follow.
+    """
+
+    def along(angles):
+        a, b = crank * np.exp(1j * angles)
+        coupler = length + b - a
+        slope_a, slope_b = -2.0 * (np.conj(coupler) * 1j * a).real, 2.0 * (np.conj(coupler) * 1j * b).real
+        tangent = np.array([-slope_b, slope_a]) / np.hypot(slope_a, slope_b)
+        u, w = 1j * a * tangent[0], 1j * b * tangent[1]  # of the coupler's ends
+        pins = abs(u) ** 2 + abs(w) ** 2
+        return tangent, MASS / 3 * (pins + pins + (np.conj(u) * w).real)
+
+    start = np.array([FOLDING, _folding_follower(longer)])
+    tangent, inertia = along(start)
+    momentum = np.sqrt(inertia) * speed / tangent[0]
+
+    def rate(t, angles):
+        tangent, inertia = along(angles)
+        return tangent * momentum / np.sqrt(inertia)
+
+    run = solve_ivp(rate, (0.0, time), start, "DOP853", rtol=1e-13, atol=1e-13)
+    assert run.success
+    return run.y[:, -1]
 
 
 def equal_slider_crank_sdf(length=0.1, angle=0.5) -> str:

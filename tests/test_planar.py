@@ -8,11 +8,11 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from linkages import load_mechanism
 from linkages.engines.drake.plant import add_tree, state_place
+from linkages.integrate.factor import solve_semidefinite
 from linkages.outputs.columns import columns
 from linkages.planar.closure import closure_error, closure_jacobian
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.dynamics import solve_semidefinite
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
@@ -90,7 +90,8 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     needed, found = tau.copy(), acceleration.copy()
     none = tree.loop_rows[:0]
     plane_gravity = mechanism.basis[:, :2].T @ gravity
-    constrained_dynamics(tree.bodies, none, 0.0, plane_gravity, q, v, np.zeros((nb, 3)), needed, found, np.empty(0))
+    given = tree.bodies, none, 0, 1.0, 0.0, plane_gravity, q, v, np.zeros((nb, 3))
+    constrained_dynamics(*given, needed, found, np.empty(0), np.empty(tree.size))
     full_a = np.zeros(plant.num_velocities())
     full_a[place.velocities] = found
     M = plant.CalcMassMatrix(context)
@@ -174,9 +175,9 @@ def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
     q, v = system.assembly.q, system.assembly.v
     needed, a, reaction = np.zeros(tree.size), np.zeros(tree.size), np.empty(len(tree.loop_rows))
     gravity = np.array([0.3, -2.0])
-    constrained_dynamics(
-        tree.bodies, tree.loop_rows, 0.0, gravity, q, v, np.zeros((len(tree.bodies), 3)), needed, a, reaction
-    )
+    rows, loops = tree.loop_rows, np.empty(tree.size)
+    given = tree.bodies, rows, system.arrays.rank, tree.extent, 0.0, gravity, q, v, np.zeros((len(tree.bodies), 3))
+    constrained_dynamics(*given, needed, a, reaction, loops)
     heavy = system.replaced({"gravity": [0.3, -2.0, 0.0]})
     np.testing.assert_array_equal(heavy.gravity, gravity)
     given = heavy, np.zeros(1), q[None], v[None], a[None]
@@ -202,8 +203,9 @@ def test_redundant_rows_are_dropped():
     matrix = base @ base.T  # rank 3
     rhs = matrix @ RNG.normal(size=5)
     x = np.empty(5)
-    solve_semidefinite(matrix.copy(), rhs.copy(), x)
+    assert solve_semidefinite(matrix.copy(), rhs.copy(), 3, x) > 1e-3
     np.testing.assert_allclose(matrix @ x, rhs, atol=1e-10)
+    assert solve_semidefinite(matrix.copy(), rhs.copy(), 4, np.empty(5)) == 0.0
     assert np.count_nonzero(x) == 3
 
 

@@ -12,6 +12,7 @@ from reference_machines import (
     parallelogram_angle,
     parallelogram_model,
     slider_crank_motion,
+    windows_angle,
 )
 
 # --- squeezing mechanism ----------------------------------------------------------------------------------------------
@@ -129,3 +130,9 @@ def test_one_coordinate_models_are_those_of_the_bodies():
     assert model.energy(q, v)[0] == pytest.approx(0.5 * inertia * v[0] ** 2, rel=1e-13)
     acceleration = model.accelerations(q, v)[0]
     assert acceleration[0] == pytest.approx((0.02 - 0.5 * slope * v[0] ** 2) / inertia, rel=1e-13)
+
+
+def test_windows_end_as_published():
+    """B0 of two windows at 10 s."""
+    angle = windows_angle(2, np.array([0.0, 10.0]))[0, -1]
+    np.testing.assert_allclose([np.cos(angle), np.sin(angle)], [0.3284581115, 0.9445185382], rtol=0, atol=1e-10)

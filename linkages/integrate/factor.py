@@ -1,10 +1,13 @@
-"""LU factorisation of small matrices, real or complex."""
+"""Small matrices: LU factorisation, real or complex; semi-definite systems, with their rank."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from linkages.kernel import kernel
+import numpy as np
+
+from linkages.kernel import Array, kernel
 
 
 @kernel
@@ -48,3 +51,43 @@ def back_substitute(factors: Any, pivots: Any, x: Any) -> None:
         for j in range(k + 1, n):
             value -= factors[k, j] * x[j]
         x[k] = value / factors[k, k]
+
+
+@kernel
+def solve_semidefinite(matrix: Array, rhs: Array, rank: int, x: Array) -> float:
+    """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
+
+    `matrix` and `rhs` are used up. Returns how far the matrix, of which `rank` rows should be independent, is from
+    having fewer: the square root of the pivot of that rank in parts of the largest entry of the diagonal.
+    """
+    n = len(rhs)
+    order, found, scale, last = np.arange(n), n, 0.0, 0.0
+    for k in range(n):
+        scale = max(scale, matrix[k, k])
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if matrix[order[i], order[i]] > matrix[order[best], order[best]]:
+                best = i
+        order[k], order[best] = order[best], order[k]
+        p = order[k]
+        if matrix[p, p] <= 1e-12 * scale:
+            found = k
+            break
+        if k == rank - 1:
+            last = matrix[p, p]
+        for i in range(k + 1, n):
+            r = order[i]
+            factor = matrix[r, p] / matrix[p, p]
+            rhs[r] -= factor * rhs[p]
+            for j in range(k + 1, n):
+                matrix[r, order[j]] -= factor * matrix[p, order[j]]
+    for k in range(n):
+        x[k] = 0.0
+    for k in range(found - 1, -1, -1):
+        p = order[k]
+        total = rhs[p]
+        for j in range(k + 1, found):
+            total -= matrix[p, order[j]] * x[order[j]]
+        x[p] = total / matrix[p, p]
+    return math.sqrt(last / scale) if rank else 1.0

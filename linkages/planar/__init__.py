@@ -8,6 +8,8 @@
 | motion           | prescribed motions and torques over time                                          |
 | kinematics       | positions, velocities and accelerations of all bodies, and of the closure rows    |
 | dynamics         | articulated-body dynamics with prescribed joints, loop reactions                  |
+| projection       | positions and rates moved to where ideal loops are closed                         |
+| passage          | accelerations through singular positions                                          |
 | driven           | forces of loads, drives and loops, for a simulator of all coordinates             |
 | contacts         | joints with play: from body states to force pairs, by the laws                    |
 | contact_partials | partial derivatives of a contact's force                                          |

@@ -12,6 +12,7 @@ class Arrays(NamedTuple):
 
     bodies: Records  # the tree
     rows: Records  # of its cut ideal joints
+    rank: int  # how many of the rows are independent, but in singular positions
     ends: Records  # of its contacts
     joints: Records  # where the force in each joint comes from
     laws: Records  # of the contacts

@@ -5,16 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
-from linkages.planar.dynamics import accelerate, generalized_force, inertial_load, workspace
+from linkages.planar.dynamics import clear, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
 from linkages.planar.loads import Loads, load_wrenches
 from linkages.planar.motion import Curves, evaluate_motions
+from linkages.planar.passage import accelerate_onto
 
 
 @kernel
 def constrained_dynamics(
     bodies: Records,
     rows: Records,
+    rank: int,
+    size: float,
     stabilisation: float,
     gravity: Array,
     q: Array,
@@ -23,8 +26,9 @@ def constrained_dynamics(
     tau: Array,
     acceleration: Array,
     reaction: Array,
+    loops: Array,
 ) -> None:
-    """Accelerations, drive forces and loop reactions at a state; see `accelerate`.
+    """Accelerations, drive forces and loop reactions at a state; see `accelerate_onto`.
 
     Parameters
     ----------
@@ -35,9 +39,12 @@ def constrained_dynamics(
     acceleration : (n,) array
         Prescribed accelerations; on return all of them.
     reaction : (nr,) array
-        Filled with the size of each row's reaction.
+        Filled with the size of each row's reaction; without a meaning where a singular position is passed.
+    loops : (n,) array
+        Filled with the generalised forces of the loops, which have one there too.
     """
     work = workspace(len(bodies), len(q), len(rows))
+    work.q[:] = q
     work.v[:] = v
     work.tau[:] = tau
     work.wrench[:] = wrench
@@ -46,23 +53,31 @@ def constrained_dynamics(
             work.a[bodies[i].dof] = acceleration[bodies[i].dof]
     body_positions(bodies, q, work.pose)
     body_velocities(bodies, work.pose, v, work.vel)
-    accelerate(bodies, rows, stabilisation, gravity, work)
+    accelerate_onto(bodies, rows, rank, size, stabilisation, gravity, work)
     acceleration[:] = work.a
     reaction[:] = work.reaction
     needed = np.zeros(len(q))
     inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], work.pose, -reaction[k], work.load)
     generalized_force(bodies, work.pose, work.load, needed)
+    clear(work.wrench)
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], work.pose, reaction[k], work.wrench)
+    loops[:] = 0.0
+    generalized_force(bodies, work.pose, work.wrench, loops)
     for i in range(len(bodies)):
-        if bodies[i].driven >= 0:
-            tau[bodies[i].dof] = needed[bodies[i].dof]
+        d = bodies[i].dof
+        if d >= 0 and bodies[i].driven >= 0:
+            tau[d] = needed[d] - loops[d]
+        elif d >= 0 and len(rows):
+            loops[d] = needed[d] - tau[d]
 
 
 @kernel
 def driven_forces(
     bodies: Records,
     rows: Records,
+    rank: int,
+    length: float,
     stabilisation: float,
     gravity: Array,
     driven: Indices,
@@ -82,6 +97,10 @@ def driven_forces(
 
     Parameters
     ----------
+    rank : int
+        How many rows are independent, but in singular positions.
+    length : float
+        Of the linkage [m].
     stabilisation : float
         Rate [1/s] at which deviations of drives and loops decay.
     driven, powered : arrays of int
@@ -117,19 +136,17 @@ def driven_forces(
         tau[powered[k]] += drive[nd + k]
     value = np.empty(nd)
     evaluate_motions(motion, t, value, one, two)
-    acceleration, needed, reaction = np.zeros(n), tau.copy(), np.empty(len(rows))
+    acceleration, needed, reaction, loop = np.zeros(n), tau.copy(), np.empty(len(rows)), np.empty(n)
     wrench[:] = 0.0
     for k in range(nd):
         d = driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
         acceleration[d] = two[k] + stabilisation * lag
-    constrained_dynamics(bodies, rows, stabilisation, gravity, q, v, wrench, needed, acceleration, reaction)
+    constrained_dynamics(
+        bodies, rows, rank, length, stabilisation, gravity, q, v, wrench, needed, acceleration, reaction, loop
+    )
     for k in range(nd):
         drive[k] = needed[driven[k]] - tau[driven[k]]
-        tau[driven[k]] = needed[driven[k]]
-    for k in range(len(rows)):
-        add_row_wrench(rows[k], pose, reaction[k], wrench)
-    generalized_force(bodies, pose, wrench, tau)
     total = applied[:size].copy()
-    total[into] = tau
+    total[into] = needed + loop
     return total, drive

@@ -13,15 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, inlined_kernel, kernel
-from linkages.planar.kinematics import (
-    add_row_wrench,
-    add_to_parent,
-    body_accelerations,
-    row_acceleration,
-    row_rate,
-    row_value,
-)
+from linkages.planar.kinematics import add_row_wrench, add_to_parent, body_accelerations, row_acceleration
 from linkages.planar.markers import turned
 from linkages.planar.record_types import PRISMATIC, REVOLUTE
 
@@ -48,6 +42,7 @@ class Workspace(NamedTuple):
     response: Array
     row_a: Array
     row_change: Array
+    passing: Array  # 1 where accelerations are those of a singular position that is passed, (1,)
 
 
 def make_workspace(nb: int, n: int, nr: int) -> Workspace:
@@ -56,7 +51,7 @@ def make_workspace(nb: int, n: int, nr: int) -> Workspace:
         np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n),
         np.zeros((nb, 5)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(nr),
         np.zeros((nb, 6)), np.zeros((nb, 8)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)),
-        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros((nr, nb, 3)),
+        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros((nr, nb, 3)), np.zeros(1),
     )  # fmt: skip
 
 
@@ -213,7 +208,7 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
 
 
 @inlined_kernel
-def accelerate(bodies: Records, rows: Records, stabilisation: float, gravity: Array, work: Workspace) -> None:
+def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: Workspace) -> float:
     """Accelerations and loop reactions of a tree whose cut ideal joints are closed by multipliers.
 
     Takes `work`'s v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free joints; fills a,
@@ -223,10 +218,15 @@ def accelerate(bodies: Records, rows: Records, stabilisation: float, gravity: Ar
     ----------
     rows : array of ROW
         Closure rows of the cut ideal joints; may be empty. Redundant rows are found and dropped.
-    stabilisation : float
-        Rate [1/s] at which closure errors decay (Baumgarte with both roots at this rate); 0 switches it off.
+    rank : int
+        How many of them are independent where the linkage is not singular.
     gravity : (2,) array
         In plane axes [m/s^2].
+
+    Returns
+    -------
+    float
+        How far the rows are from dependent, see `solve_semidefinite`; 1 without rows.
     """
     pose, vel, acc, change = work.pose, work.vel, work.acc, work.change
     body_accelerations(bodies, pose, vel, work.v, work.a, acc)
@@ -236,18 +236,16 @@ def accelerate(bodies: Records, rows: Records, stabilisation: float, gravity: Ar
     add_change(bodies, 1.0, change, acc)
     nr = len(rows)
     if nr == 0:
-        return
+        return 1.0
     for k in range(nr):
-        drift = 0.0
-        if stabilisation > 0.0:
-            drift = 2.0 * row_rate(rows[k], pose, vel) + stabilisation * row_value(rows[k], pose)
-        work.error[k] = -row_acceleration(rows[k], pose, vel, acc) - stabilisation * drift
+        work.error[k] = -row_acceleration(rows[k], pose, vel, acc)
     loop_responses(bodies, rows, work)
-    solve_semidefinite(work.response, work.error, work.reaction)
+    margin = solve_semidefinite(work.response, work.error, rank, work.reaction)
     for k in range(nr):
         add_change(bodies, work.reaction[k], work.row_change[k], acc)
         for d in range(len(work.a)):
             work.a[d] += work.reaction[k] * work.row_a[k, d]
+    return margin
 
 
 @kernel
@@ -275,39 +273,3 @@ def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
         respond(bodies, work.pose, work.axis, work.load, work.rest, work.row_change[k], work.row_a[k])
         for m in range(nr):
             work.response[m, k] = row_acceleration(rows[m], work.pose, work.still, work.row_change[k])
-
-
-@kernel
-def solve_semidefinite(matrix: Array, rhs: Array, x: Array) -> None:
-    """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
-
-    `matrix` and `rhs` are used up.
-    """
-    n = len(rhs)
-    order, rank, scale = np.arange(n), n, 0.0
-    for k in range(n):
-        scale = max(scale, matrix[k, k])
-    for k in range(n):
-        best = k
-        for i in range(k + 1, n):
-            if matrix[order[i], order[i]] > matrix[order[best], order[best]]:
-                best = i
-        order[k], order[best] = order[best], order[k]
-        p = order[k]
-        if matrix[p, p] <= 1e-12 * scale:
-            rank = k
-            break
-        for i in range(k + 1, n):
-            r = order[i]
-            factor = matrix[r, p] / matrix[p, p]
-            rhs[r] -= factor * rhs[p]
-            for j in range(k + 1, n):
-                matrix[r, order[j]] -= factor * matrix[p, order[j]]
-    for k in range(n):
-        x[k] = 0.0
-    for k in range(rank - 1, -1, -1):
-        p = order[k]
-        total = rhs[p]
-        for j in range(k + 1, rank):
-            total -= matrix[p, order[j]] * x[order[j]]
-        x[p] = total / matrix[p, p]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
@@ -30,18 +31,30 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     """Find the size of each row's reaction, so that nothing is left for the free coordinates to carry.
 
     Takes `work`'s pose, tau, and load from `linkages.planar.dynamics.inertial_load`; fills reaction. Statically
-    indeterminate reactions are those with the smallest sum of squares.
+    indeterminate reactions are any that balance, see `linkages.results.indeterminate`.
     """
     bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
     left, used = np.zeros(n), work.load.copy()
     generalized_force(bodies, work.pose, used, left)
     jacobian = closure_jacobian(bodies, rows, work.pose, n)[:, free]
-    rhs = np.empty(len(free))
+    rhs, nr = np.empty(len(free)), len(rows)
     for i in range(len(free)):
         rhs[i] = left[free[i]] - work.tau[free[i]]
-    found = solve_columns(np.ascontiguousarray(jacobian.T), rhs)
-    for k in range(len(rows)):
-        work.reaction[k] = found[k]
+    if nr == len(free) == model.rank:
+        found = solve_columns(np.ascontiguousarray(jacobian.T), rhs)
+        for k in range(nr):
+            work.reaction[k] = found[k]
+        return
+    for k in range(nr):  # least squares: as many equations as coordinates, fewer unknowns
+        work.error[k] = 0.0
+        for i in range(len(free)):
+            work.error[k] += jacobian[k, i] * rhs[i]
+        for m in range(k + 1):
+            product = 0.0
+            for i in range(len(free)):
+                product += jacobian[k, i] * jacobian[m, i]
+            work.response[k, m], work.response[m, k] = product, product
+    solve_semidefinite(work.response, work.error, model.rank, work.reaction)
 
 
 @kernel

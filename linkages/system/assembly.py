@@ -9,13 +9,15 @@ from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.experiment import Experiment
-from linkages.planar.closure import close, closure_error, closure_jacobian, closure_quality, consistent_rates
+from linkages.planar.closure import close, closure_jacobian, closure_quality, consistent_rates
+from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.system.loads import check_lengths
 from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 #: Ratio of singular values below which a position counts as singular.
 SINGULAR = 1e-8
@@ -43,7 +45,8 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
 
     Drives are brought from the drawn pose to their start angles in small steps, so that the assembly stays on
     the drawn branch. Coordinates that nothing prescribes keep their drawn values as far as the loops allow, and
-    start at rest; powered joints start at their `angle` and `speed`.
+    start at rest; powered joints start at their `angle` and `speed`. Where the ideal linkage holds powered joints,
+    which move only through play, their speeds are those of the loops that ideal joints close.
 
     Raises
     ------
@@ -53,11 +56,13 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
         If a drive starts too far from the drawn pose, more joints are driven than the linkage has degrees of freedom,
         or a spring has no direction at t = 0.
     """
-    held = np.concatenate([tree.driven_dofs, tree.powered_dofs])
-    free = np.setdiff1d(tree.free_dofs, held)
+    moved = np.concatenate([tree.driven_dofs, tree.powered_dofs])
     value, rate, _ = motions(np.zeros(1))
     powered = [experiment.drives[name] for name in tree.powered]
     start = np.concatenate([value[0], [drive.angle for drive in powered]])
+    through_play = _moves_through_play(tree, experiment)
+    held = tree.driven_dofs if through_play else moved
+    free = np.setdiff1d(tree.free_dofs, held)
     for name, distance in zip([*tree.driven, *tree.powered], start, strict=True):
         if not abs(distance) <= _FARTHEST:
             problem = f"starts {distance:g} rad or m from the drawn pose; it must be {_FARTHEST:g} at most"
@@ -68,34 +73,63 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
     q, v = np.zeros(tree.size), np.zeros(tree.size)
     steps = max(1, int(np.ceil(np.max(np.abs(start), initial=0.0) / _CONTINUATION)))
     for fraction in np.linspace(0.0, 1.0, steps + 1):
-        q[held] = fraction * start
+        q[held] = fraction * start[: len(held)]
         if not close(tree.bodies, rows, none, free, size, q):
             at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the drawn pose"
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}")
-    mobility = _mobility(tree, q)
-    if len(held) > mobility:
-        freedoms = f"{tree.mechanism.name} has {mobility} degrees of freedom"
-        problem = f"{len(held)} joints are driven, but {freedoms}; drive fewer"
-        raise InputError(experiment.source, "drives", problem)
+    mobility = _mobility(tree, tree.closure_rows, q)
+    _check_count(tree, experiment, len(held), mobility)
     offset = np.zeros(len(rows))
     offset[: 2 * len(tree.play)] = [x for name in tree.play for x in experiment.joints[name].offset]
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
     check_lengths(tree, experiment, loads, q)
-    v[held] = speed
-    consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     quality = closure_quality(tree.bodies, rows, free, q)
     determined = mobility == len(held)
+    v[moved] = speed
+    if through_play:
+        rows, free = tree.loop_rows, np.setdiff1d(free, moved)
+    consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if determined and quality < SINGULAR:
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
 
-def _mobility(tree: Tree, q: Array) -> int:
-    """Degrees of freedom of the ideal linkage at q: coordinates less independent closure rows."""
-    if len(tree.closure_rows) == 0:
-        return tree.size
+def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
+    """Whether the powered joints can move only through play: the ideal linkage has fewer freedoms than drives."""
+    if not tree.powered or not tree.play:
+        return False
+    q, rows = np.zeros(tree.size), tree.closure_rows
+    if not close(tree.bodies, rows, np.zeros(len(rows)), tree.free_dofs, tree.extent, q):
+        return False
+    if len(tree.driven) + len(tree.powered) <= _mobility(tree, rows, q):
+        return False
+    _check_count(tree, experiment, len(tree.driven) + len(tree.powered), _mobility(tree, tree.loop_rows, q))
+    for name in tree.powered:
+        if experiment.drives[name].angle:
+            problem = "must be zero or left out: the ideal linkage holds this joint, which moves only through play"
+            raise InputError(experiment.source, f"drives.{name}.angle", problem)
+    return True
+
+
+def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int) -> None:
+    if drives > mobility:
+        freedoms = f"{tree.mechanism.name} has {mobility} degrees of freedom"
+        problem = f"{drives} joints are driven, but {freedoms}; drive fewer"
+        raise InputError(experiment.source, "drives", problem)
+
+
+def _mobility(tree: Tree, rows: NDArray[np.record], q: Array) -> int:
+    """Degrees of freedom at q with these closure rows: coordinates less independent rows."""
+    return tree.size - independent(tree, rows, q)
+
+
+def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices | None = None) -> int:
+    """Count the independent rows at q, in all coordinates or in some."""
+    if len(rows) == 0:
+        return 0
     pose = np.empty((len(tree.bodies), 5))
-    closure_error(tree.bodies, tree.closure_rows, np.zeros(len(tree.closure_rows)), q, pose)
-    jacobian = closure_jacobian(tree.bodies, tree.closure_rows, pose, tree.size)
-    return tree.size - int(np.linalg.matrix_rank(jacobian, tol=1e-9 * np.abs(jacobian).max()))
+    body_positions(tree.bodies, q, pose)
+    jacobian = closure_jacobian(tree.bodies, rows, pose, tree.size)
+    jacobian = jacobian if columns is None else jacobian[:, columns]
+    return int(np.linalg.matrix_rank(jacobian, tol=1e-9 * np.abs(jacobian).max(initial=0.0)))

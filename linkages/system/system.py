@@ -19,7 +19,7 @@ from linkages.model.tables import JointModel
 from linkages.planar.arrays import Arrays
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
-from linkages.system.assembly import Assembly, assemble
+from linkages.system.assembly import Assembly, assemble, independent
 from linkages.system.law_records import film_limits, film_tables, law_parameters
 from linkages.system.loads import pack_loads
 from linkages.system.tree import Tree, spanning_tree
@@ -239,18 +239,24 @@ class System:
         """All that kernels read of the system."""
         tree = self.tree
         limits = np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
-        linkage = tree.bodies, tree.loop_rows, tree.ends, tree.joints
         joints = self.laws, self.film_tables, limits, self.touching.astype(np.int64), self.bristles
         dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, self.gravity
         # what is called by address is compiled for contiguous arrays, and nothing checks them there
-        return Arrays._make([*map(np.ascontiguousarray, (*linkage, *joints, *dofs, *applied)), tree.extent])
+        rest = map(np.ascontiguousarray, (tree.ends, tree.joints, *joints, *dofs, *applied))
+        return Arrays._make([np.ascontiguousarray(tree.bodies), *self._closed_by(tree.loop_rows), *rest, tree.extent])
+
+    def _closed_by(self, rows: NDArray[np.record]) -> tuple[NDArray[np.record], int]:
+        """Rows, and how many of them are independent in the free coordinates."""
+        count = independent(self.tree, rows, self.assembly.q, self.tree.free_dofs) if len(rows) else 0
+        return np.ascontiguousarray(rows), count
 
     @cached_property
     def ideal_arrays(self) -> Arrays:
         """The same with every joint ideal, closed by `Tree.closure_rows`."""
         tree = self.tree
-        return self.arrays._replace(rows=tree.closure_rows, ends=tree.ends[:0], joints=tree.ideal_joints)
+        rows, rank = self._closed_by(tree.closure_rows)
+        return self.arrays._replace(rows=rows, rank=rank, ends=tree.ends[:0], joints=tree.ideal_joints)
 
     @property
     def stiff(self) -> bool:

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
-from machines import PLANES, four_bar, slider_crank
+from machines import BEARING, PLANES, bar, four_bar, joint, model, slider_crank
 from shipped import run as run_shipped
 
-from linkages import ideal, simulate
+from linkages import InputError, ideal, impacts, simulate
 from linkages.results.extremes import integral
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
@@ -74,6 +74,45 @@ def test_a_falling_four_bar_keeps_its_energy(run):
     assert found["kinetic_energy"].max() > 0.05
     np.testing.assert_allclose(energy, energy[0], atol=1e-7)
     assert found.provenance["loop_error"] < 1e-8
+
+
+STRUT = f"""
+<frame name="pivot" attached_to="world"><pose relative_to="__model__">0.2 0 0 0 0 0</pose></frame>
+{bar("left", 0.2, "__model__", np.pi / 3)}{bar("right", 0.2, "pivot", 2.0 * np.pi / 3)}
+{joint("O", "world", "left")}{joint("Q", "world", "right")}
+<frame name="A_on_right" attached_to="right"><pose>0.2 0 0 0 0 0</pose></frame>
+<joint name="A" type="revolute"><parent>left_tip</parent><child>A_on_right</child><axis><xyz>0 0 1</xyz></axis>{BEARING}</joint>"""
+
+
+def test_a_linkage_that_only_its_play_lets_move_starts_with_a_speed(engine, system_of):
+    """Two bars and the ground between three pins: a triangle, but for the play in one; each bar turns until it touches."""
+    text = """gravity = [0.0, 0.0, 0.0]
+[drives.O]
+torque = 0.0
+speed = 0.1
+[joints.A]
+model = "dry"
+clearance = 5e-4
+contact = {law = "lankarani-nikravesh", restitution = 0.9, youngs_modulus = 2e11}
+"""
+    system = system_of(model("strut", STRUT), f"duration = 0.03\n{text}")
+    assert system.assembly.mobility == 0
+    run = simulate(system, engine)
+    free, touch = run.time < 0.0249, 5e-4 / (0.2 * 0.1)
+    np.testing.assert_allclose(run["left.omega"][free], 0.1, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(run["right.omega"][free], 0.0, atol=1e-9)
+    arc = 2.0 * 0.2 * np.sin(0.05 * run.time[free])
+    np.testing.assert_allclose(run["A.eccentricity_ratio"][free], arc / 5e-4, rtol=0, atol=1e-6)
+    (impact,) = impacts(run, ["A"])
+    assert impact.start == pytest.approx(touch, abs=1e-6)
+    assert abs(run["right.omega"][-1]) > 0.01
+    assert run["kinetic_energy"][-1] < run["kinetic_energy"][0]
+
+
+def test_a_speed_that_not_even_play_allows_is_refused(system_of):
+    system = system_of(model("strut", STRUT), "duration = 0.03\n[drives.O]\ntorque = 0.0\nspeed = 0.1\n")
+    with pytest.raises(InputError, match="0 degrees of freedom"):
+        _ = system.assembly
 
 
 def test_torque_drive_does_its_work(run, engine, system_of):

@@ -6,14 +6,21 @@ import pytest
 from engines import slow_on_drake
 from machines import bar, joint, model, slider_crank
 from reference_machines import (
+    WINDOWS,
     chain_model,
     chain_sdf,
     equal_slider_crank_angle,
     equal_slider_crank_sdf,
+    folding_angles,
+    folding_sdf,
     parallelogram_angle,
     parallelogram_sdf,
     slider_crank_motion,
+    windows_angle,
+    windows_sdf,
 )
+
+from linkages import simulate
 
 #: The tightest accuracy at which each engine is asked, and the error that it may have then, in parts of the largest
 #: value.
@@ -105,10 +112,10 @@ def test_ideal_slider_crank_moves_as_its_closed_form(run, engine):
 
 # --- through singular positions ---------------------------------------------------------------------------------------
 
-#: Drake only so coarsely that no step ends so close to a singular position that its closure rows are dependent to
-#: round-off: there the multipliers, and with them the accelerations, have no digits left.
+#: Tighter is never worse.
 THROUGH = pytest.mark.parametrize(
-    ("engine", "accuracy"), [("compiled", 1e-6), ("compiled", 1e-9), ("compiled", 1e-12), ("drake", 1e-6)]
+    ("engine", "accuracy"),
+    [("compiled", 1e-6), ("compiled", 1e-9), ("compiled", 1e-12), ("drake", 1e-6), ("drake", 1e-9)],
 )
 
 
@@ -124,6 +131,25 @@ def test_parallelogram_passes_its_flat_positions(run, accuracy):
     np.testing.assert_allclose(found["coupler.angle"], 0.0, atol=1e-6)
 
 
+@pytest.mark.parametrize("longer", [1e-2, 1e-4, 1e-6])
+def test_branches_that_pass_each_other_are_not_crossed(run, engine, longer):
+    """A coupler that is a little too long makes the parallelogram fold, in a turn as sharp as the root of it."""
+    text = "duration = 0.6\n[drives.O]\ntorque = 0.0\nspeed = 6.0\n"
+    found = run(folding_sdf(longer), text, 1e-9)
+    expected = folding_angles(longer, 6.0, 0.6)
+    assert expected[0] - expected[1] > 3.0
+    atol = {"compiled": 1e-7, "drake": 1e-6}[engine]  # Drake's states are led back to the loops, not projected
+    np.testing.assert_allclose([found["crank.angle"][-1], found["follower.angle"][-1]], expected, rtol=0, atol=atol)
+
+
+def test_an_implicit_method_passes_flat_positions(system_of):
+    text = f"duration = 3.0\n{WINDOWS}[solver]\nintegrator = 'radau3'\naccuracy = 1e-9\n"
+    found = simulate(system_of(windows_sdf(2), text), "compiled")
+    angle, _ = windows_angle(2, found.time)
+    assert found.provenance["method"] == "radau-iia-5"
+    np.testing.assert_allclose(found["crank0.angle"], angle, rtol=0, atol=1e-6)
+
+
 @THROUGH
 def test_equal_slider_crank_passes_its_singular_positions(run, engine, accuracy):
     text = "duration = 1.2\ngravity = [0.0, 0.0, 0.0]\n[drives.O]\ntorque = 0.02\nspeed = 6.0\n"
@@ -136,6 +162,27 @@ def test_equal_slider_crank_passes_its_singular_positions(run, engine, accuracy)
     assert error[~near].max() < 1e-5
     assert error.max() < {"compiled": 1e-3, "drake": 1e-5}[engine]
     np.testing.assert_allclose(found["rod.angle"], -theta, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("engine", "n", "accuracy", "duration"),
+    [
+        *(("compiled", n, accuracy, 10.0) for n in (1, 2) for accuracy in (1e-6, 1e-8, 1e-9, 1e-10, 1e-11)),
+        *(pytest.param("compiled", 40, accuracy, 10.0, marks=pytest.mark.slow) for accuracy in (1e-6, 1e-9)),
+        *(("drake", n, accuracy, 2.0) for n in (1, 2) for accuracy in (1e-6, 1e-9)),
+    ],
+)
+def test_windows_fall_through_their_flat_positions(run, engine, n, accuracy, duration):
+    """Six flat positions in 10 s, n branches crossing at each; the error follows the tolerance down to round-off."""
+    found = run(windows_sdf(n), f"duration = {duration}\n{WINDOWS}", accuracy)
+    angle, rate = windows_angle(n, found.time)
+    assert np.sum(np.diff(np.sign(np.sin(angle))) != 0) >= duration / 2
+    limit = 150.0 * accuracy if engine == "compiled" else 1e-7
+    for i in range(n + 1):
+        np.testing.assert_allclose(found[f"crank{i}.angle"], angle, rtol=0, atol=limit)
+        np.testing.assert_allclose(found[f"crank{i}.omega"], rate, rtol=0, atol=10.0 * limit)
+    for i in range(n):
+        np.testing.assert_allclose(found[f"coupler{i}.angle"], 0.0, atol=limit)
 
 
 # --- long runs --------------------------------------------------------------------------------------------------------

@@ -9,10 +9,10 @@ from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
-from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
+from linkages.planar.passage import accelerate_through
 
 BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
@@ -54,7 +54,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
         loads(equations, t)
-    accelerate(model.bodies, model.rows, 0.0, model.gravity, w)
+    accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
 
 
 @kernel

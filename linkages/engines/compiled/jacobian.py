@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from linkages.engines.compiled.entry_points import loads_tangent, solve
 from linkages.engines.compiled.model import Equations, Work
+from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond, solve_semidefinite
+from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
+from linkages.planar.passage import beside
 from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
     Scratch,
@@ -40,6 +42,8 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         memory = work.memory[k]
         contact_partials(model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k])
+    if w.passing[0] > 0.0:
+        beside(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
     inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, s.force)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
@@ -96,7 +100,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
         for k in range(nr):
             for m in range(nr):
                 s.response[k, m] = w.response[k, m]
-        solve_semidefinite(s.response, w.error, s.sizes)
+        solve_semidefinite(s.response, w.error, model.rank, s.sizes)
         for k in range(nr):
             for i in range(len(s.da)):
                 s.da[i] += s.sizes[k] * w.row_a[k, i]

@@ -57,6 +57,8 @@ class Drives(LeafSystem):
         self._model = (
             tree.bodies,
             tree.loop_rows,
+            system.arrays.rank,
+            tree.extent,
             stabilisation,
             system.gravity,
             tree.driven_dofs,
