@@ -73,6 +73,7 @@ class Status(enum.Enum):
     OK = "ok"
     NO_ASSEMBLY = "no-assembly"
     SINGULAR = "singular"
+    LOCKED = "locked"
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     TOO_MANY_STEPS = "too-many-steps"
@@ -90,7 +91,9 @@ _REMEDY = {
     Status.OK: "nothing: the run reached its end",
     Status.NO_ASSEMBLY: "the loops cannot be closed at this position of the drives: check the link lengths,"
     " the drives' start angles and the initial poses in the SDF file",
-    Status.SINGULAR: "the ideal linkage passes a singular position: drive another joint, or start elsewhere",
+    Status.SINGULAR: "the linkage starts in a singular position: drive another joint, or start elsewhere",
+    Status.LOCKED: "the drives reached a dead point of the linkage, beyond which its loops cannot be closed: shorten"
+    " the motion of the drives, change the lengths, or drive another joint",
     Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance (finite film: than"
     " a thousandth, where its map ends) and cannot carry the load: raise the viscosity,"
     ' lower the clearance or the speed, or allow contact with model = "mixed"',

@@ -1,14 +1,15 @@
 """What comes of a run: trajectories, and numbers over continuous time. It knows no engine.
 
-| module     | responsibility                                                           |
-|------------|--------------------------------------------------------------------------|
-| trajectory | outputs over time, a status, where they come from; save and load         |
-| extremes   | smallest and largest values over continuous time, integrals              |
-| parabola   | the top of a parabola, for every search of an extreme                    |
-| impacts    | contacts one by one; flight, impact and sustained contact                |
-| singular   | singular positions that a motion passes or comes near                    |
-| parting    | how long two runs of one system stay together                            |
-| ranges     | where a run leaves the range that a law holds for                        |
-| warnings   | what must be known before the numbers of a summary are trusted           |
-| summary    | a run with what is needed to judge it, and the contents of summary.json  |
+| module        | responsibility                                                           |
+|---------------|--------------------------------------------------------------------------|
+| trajectory    | outputs over time, a status, where they come from; save and load         |
+| extremes      | smallest and largest values over continuous time, integrals              |
+| parabola      | the top of a parabola, for every search of an extreme                    |
+| impacts       | contacts one by one; flight, impact and sustained contact                |
+| singular      | singular positions that a motion passes or comes near                    |
+| parting       | how long two runs of one system stay together                            |
+| ranges        | where a run leaves the range that a law holds for                        |
+| indeterminate | joints whose forces the motion does not determine                        |
+| warnings      | what must be known before the numbers of a summary are trusted           |
+| summary       | a run with what is needed to judge it, and the contents of summary.json  |
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +35,15 @@ class Passage(NamedTuple):
         Smallest over largest singular value of the closure's Jacobian there; zero is singular.
     joints : tuple of str
         Coordinates of the tree that the drives and loops do not hold there.
+    unique : bool
+        Whether the linkage has one branch there: a dead point of a drive, which cannot go on, and not a change point,
+        where two branches cross.
     """
 
     time: float
     quality: float
     joints: tuple[str, ...]
+    unique: bool
 
 
 def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
@@ -62,7 +66,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
     list of Passage
         In the order of time.
     """
-    if not len(arrays.rows) or not len(arrays.free) or len(motion.time) < 2:
+    if not arrays.rank or len(motion.time) < 2:
         return []
     from scipy.interpolate import PchipInterpolator  # takes half a second to import
 
@@ -78,7 +82,9 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
             best = int(np.argmin(ratios))
             low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
-            found.append(Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, q(between[best]))))
+            there = q(between[best])
+            unique = bool(_quality(_jacobian(arrays, there), arrays.rank) > NEAR)
+            found.append(Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, there), unique))
     return found
 
 
@@ -96,19 +102,25 @@ def _candidates(quality: Array) -> list[int]:
 
 
 def _jacobian(arrays: Arrays, q: Array) -> Array:
+    """Jacobian of the closure rows in all coordinates, driven ones too."""
     pose = np.empty((len(arrays.bodies), 5))
     body_positions(arrays.bodies, q, pose)
-    return closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))[:, arrays.free]
+    return closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))
 
 
 def _qualities(arrays: Arrays, q: Array) -> Array:
-    """Smallest over largest singular value of the closure's Jacobian at each line of q."""
-    values = np.linalg.svd(np.stack([_jacobian(arrays, line) for line in q]), compute_uv=False)
-    return values[:, -1] / values[:, 0]
+    """Smallest over largest singular value of the closure's Jacobian, in free coordinates, at each line of q."""
+    return _quality(np.stack([_jacobian(arrays, line)[:, arrays.free] for line in q]), arrays.rank)
+
+
+def _quality(jacobians: Array, rank: int) -> Any:
+    """Last over first of as many singular values as there are independent rows."""
+    values = np.linalg.svd(jacobians, compute_uv=False)
+    return values[..., rank - 1] / values[..., 0]
 
 
 def _loose(tree: Tree, arrays: Arrays, q: Array) -> tuple[str, ...]:
     """Name the coordinates that take part in the motion that nothing holds."""
-    direction = np.abs(np.linalg.svd(_jacobian(arrays, q))[2][min(len(arrays.rows), len(arrays.free)) - 1])
+    direction = np.abs(np.linalg.svd(_jacobian(arrays, q)[:, arrays.free])[2][arrays.rank - 1])
     taking_part = arrays.free[direction > _TAKES_PART * direction.max()]
     return tuple(tree.coordinates[i] for i in taking_part)

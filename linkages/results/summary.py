@@ -11,13 +11,15 @@ import numpy as np
 
 from linkages.errors import Status
 from linkages.files.versions import versions
+from linkages.planar.arrays import Arrays
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact, impacts
+from linkages.results.indeterminate import indeterminate
 from linkages.results.parting import horizon
 from linkages.results.ranges import outside
 from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import chaotic, rough, singular, without_unbounded
+from linkages.results.warnings import chaotic, rough, singular, undetermined, without_unbounded, without_undetermined
 from linkages.system import System
 
 _COMPARED = 500  # times at which the run and the tighter one are compared
@@ -58,10 +60,26 @@ class Study:
     @cached_property
     def ideal_passages(self) -> list[Passage]:
         """The same of the motion with ideal joints."""
+        system, arrays = self._ideal_model
+        return passages(system.tree, arrays, self.ideal)
+
+    @cached_property
+    def indeterminate(self) -> tuple[str, ...]:
+        """Joints and drives of the run whose force or torque is statically indeterminate."""
+        return indeterminate(self.system, self.system.arrays, self.run)
+
+    @cached_property
+    def ideal_indeterminate(self) -> tuple[str, ...]:
+        """The same of the motion with ideal joints."""
+        return indeterminate(*self._ideal_model, self.ideal)
+
+    @cached_property
+    def _ideal_model(self) -> tuple[System, Arrays]:
+        """System whose coordinates the motion with ideal joints has, and its arrays."""
         if self.system.determinate:
-            return passages(self.system.tree, self.system.ideal_arrays, self.ideal)
+            return self.system, self.system.ideal_arrays
         system = self.system.ideal()
-        return passages(system.tree, system.arrays, self.ideal)
+        return system, system.arrays
 
     @cached_property
     def parted(self) -> float | None:
@@ -98,10 +116,10 @@ def summarize(study: Study) -> dict[str, Any]:
     quality = system.assembly.quality
     numbers = _numbers(system, study.run, study.contacts)
     ideal_numbers = _numbers(system, study.ideal)
-    if study.passages:
-        without_unbounded(numbers)
-    if study.ideal_passages:
-        without_unbounded(ideal_numbers)
+    without_unbounded(numbers, study.passages)
+    without_unbounded(ideal_numbers, study.ideal_passages)
+    without_undetermined(numbers, study.indeterminate)
+    without_undetermined(ideal_numbers, study.ideal_indeterminate)
     return {
         "engine": study.engine,
         "duration": float(study.run.time[-1]),
@@ -156,6 +174,7 @@ def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
     later = [key for key in change if parted is not None and _when(study.run, key) > parted]
     found = [
         *singular(study.passages, study.ideal_passages),
+        *undetermined(study.indeterminate, study.ideal_indeterminate),
         *rough(study.tighter, peak, change),
         *chaotic(parted, later),
         *outside(study.system, study.run, study.contacts),
@@ -169,8 +188,12 @@ def _when(run: Trajectory, key: str) -> float:
 
 
 def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
-    """Warn of what one run shows by itself, nothing beside it: singular positions, laws outside their ranges."""
-    return [*singular(passages(system.tree, system.arrays, run), ()), *outside(system, run, contacts)]
+    """Warn of what one run shows by itself: singular positions, forces left open, laws outside their ranges."""
+    return [
+        *singular(passages(system.tree, system.arrays, run), ()),
+        *undetermined(indeterminate(system, system.arrays, run), ()),
+        *outside(system, run, contacts),
+    ]
 
 
 def touching(system: System) -> list[str]:

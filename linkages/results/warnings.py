@@ -13,8 +13,8 @@ ROUGH = 0.1  # of a peak: a change at the tighter tolerance that makes it rough
 _NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding or residue, and its change says nothing
 _NAMED = 4  # most peaks, joints or times in a sentence
 
-#: Outputs that stay bounded in a singular position: positions and velocities.
-_BOUNDED = frozenset({"x", "y", "angle", "vx", "vy", "omega", "rate"})
+#: Outputs that stay bounded in a singular position, and those that do where two branches cross.
+_POSITIONS, _VELOCITIES = frozenset({"x", "y", "angle"}), frozenset({"vx", "vy", "omega", "rate"})
 
 
 def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, Any]:
@@ -30,13 +30,35 @@ def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str,
     which = "the run" if not ideal else "the run, like the ideal linkage," if run else "the ideal linkage"
     worst = min(found, key=lambda passage: passage.quality)
     times = _listed([f"{passage.time:.6g} s" for passage in found])
+    if worst.unique:
+        branch = (
+            "no other branch begins there, but the drives cannot go on: velocities, accelerations, forces and torques "
+            "have no bound"
+        )
+    else:
+        branch = (
+            "another branch crosses there, so that the one that follows is not determined: the one that continues the "
+            "velocity was taken; forces and torques have no bound, nor have accelerations if a length errs"
+        )
     what = (
         f"{which} passes or nears singular positions at {times}: there {_listed(worst.joints)} can move although the "
-        f"drives stand still (ratio of singular values down to {worst.quality:.1g}), the branch that follows is not "
-        "determined, and forces, torques and accelerations have no bound"
+        f"drives stand still (ratio of singular values down to {worst.quality:.1g}); {branch}"
     )
     remedy = "change the lengths or the range of the drives, or drive another joint"
     return [warning("singular", found[0].time, what, remedy)]
+
+
+def undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any]]:
+    """Warn of the joints whose forces are statically indeterminate in a run, or in the linkage with ideal joints."""
+    found = run or ideal
+    if not found:
+        return []
+    which = "" if run else " of the ideal linkage"
+    what = (
+        f"the forces in {', '.join(found)}{which} are statically indeterminate: the loops are redundant, and what "
+        "passes there depends on how the links were fitted together"
+    )
+    return [warning("indeterminate", None, what, "give one of these joints play, or leave a redundant link out")]
 
 
 def rough(
@@ -82,16 +104,32 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
     return sorted(found, key=lambda item: -item[1])
 
 
-def without_unbounded(numbers: dict[str, Any]) -> dict[str, Any]:
-    """Replace what has no bound in a singular position by None: forces, torques, accelerations, work."""
+def without_unbounded(numbers: dict[str, Any], passages: Sequence[Passage]) -> None:
+    """Replace what has no bound in these singular positions by None: forces, torques, accelerations, work."""
+    if not passages:
+        return
+    bounded = _POSITIONS if any(passage.unique for passage in passages) else _POSITIONS | _VELOCITIES
     for name, value in numbers["outputs"].items():
-        if not (name.startswith("q.") or name.rpartition(".")[2] in _BOUNDED):
+        if not (name.startswith("q.") or name.rpartition(".")[2] in bounded):
             value.update(dict.fromkeys(value))
-    for value in numbers["joints"].values():
-        value["force"] = dict.fromkeys(value["force"])
-    for value in numbers["drives"].values():
-        value.update(torque={"peak": None}, work=None)
-    return numbers
+    for owner in (*numbers["joints"].values(), *numbers["drives"].values()):
+        _forget(owner)
+
+
+def without_undetermined(numbers: dict[str, Any], names: Sequence[str]) -> None:
+    """Replace the forces in these joints, and the torques of these drives, by None."""
+    for name in names:
+        for kind in ("joints", "drives"):
+            _forget(numbers[kind].get(name, {}))
+
+
+def _forget(owner: dict[str, Any]) -> None:
+    """Replace the force of a joint, or torque and work of a drive, by None."""
+    for key in ("force", "torque"):
+        if key in owner:
+            owner[key] = dict.fromkeys(owner[key])
+    if "work" in owner:
+        owner["work"] = None
 
 
 def _kind(key: str) -> str:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, Status
-from linkages.planar.closure import follow
-from linkages.system.assembly import SINGULAR
+from linkages.planar.closure import closure_error, closure_quality, follow
+from linkages.planar.passage import GAP, WEIGHTS
 from linkages.system.system import System
 
 Array = NDArray[np.float64]
 
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
+_BLURRED = 1e-3  # quality below which rates and accelerations have lost their digits
+_LOCKED = 1e-3  # quality below which a motion that cannot go on has met a dead point
+_HALVINGS = 40  # of a stored step, to find where a motion cannot go on
 
 
 class IdealMotion:
@@ -26,7 +31,7 @@ class IdealMotion:
     times : (nt,) array
         Times of the stored table, dense enough to follow the branch [s].
     status : Status
-        OK, or why the table ends early.
+        OK, or why the table ends early: LOCKED at a dead point of the drives, else NO_ASSEMBLY.
 
     Examples
     --------
@@ -47,24 +52,52 @@ class IdealMotion:
         self._follow_branch()
 
     def _follow_branch(self) -> None:
-        tree = self.system.tree
-        rows, free, size = tree.closure_rows, tree.free_dofs, tree.extent
+        """Fill the table; positions whose rates have no digits are passed over."""
+        free = self.system.tree.free_dofs
         q, v, a = self._prescribed(self.times)
-        quality = np.zeros(len(self.times))
-        none = np.zeros((1, len(rows)))
         q[0, free] = self.system.assembly.q[free]
-        step = self.times[1] - self.times[0]
-        for k in range(len(self.times)):
-            if k:  # second-order prediction from the last position
-                guess = q[k - 1] + step * (v[k - 1] + 0.5 * step * a[k - 1])
-                q[k, free] = guess[free]
-            line = (x[k : k + 1] for x in (q, v, a, quality))
-            done = follow(tree.bodies, rows, none, free, size, *line)
-            if done < 1 or quality[k] < SINGULAR:
-                self.status = Status.NO_ASSEMBLY if done < 1 else Status.SINGULAR
-                self.times, q, v, a, quality = self.times[:k], q[:k], v[:k], a[:k], quality[:k]
+        quality = np.zeros(len(self.times))
+        kept: list[int] = []
+        for k, time in enumerate(self.times):
+            line = q[k : k + 1], v[k : k + 1], a[k : k + 1]
+            if kept:
+                last = kept[-1]
+                line[0][:, free] = _predicted(time - self.times[last], q[last], v[last], a[last])[free]
+            if not self._close(*line, quality[k : k + 1]):
+                if kept:
+                    self._find_end(k, kept, q, v, a, quality)
                 break
-        self.q, self.v, self.a, self.quality = q, v, a, quality
+            if quality[k] > _BLURRED or not kept:
+                kept.append(k)
+        self.times, self.q, self.v, self.a, self.quality = (x[kept] for x in (self.times, q, v, a, quality))
+
+    def _find_end(self, k: int, kept: list[int], q: Array, v: Array, a: Array, quality: Array) -> None:
+        """Put line k of the table where the motion, which reaches none there, ends."""
+        last, free = kept[-1], self.system.tree.free_dofs
+        low, high = self.times[last], self.times[k]
+        self.status, start = Status.NO_ASSEMBLY, (q[last], v[last], a[last])
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            line = self._prescribed(np.array([middle]))
+            line[0][:, free] = _predicted(middle - self.times[last], *start)[free]
+            found = np.zeros(1)
+            if not self._close(*line, found):
+                high = middle
+                continue
+            low = self.times[k] = middle
+            q[k], v[k], a[k], quality[k] = *(x[0] for x in line), found[0]
+        if low > self.times[last]:
+            kept.append(k)
+        if quality[kept[-1]] < _LOCKED:
+            self.status = Status.LOCKED
+
+    def _close(self, q: Array, v: Array, a: Array, quality: Array, offset: Array | None = None) -> int:
+        """Close the loops in each line; returns how many were closed."""
+        tree = self.system.tree
+        rows = tree.closure_rows
+        if offset is None:
+            offset = np.zeros((len(q), len(rows)))
+        return follow(tree.bodies, rows, offset, tree.free_dofs, tree.extent, q, v, a, quality)
 
     def _prescribed(self, times: Array) -> tuple[Array, Array, Array]:
         tree = self.system.tree
@@ -88,18 +121,51 @@ class IdealMotion:
         AssemblyError
             If the loops do not close.
         """
-        tree = self.system.tree
         q, v, a = self._prescribed(times)
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times
-        step = (times - self.times[near])[:, None]
-        guess = self.q[near] + step * (self.v[near] + 0.5 * step * self.a[near])
-        free = tree.free_dofs
-        q[:, free] = guess[:, free]
-        rows = tree.closure_rows
-        if offset is None:
-            offset = np.zeros((len(times), len(rows)))
-        done = follow(tree.bodies, rows, offset, free, tree.extent, q, v, a, np.zeros(len(times)))
+        if self.status is Status.LOCKED:  # rates of the last line have no bound
+            near = np.minimum(near, len(self.times) - 2)
+        free, step = self.system.tree.free_dofs, (times - self.times[near])[:, None]
+        q[:, free] = _predicted(step, self.q[near], self.v[near], self.a[near])[:, free]
+        quality = np.zeros(len(times))
+        done = self._close(q, v, a, quality, offset)
         if done < len(times):
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at t = {times[done]:.6g} s")
+        if offset is None:
+            for k in np.flatnonzero(quality < _BLURRED):
+                self._interpolate(times[k], quality[k], q[k], v[k], a[k])
         return q, v, a
+
+    def _interpolate(self, time: float, quality: float, q: Array, v: Array, a: Array) -> None:
+        """Replace a state by one between others before and behind, as `linkages.planar.passage` does in runs.
+
+        It stays as it is where they are no farther from a singular position, or no branch goes through.
+        """
+        tree, count = self.system.tree, len(WEIGHTS)
+        steps = np.concatenate([np.arange(-count, 0), np.arange(1, count + 1)])
+        times = time + 2.0 * _GRID / (self.system.drive_rate or np.inf) * steps
+        if times[0] < 0.0 or times[-1] > self.times[-1]:
+            return
+        beside, free = self.states(times), tree.free_dofs
+        if min(closure_quality(tree.bodies, tree.closure_rows, free, x) for x in beside[0]) <= _BLURRED:
+            return
+        middle = [np.concatenate([WEIGHTS[::-1], WEIGHTS]) @ x for x in beside]
+        pose = np.empty((len(tree.bodies), 5))
+        gap = closure_error(tree.bodies, tree.closure_rows, np.zeros(len(tree.closure_rows)), middle[0], pose)
+        if np.abs(gap).max() <= GAP * tree.extent:
+            for state, found in zip((q, v, a), middle, strict=True):
+                state[free] = found[free]
+
+
+def cause(status: Status, system: System, time: float) -> Status:
+    """Return what ended a run with a status at a time [s]: where a step collapses, the drives may have locked."""
+    if status is not Status.STEP_SIZE_COLLAPSE or not system.determinate or not system.drive_rate:
+        return status
+    motion = IdealMotion(system)
+    locked = motion.status is Status.LOCKED and time > motion.times[-1] - _GRID / system.drive_rate
+    return Status.LOCKED if locked else status
+
+
+def _predicted(step: Any, q: Array, v: Array, a: Array) -> Array:
+    return q + step * (v + 0.5 * step * a)

@@ -10,7 +10,7 @@ from machines import four_bar
 from shipped import run as run_shipped
 from shipped import shipped
 
-from linkages import AssemblyError, Status, extremes, ideal, load, simulate
+from linkages import AssemblyError, Status, extremes, ideal, load, simulate, simulate_batch
 from linkages.cli.main import main
 from linkages.engines import budget
 from linkages.engines.compiled import simulation
@@ -49,12 +49,12 @@ def test_a_crank_that_locks_ends_the_run_where_geometry_says(engine, experiment_
     """Coupler and follower are stretched where the crank's tip is 0.3 m from the follower's pivot: cos(phi) = 1/3."""
     speed = 15.0  # rad/s
     sdf = four_bar(ground=0.3, crank=0.2, coupler=0.15, follower=0.15)
-    path = experiment_file(sdf, f"duration=0.2\n[drives.O]\nspeed={speed}\n")
-    # the ideal motion's table has 0.02 rad
-    locked = pytest.approx(np.arccos(1.0 / 3.0) / speed, abs=0.02 / speed)
+    path = experiment_file(sdf, f"duration=0.2\noutputs=['follower.omega']\n[drives.O]\nspeed={speed}\n")
+    locked = np.arccos(1.0 / 3.0) / speed
     motion = ideal(load(path))
-    assert motion.status in (Status.NO_ASSEMBLY, Status.SINGULAR)
-    assert motion.time[-1] == locked
+    assert motion.status is Status.LOCKED
+    assert motion.time[-1] == pytest.approx(locked, abs=1e-9)
+    assert np.sin(motion["coupler.angle"][-1] - motion["follower.angle"][-1]) == pytest.approx(0.0, abs=1e-3)
     out = tmp_path / "out"
     words = ["simulate", str(path), "--engine", engine, "--set", "solver.accuracy=1e-5", "--out", str(out)]
     assert main([*words, "--no-plots"]) == 1
@@ -62,10 +62,23 @@ def test_a_crank_that_locks_ends_the_run_where_geometry_says(engine, experiment_
     assert "the run ended" in told
     assert f"the ideal linkage ended at t = {motion.time[-1]:.6g} s: {motion.status.value}" in told
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["status"] == "step-size-collapse"
-    assert summary["duration"] == locked
+    assert summary["status"] == summary["ideal"]["status"] == "locked"
+    assert summary["duration"] == pytest.approx(locked, abs=1e-4)
+    (warning,) = summary["warnings"]
+    assert warning["kind"] == "singular"
+    assert "no other branch begins there" in warning["what"]
+    for numbers in (summary, summary["ideal"]):  # which have no bound as the lock is neared
+        assert numbers["outputs"]["follower.omega"]["peak"] is None
+        assert numbers["joints"]["A"]["force"]["peak"] is None
     # though the ideal linkage cannot be drawn where the run still is
     assert (out / "animation.html").exists()
+
+
+def test_a_design_that_locks_says_so_in_its_row(experiment_file):
+    sdf = four_bar(ground=0.3, crank=0.2, coupler=0.15, follower=0.15)
+    batch = simulate_batch(load(experiment_file(sdf, "duration=0.2\n[drives.O]\nspeed=15.0\n")), outputs=["O.torque"])
+    assert batch.status == [Status.LOCKED]
+    assert "dead point" in batch.reason[0]
 
 
 @pytest.fixture

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from engines import slow_on_drake
+from machines import BEARING, bar, joint, model
 from reference_machines import parallelogram_sdf
 from shipped import shipped
 
-from linkages import Status, ideal, study, summarize
+from linkages import Status, ideal, simulate, study, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
 from linkages.results.singular import NEAR, passages
@@ -33,6 +34,7 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
     assert warning["time"] == pytest.approx(FLAT[0], abs=1e-4)
     assert f"{FLAT[1]:.3f}"[:4] in warning["what"]
     assert all(name in warning["what"] for name in ("A", "Q"))
+    assert "another branch crosses there" in warning["what"]
     for numbers in (summary, summary["ideal"]):
         assert all(joint["force"] == {"peak": None, "time": None} for joint in numbers["joints"].values())
         assert numbers["drives"]["O"] == {"torque": {"peak": None}, "work": None}
@@ -69,6 +71,66 @@ def test_passages_are_found_between_samples(system_of, offset):
     found = passages(system.tree, system.ideal_arrays, coarse)
     assert [passage.time for passage in found] == pytest.approx(FLAT, abs=2e-3)
     assert all(passage.quality < NEAR for passage in found)
+
+
+def test_exactly_in_a_change_point_the_motion_is_that_of_its_branch(engine, system_of):
+    """Nothing but the flat position itself is asked for: rates by the closure alone have no digits there."""
+    system = system_of(parallelogram_sdf(), DRIVEN.format(1.0))
+    for motion in (ideal(system), simulate(system, engine)):
+        found = motion.evaluate(FLAT)
+        np.testing.assert_allclose(found["follower.angle"], [np.pi, 2.0 * np.pi], rtol=0, atol=1e-7)
+        np.testing.assert_allclose(found["follower.omega"], 6.0, rtol=0, atol=1e-6)
+        np.testing.assert_allclose(found["follower.alpha"], 0.0, rtol=0, atol=1e-3)
+
+
+def press_sdf() -> str:
+    """A beam on three parallel cranks, one more than needed, and a bar that hangs from its end."""
+    body = ""
+    for i in range(3):
+        body += (
+            f'<frame name="g{i}" attached_to="world"><pose relative_to="__model__">{0.2 * i} 0 0 0 0 0</pose></frame>'
+        )
+        body += bar(f"c{i}", 0.1, f"g{i}", 1.0) + joint(f"G{i}", "world", f"c{i}")
+    body += bar("beam", 0.4, "c0_tip", -1.0) + joint("P0", "c0_tip", "beam")
+    for i in (1, 2):
+        body += f'<frame name="b{i}" attached_to="beam"><pose>{0.2 * i} 0 0 0 0 0</pose></frame>'
+        body += f"""<joint name="P{i}" type="revolute"><parent>c{i}_tip</parent><child>b{i}</child>
+<axis><xyz>0 0 1</xyz></axis>{BEARING if i == 1 else ""}</joint>"""
+    return model("press", body + bar("load", 0.1, "beam_tip", -np.pi / 2) + joint("hook", "beam_tip", "load"))
+
+
+PRESS = """duration = 0.1
+outputs = ["beam.ay"]
+gravity = [0.0, -9.81, 0.0]
+[drives.G0]
+torque = 0.0
+speed = 0.5
+"""
+
+
+def test_forces_that_redundant_loops_leave_open_are_no_numbers(engine, system_of):
+    """What passes between three cranks moves nothing; the force that a hanging bar gets is known all the same."""
+    cranks = {"G0", "G1", "G2", "P0", "P1", "P2"}
+    summary = summarize(study(system_of(press_sdf(), PRESS), engine))
+    for numbers in (summary, summary["ideal"]):
+        assert {name for name, joint in numbers["joints"].items() if joint["force"]["peak"] is None} == cranks
+        assert numbers["joints"]["hook"]["force"]["peak"] > 0.0
+        assert numbers["outputs"]["beam.ay"]["peak"] > 0.0
+    assert all(summary["error"][f"{name}.force.peak"] is None for name in cranks)
+    (warning,) = summary["warnings"]
+    assert warning["kind"] == "indeterminate"
+    assert all(name in warning["what"] for name in cranks)
+    assert "hook" not in warning["what"]
+    assert warning["what"] in format_summary(summary)
+
+
+def test_play_in_a_redundant_link_makes_the_forces_determinate(system_of):
+    film = '[joints.P1]\nmodel = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
+    summary = summarize(study(system_of(press_sdf(), PRESS + film), "compiled", error_estimate=False))
+    assert all(joint["force"]["peak"] > 0.0 for joint in summary["joints"].values())
+    assert summary["ideal"]["joints"]["P1"]["force"]["peak"] is None
+    (warning,) = [entry for entry in summary["warnings"] if entry["kind"] == "indeterminate"]
+    assert "of the ideal linkage" in warning["what"]
 
 
 @pytest.mark.parametrize(

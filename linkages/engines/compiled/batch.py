@@ -18,6 +18,7 @@ from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
 from linkages.planar.ideal import make_ideal
 from linkages.system import System
+from linkages.system.ideal_motion import cause
 
 
 @dataclass(frozen=True)
@@ -164,7 +165,7 @@ def _run(
     except AssemblyError as problem:
         return problem.status, str(problem), 0
     record = runner.run(0.0, runner.start, runner.first_step, MOST)
-    status = STATUS.get(record.status, Status.TOO_MANY_STEPS)
+    status = cause(STATUS.get(record.status, Status.TOO_MANY_STEPS), system, float(record.times[-1]))
     if status is not Status.OK:
         where = f"ended at t = {record.times[-1]:.6g} s"
         return status, f"{status.value}: {where}; {status.remedy}", record.steps

@@ -17,6 +17,7 @@ from linkages.outputs.columns import Columns, columns
 from linkages.planar.closure import closure_error
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
+from linkages.system.ideal_motion import cause
 
 _CHUNK = WINDOW  # steps between two looks at the clock and at the keyboard
 
@@ -64,6 +65,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         status = Status.INTERRUPTED
         if not parts:
             raise
+    status = cause(status, system, t)
     steps = join(parts)
     wall = clock.perf_counter() - started
     replay = Replay(runner, steps)

@@ -18,6 +18,7 @@ from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
+from linkages.system.ideal_motion import cause
 
 Array = NDArray[np.float64]
 
@@ -67,6 +68,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         status = Status.STEP_SIZE_COLLAPSE
     if watch.status is not Status.OK:
         status = watch.status
+    status = cause(status, system, watch.times[-1])
     provenance = {
         "engine": "drake",
         "steps": len(watch.times) - 1,
@@ -76,7 +78,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     }
     recorder = _Recorder(diagram, linkage, watch)
     trajectory = sample(recorder.times, recorder, status, provenance)
-    if status is Status.STEP_SIZE_COLLAPSE:  # nor can its last steps be integrated again
+    if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # nor can its last steps be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
 
