@@ -388,7 +388,17 @@ def test_included_files_are_followed(tmp_path, capsys):
     assert capsys.readouterr().out.count("\n") == 2  # nothing was left out
 
 
+def test_of_a_world_its_one_model_is_taken(imported, load):
+    inside = GOOD[GOOD.index("<model") : GOOD.index("</sdf>")]
+    world = "<gravity>0 0 -9.8</gravity><light name='sun'/><include><uri>model://ground_plane</uri></include>"
+    path, text = imported(f'<sdf version="1.6"><world name="w">{world}{inside}</world></sdf>', "sdf")
+    assert same(load_mechanism(path), load(GOOD))
+    for left in ("world/gravity", "world/light", "world/include"):
+        assert f"<{left}>" in text
+
+
 REFUSED = {
+    "two models in a world": ('<sdf><world><model name="a"/><model name="b"/></world></sdf>', "has 2 <model> elements"),
     "xacro": (urdf_four_bar('<xacro:macro name="leg"/>'), "is xacro"),
     "xacro in a value": (urdf_four_bar(LOOP).replace('"0.25 0 0"', '"${a} 0 0"'), "is xacro"),
     "mimic": (urdf_four_bar("").replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="O"/>', 1), "<mimic>"),

@@ -23,14 +23,10 @@ _CARRIED = {
     "model": ("link", "joint", "frame", "pose", "static"),
     "link": ("pose", "inertial", "visual"),
     "joint": ("pose", "parent", "child", "axis", "linkages:bearing", "linkages:slot"),
-    "axis": ("xyz", "mimic"),  # the one who reads it refuses a mimic
+    "axis": ("xyz", "use_parent_model_frame", "mimic"),  # who reads it refuses a mimic
     "frame": ("pose",),
 }
-_WHY = {
-    "collision": "links touch one another in joints with play only",
-    "limit": "nothing stops a joint",
-    "use_parent_model_frame": "the axis is carried over",
-}
+_WHY = {"collision": "links touch one another in joints with play only", "limit": "nothing stops a joint"}
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
 _SAME_PLACE = 1e-6  # of the size of the machine
 
@@ -107,9 +103,13 @@ def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
     if root.tag == "robot":
         return sdf_of(path, root)
     world = root.find("world")
-    if world is not None and len(world.findall("model")) == 1 and root.find("model") is None:
-        root.append(world.findall("model")[0])
-    return flattened(path, find_model(path, root), follow)
+    root.extend(world.findall("model") if world is not None else ())
+    model = find_model(path, root)
+    for element in world if world is not None else ():
+        if element is not model:
+            element.tag = f"world/{element.tag}"  # which is left out, with a line
+            model.append(element)
+    return flattened(path, model, follow)
 
 
 def _included(path: Path, include: ET.Element) -> Path:
