@@ -1,6 +1,7 @@
 """Trajectories, extremes, and the command line's files."""
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -215,19 +216,23 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_an_interrupted_run_is_written_and_exits_with_130(experiment_file, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_an_interrupted_run_is_written_and_its_exit_status_names_the_signal(
+    number, status, experiment_file, tmp_path, monkeypatch
+):
     from linkages.cli import progress
 
     def bar(name, total, unit):
         def stop(time):
             if time > 0.5 * total:
-                raise KeyboardInterrupt
+                signal.raise_signal(number)
 
         return stop
 
     monkeypatch.setattr(progress, "progress_bar", bar)
     out = tmp_path / "out"
-    assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == 130
+    assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == status
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == "interrupted"
     assert 0.1 < summary["duration"] < 0.2

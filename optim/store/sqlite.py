@@ -34,7 +34,7 @@ def guarded(path: Path) -> Iterator[None]:
     """
     try:
         yield
-    except sqlite3.DatabaseError as problem:
+    except (sqlite3.DatabaseError, UnicodeDecodeError) as problem:  # names that are no text any more
         if getattr(problem, "sqlite_errorcode", 0) & 0xFF in _TRANSIENT:
             raise RunError(
                 f"{path}: {problem}; what it holds is kept: make room or wait, and continue with --resume"
