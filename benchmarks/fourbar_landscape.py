@@ -152,8 +152,8 @@ a step of the line search just meets, or just misses, decides the valley. So tak
 The patent's ranges of the lengths are lost with its table 1. Differential evolution, seed 1, {BUDGET} designs:
 
 {table(("bounds, of the nominal lengths", *HEADINGS), rows)}
-The printed 77.5 % says as much of the bounds as of the method: a longer follower turns the same blow into less angular
-acceleration, and is heavier. (Within the widest bounds so few designs do not find what the third row has.)
+The printed 77.5 % says as much of the bounds as of the method: a longer, heavier follower turns less under
+a blow, which is not the same blow. (Within the widest bounds so few designs do not find what the third row has.)
 
 ## A stand-in without contacts
 

@@ -22,6 +22,7 @@ _HEAD = r"""# Algorithms of the optimisation
 An algorithm is a function `(problem, settings, seed, progress) -> Result` (`optim/algorithms/nlp.py` has the types). It
 sees bounds and a function of whole populations, never a mechanism. It depends on nothing but its arguments: run again, it
 asks for the same designs in the same order, so a run that was stopped is resumed by running it again on the stored values.
+This page is written by `python docs/make_algorithms.py`.
 
 ```python
 import optim
