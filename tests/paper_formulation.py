@@ -1,15 +1,18 @@
 """The paper's own formulation of the seven-bar, written independently of the package.
 
 Chen, Wang and Wang, China Mechanical Engineering 36(1), 2025: 18 absolute coordinates (16), 14 constraints (17),
-Lagrange multipliers and Baumgarte stabilisation (22) with alpha = beta = 50, integrated with SciPy's Radau. The film
+Lagrange multipliers and Baumgarte stabilisation (22) with alpha = beta = 50, integrated with SciPy. The film
 is eqs. (9)-(11) as printed, in terms of k, but for three corrections: e points from the bearing to the journal, the
-attitude rate counts against the sum of both angular velocities, and the sign of F_LN in (11).
+attitude rate counts against the sum of both angular velocities, and the sign of F_LN in (11). Other joints are other
+laws, see `joint_laws`; where they touch, integration stops at the start and the end of each contact.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
+import contact_events
 import numpy as np
 from scipy.integrate import solve_ivp
 
@@ -18,6 +21,11 @@ S1, S2, S3, S4, S6 = 0.040, 0.090, 0.159, 0.040, 0.150  # Table 2: mass centres 
 THETA4 = np.radians(310.79)  # eq. (17)
 RADIUS, LENGTH = 0.015, 0.04  # Tables 4 and 5 [m]
 ALPHA = BETA = 50.0  # Table 4
+
+
+def film_law(data, joint, e, v, omega_b, omega_j, approach):
+    """Force on the journal of a film without shear torque, and no couple; other laws take the same arguments."""
+    return film(data, joint, e, v, omega_b + omega_j), 0.0
 
 
 @dataclass
@@ -29,6 +37,7 @@ class Data:
     clearance: tuple = (0.3e-3, 0.3e-3)  # A, B
     viscosity: tuple = (0.4, 0.4)
     omega: tuple = (2 * np.pi, 2 * np.pi)  # cranks 1 and 4
+    law: Callable = film_law
 
 
 def film(data, joint, e, v, omega_sum):
@@ -114,8 +123,11 @@ def gamma(q, v):
     return g
 
 
-def joints(q, v, data):
-    """Eccentricities and forces on the journals A (on link 2) and B (on link 3): [(e, F, lever arms)]."""
+def joints(q, v, data, approach=(None, None)):
+    """Eccentricities, rates, and forces on the journals A (on link 2) and B (on link 3), with bodies and lever arms.
+
+    `approach` has the speeds at which the contacts began [m/s], None without contact.
+    """
     result = []
     for joint, (bearing, length_b, journal, length_j) in enumerate(((0, L1 - S1, 1, S2), (3, L4 - S4, 2, S3))):
         pb, pj = q[3 * bearing : 3 * bearing + 2], q[3 * journal : 3 * journal + 2]
@@ -126,17 +138,18 @@ def joints(q, v, data):
         turn = lambda w, r: w * np.array([-r[1], r[0]])  # noqa: E731
         e = pj + rj - pb - rb
         relative = v[3 * journal : 3 * journal + 2] + turn(wj, rj) - v[3 * bearing : 3 * bearing + 2] - turn(wb, rb)
-        result.append((e, film(data, joint, e, relative, wb + wj), bearing, rb + e, journal, rj))
+        force, couple = data.law(data, joint, e, relative, wb, wj, approach[joint])
+        result.append((e, relative, force, couple, bearing, rb + e, journal, rj))
     return result
 
 
-def accelerations(t, q, v, data):
+def accelerations(t, q, v, data, approach=(None, None)):
     """Eq. (22)."""
     force = np.zeros(18)
-    for _, f, bearing, arm_b, journal, arm_j in joints(q, v, data):
+    for _, _, f, couple, bearing, arm_b, journal, arm_j in joints(q, v, data, approach):
         for body, arm, sign in ((bearing, arm_b, -1), (journal, arm_j, 1)):
             force[3 * body : 3 * body + 2] += sign * f
-            force[3 * body + 2] += sign * (arm[0] * f[1] - arm[1] * f[0])
+            force[3 * body + 2] += sign * (arm[0] * f[1] - arm[1] * f[0] + couple)
     mass = np.stack([data.mass, data.mass, data.inertia], axis=1).ravel()
     J = jacobian(q)
     phi_t = np.zeros(14)
@@ -195,8 +208,25 @@ def solve(data, duration, rtol=1e-8, method="Radau"):
         for i, t in enumerate(times):
             state = run.sol(t)
             for j, item in enumerate(joints(state[:18], state[18:], data)):
-                e[i, j], f[i, j] = item[0], item[1]
+                e[i, j], f[i, j] = item[0], item[2]
             a[i] = accelerations(t, state[:18], state[18:], data)[15]
         return e, f, a
 
     return run.t, at
+
+
+def contacts(data, duration):
+    """Contacts of joints that touch (0: A, 1: B), see `contact_events.contacts`."""
+
+    def rates(t, s, approach):
+        return np.concatenate([s[18:], accelerations(t, s[:18], s[18:], data, approach)])
+
+    def depths(t, s):
+        found = [(np.hypot(*e), e @ v) for e, v, *_ in joints(s[:18], s[18:], data)]
+        sizes, products = np.array(found).T
+        return sizes - data.clearance, products / np.maximum(sizes, 1e-300)
+
+    def loads(t, s, approach):
+        return [np.hypot(*force) for _, _, force, *_ in joints(s[:18], s[18:], data, approach)]
+
+    return contact_events.contacts(rates, depths, loads, np.concatenate(start(data)), duration, 1e-9, 2e-4)
