@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from replication.claims import table
-from replication.patent_claims import UNSEEN, started_at
+from replication.patent_designs import UNSEEN, started_at
 from replication.recorded import write_record
 
 from optim import Evaluations, Evaluator, Progress, Screened, Study, find_study, load_study, minimise, problem_of

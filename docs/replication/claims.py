@@ -1,49 +1,11 @@
-"""Claims of a source beside our numbers: verdicts that follow from them, tables, the comparison of two pages."""
+"""Numbers and tables of the replication pages, and the comparison of two pages."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
 
-REPRODUCED, TREND, NOT, MISPRINT = "reproduced", "trend only", "not reproducible", "wrong as printed"
-#: A value agrees within this part of the printed one.
-WITHIN = 0.05
 _NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-
-
-class Claim(NamedTuple):
-    """One line of the table: what is printed and where, what we compute, what follows, and why."""
-
-    claim: str
-    printed: str
-    ours: str
-    verdict: str
-    why: str
-
-
-def grade(reproduced: bool, trend: bool = False) -> str:
-    """Return `REPRODUCED`, or else `TREND`, or else `NOT`."""
-    return REPRODUCED if reproduced else TREND if trend else NOT
-
-
-def verdict(printed: float, ours: float) -> str:
-    """Compare a value with the printed one: `REPRODUCED` within `WITHIN`, `TREND` within a factor of two, or `NOT`."""
-    return grade(_within(printed, ours), 0.5 <= ours / printed <= 2.0)
-
-
-def verdict_of_change(printed: float, ours: float) -> str:
-    """Compare changes in per cent: `REPRODUCED` within `WITHIN`, `TREND` with the sign and a tenth of it, or `NOT`."""
-    return grade(_within(printed, ours), ours / printed >= 0.1)
-
-
-def verdict_of_gain(printed: float, ours: float) -> str:
-    """Compare what an optimisation lowers, in per cent: as `verdict_of_change`, but more than is printed serves too."""
-    return REPRODUCED if ours <= printed else verdict_of_change(printed, ours)
-
-
-def _within(printed: float, ours: float) -> bool:
-    return abs(ours - printed) <= WITHIN * abs(printed)
 
 
 def change(before: float, after: float) -> float:

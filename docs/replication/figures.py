@@ -65,19 +65,22 @@ def write_motion(designs: Mapping[str, Columns], path: Path) -> None:
 
 
 def write_orbits(designs: Mapping[str, Columns], clearance: float, path: Path) -> None:
-    """Draw the journals' paths in joints A and B (figure 9); `clearance` [m]."""
-    with _figure(path, (7.5, 4.2), 1, 2) as (figure, axes):
-        for ax, joint in zip(axes, "AB", strict=True):
+    """Draw the journals' paths in joints A and B (figure 9), within the circle where they touch, and enlarged; `clearance` [m]."""
+    turn, c = np.linspace(0.0, 2.0 * np.pi, 361), 1e6 * clearance
+    with _figure(path, (7.5, 7.6), 2, 2) as (figure, axes):
+        for column, joint in zip(axes.T, "AB", strict=True):
             largest = 0.0
             for key, columns in designs.items():
                 x, y = 1e6 * columns[f"{joint}.ex"], 1e6 * columns[f"{joint}.ey"]
-                ax.plot(x, y, label=key, **STYLES[key])
                 largest = max(largest, 1.1 * float(np.hypot(x, y).max()))
-            title = f"joint {joint} (clearance {1e6 * clearance:.0f} µm)"
-            ax.set(title=title, aspect="equal", xlim=(-largest, largest), ylim=(-largest, largest))
-            ax.set(xlabel="$e_x$ [µm]", ylabel="$e_y$ [µm]")
-        names = axes[0].get_legend_handles_labels()
-        figure.legend(*names, loc="outside lower center", ncols=4, frameon=False)
+                for ax in column:
+                    ax.plot(x, y, label=key, **STYLES[key])
+            column[0].plot(c * np.cos(turn), c * np.sin(turn), color="0.5", linewidth=2.0, label="contact")
+            for ax, half, title in zip(column, (1.05 * c, largest), (f"joint {joint}", "enlarged"), strict=True):
+                ax.set(title=title, aspect="equal", xlim=(-half, half), ylim=(-half, half))
+                ax.set(xlabel="$e_x$ [µm]", ylabel="$e_y$ [µm]")
+        names = axes[0, 0].get_legend_handles_labels()
+        figure.legend(*names, loc="outside lower center", ncols=5, frameon=False)
 
 
 def write_forces(designs: Mapping[str, Columns], path: Path) -> None:
@@ -107,3 +110,43 @@ def write_jitter(before: tuple[Columns, Columns], after: tuple[Columns, Columns]
             ax.set(title=title, ylabel="angular acceleration\nof the follower [10³ rad/s²]")
         axes[0].legend(frameon=False, loc="upper right", ncols=2)
         axes[1].set_xlabel("time [s]")
+
+
+def write_rig(run: Columns, perfect: Columns, printed: Mapping[str, float], path: Path) -> None:
+    """Draw the slider's acceleration on the rig (figure 5), with the largest printed values by name [m/s2]."""
+    with _figure(path, (6.5, 3.4), 1, 1) as (_, ax):
+        ax.plot(run["time"], run["slider7.ax"], label="with clearance", color=COLORS[1])
+        ax.plot(perfect["time"], perfect["slider7.ax"], label="ideal", color="#000000", linestyle="--")
+        for (name, value), style in zip(printed.items(), (":", "-."), strict=True):
+            ax.axhline(value, color=COLORS[0], linestyle=style, label=f"printed: largest {name}, {value:+g}")
+        ax.set(
+            xlabel="time [s]",
+            ylabel="acceleration [m/s²]",
+            ylim=(1.1 * min(printed.values()), 1.5 * max(printed.values())),
+        )
+        ax.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 0.1), fontsize=8)
+
+
+def write_spike(plain: Columns, patched: Mapping[str, Columns], printed: Mapping[str, float], path: Path) -> None:
+    """Draw the acceleration at the start with eqs. (12)-(13) for each design, without them for the nominal one (figure 8).
+
+    Parameters
+    ----------
+    plain : columns
+    patched : mapping of columns
+    printed : mapping of float
+        Printed values of the spike by design [m/s2].
+    path : Path
+    """
+    with _figure(path, (7.5, 3.8), 1, 2) as (_, (whole, start)):
+        for ax, end, scale in ((whole, np.inf, 1.0), (start, 0.01, 1e3)):
+            for key, columns in {"without (12)-(13)": plain, **patched}.items():
+                part = columns["time"] <= end
+                look = STYLES.get(key, {"color": "0.6", "linewidth": 2.5})
+                ax.plot(scale * columns["time"][part], columns["slider7.ax"][part], label=key, **look)
+            ax.set_xlabel("time [s]" if scale == 1.0 else "time [ms]")
+        for key, value in printed.items():
+            start.axhline(-value, color=STYLES[key]["color"], linewidth=0.6, linestyle=STYLES[key]["linestyle"])
+        whole.set_ylabel("acceleration [m/s²]")
+        start.set_title("start; thin: printed sizes", fontsize=9)
+        whole.legend(frameon=False, fontsize=8)

@@ -36,6 +36,9 @@ class Record(Table):
     versions: dict[str, str] = Field(description="of the packages that determine the numbers")
     objectives: dict[str, Finite] = Field(description="when it was found, as the study means them")
     variables: dict[str, Finite] = Field(description="by dotted path, SI units")
+    drake: dict[str, Finite] = Field(
+        {}, description="objectives by Drake, which takes minutes, where they were computed"
+    )
 
     def design(self, study: Study) -> Array:
         """Values of a study's variables, (n,).
@@ -81,9 +84,14 @@ def write_record(study: Study, result: Mapping[str, Any], command: str) -> Path:
     given = {key: result[key] for key in ("algorithm", "seed", "evaluations")}
     best = {key: result["best"][key] for key in ("objectives", "variables")}
     record = Record(study=study.source.stem, command=command, versions=versions("pygad"), **given, **best)
+    return save(record)
+
+
+def save(record: Record) -> Path:
+    """Write a record to its file."""
     document = tomlkit.document()
-    document.add(tomlkit.comment(f"Written by `{command}`."))
-    document.update(record.model_dump())
+    document.add(tomlkit.comment(f"Written by `{record.command}`."))
+    document.update({key: value for key, value in record.model_dump().items() if value != {}})
     path = path_of(record.study)
     with whole(path) as partial:
         partial.write_text(tomlkit.dumps(document), encoding="utf-8")

@@ -40,7 +40,7 @@ WITHIN = 0.05
 #: A number shows the trend within this factor of the printed one.
 FACTOR = 2.0
 #: Module of each source's `SECTIONS`.
-SOURCES = {"robot": "replication.three_rrr"}
+SOURCES = {"press": "replication.press_claims", "patent": "replication.patent_claims", "robot": "replication.three_rrr"}
 
 Sections = Mapping[str, Callable[[], "list[Claim]"]]
 

@@ -194,10 +194,13 @@ def test_start_up_spike_comes_from_the_small_eccentricity_patch(engine, nominal)
 
 
 def test_rig_runs_on_the_same_branch(engine):
+    """The slider stays within half the clearance of the ideal one, and after the start it accelerates as it."""
     system = shipped("seven_bar_rig", duration=0.3)
     assert system.mechanism.joint["A"].bearing.radius == 6e-3
     assert system.assembly.mobility == 2
     run = simulate(system, engine)
-    reference = ideal(system).evaluate(run.time)
-    np.testing.assert_allclose(run["slider7.x"], reference["slider7.x"], atol=2e-4)
-    assert run["A.eccentricity_ratio"].max() < 1.0
+    exact, settled = ideal(system).evaluate(run.time), run.time > 0.02
+    np.testing.assert_allclose(run["slider7.x"], exact["slider7.x"], atol=1e-4)
+    apart = np.abs(run["slider7.ax"] - exact["slider7.ax"])[settled]
+    assert apart.max() < 2e-3 * np.abs(exact["slider7.ax"]).max()
+    assert 0.2 < run["A.eccentricity_ratio"].max() < 0.5  # of 0.2 mm; with the press's bearings 15 times less

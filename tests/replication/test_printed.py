@@ -4,17 +4,9 @@ import numpy as np
 import paper_formulation
 import pytest
 from paper_formulation import Data, gamma, jacobian, start
+from replication.press_equations import printed
 
 from linkages.laws.film.closed_form import pinkus_sternlicht
-
-
-def printed(eps, rate, spin):
-    """Normal and tangential force of eqs. (9)-(11), signs and all, in units of mu R_b^3 L/r^2; spin = omega - 2 dgamma/dt."""
-    q, s = 1.0 - eps**2, 2.0 + eps**2
-    k = np.sqrt(q * ((spin / (2.0 * rate)) ** 2 + 1.0 / eps**2))  # (10)
-    part, sign = (k + 3.0, 1.0) if rate >= 0.0 else (k, -1.0)  # (9), (11)
-    normal = -6.0 * (4.0 * k * eps**2 / s + sign * np.pi * part / (k + 1.5)) * rate / q**1.5
-    return normal, 6.0 * part / (k + 1.5) * np.pi * eps * spin / (s * np.sqrt(q))
 
 
 @pytest.mark.parametrize("eps", [0.1, 0.5, 0.9])

@@ -43,7 +43,7 @@ def test_where_the_design_comes_from_is_said(name):
     algorithm = settings.pop("name")
     assert algorithm in ALGORITHMS
     read_settings(algorithm, settings)  # complete and right, or an error
-    script = record.command.removeprefix("python ")
+    script = record.command.split()[1]
     assert (path_of(name).parents[3] / script).exists()
 
 
@@ -76,7 +76,7 @@ def test_no_record():
     [
         # nearly the recorded 17 %, in half the generations
         ("sevenbar_force", "ga", {"generations": 25}, 0.16),
-        ("fourbar_jitter", "grg", {"step": 1e-5, "iterations": 8}, 0.5),  # 69 to 88 % from starts 1e-7 apart
+        ("fourbar_jitter", "grg", {"step": 1e-5, "iterations": 8}, 0.65),  # 73 to 88 % from starts 1e-7 apart
     ],
 )
 def test_searching_again_reaches_as_much(name, algorithm, settings, reached):
