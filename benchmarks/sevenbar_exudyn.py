@@ -33,7 +33,7 @@ def film(law, table, omega_bearing):
     @njit
     def force(ex, ey, vx, vy, omega):
         both = omega_bearing + omega
-        fx, fy, _, _ = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, 0.0, 0.0)
+        fx, fy, _, _, _ = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, 0.0, 0.0)
         return -fx, -fy
 
     return force

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from linkages.explore.sections import crossings, horizon, stroboscopic
     from linkages.explore.spectra import spectrum
     from linkages.explore.sweep import sweep
+    from linkages.explore.wear.life import wear_life
     from linkages.files.shipped import find_file
     from linkages.model.experiment import Experiment, load_experiment
     from linkages.model.mechanism import Mechanism, load_mechanism
@@ -68,6 +69,7 @@ __all__, __getattr__ = lazy_names(
         "explore.sections": ("crossings", "horizon", "stroboscopic"),
         "explore.spectra": ("spectrum",),
         "explore.sweep": ("sweep",),
+        "explore.wear.life": ("wear_life",),
         "files.shipped": ("find_file",),
         "model.experiment": ("Experiment", "load_experiment"),
         "model.mechanism": ("Mechanism", "load_mechanism"),

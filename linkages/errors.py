@@ -78,6 +78,7 @@ class Status(enum.Enum):
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     TOO_MANY_STEPS = "too-many-steps"
     NOT_FINITE = "not-finite"
+    WORN_OUT = "worn-out"
     INTERRUPTED = "interrupted"
     BAD_INPUT = "bad-input"
 
@@ -102,6 +103,8 @@ _REMEDY = {
     Status.TOO_MANY_STEPS: "the end is out of reach at this pace: check the units (SI: metres, kilograms, radians per"
     " second), give a shorter duration, or loosen the accuracy",
     Status.NOT_FINITE: "the numbers of the run became too large: look for parameters far beyond those of a machine",
+    Status.WORN_OUT: "a profile is deeper than a fifth of the bearing's radius, where the model of the contact ends:"
+    " ask for fewer cycles, or check the wear coefficient and its unit, m2/N",
     Status.BAD_INPUT: "the values of this run are not valid: see its reason",
     Status.INTERRUPTED: "the run was stopped by the user; what was computed up to then is kept",
 }

@@ -6,6 +6,7 @@
 | simulate     | ``linkages simulate``: run an experiment                                  |
 | compare      | ``linkages compare``: both engines on one experiment                      |
 | sweep        | ``linkages sweep``: over the values of one variable                       |
+| wear         | ``linkages wear``: profiles and play over a machine's life                |
 | report       | ``linkages report``: one HTML page from a folder of results               |
 | new          | ``linkages new``: files of a linkage to begin with                        |
 | import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
@@ -33,7 +34,7 @@ import sys
 from importlib.metadata import EntryPoint, entry_points
 from typing import Protocol, cast
 
-_OWN = ("simulate", "compare", "sweep", "report", "new", "import", "modes", "keys", "doctor", "completion")
+_OWN = ("simulate", "compare", "sweep", "wear", "report", "new", "import", "modes", "keys", "doctor", "completion")
 
 
 class Command(Protocol):

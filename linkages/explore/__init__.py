@@ -7,6 +7,7 @@
 | sweep    | sections over the values of one variable: bifurcation diagrams                            |
 | lyapunov | largest Lyapunov exponent: two trajectories, renormalised                                 |
 | spectra  | power spectral densities                                                                  |
+| wear     | wear of joints over a machine's life: blocks of cycles, and jumps between them            |
 | compare  | both engines on one system: how far apart, and up to when that means anything             |
 
 A *revolution* is the period of the drive that is named, or of the first one of constant speed. Sections are taken at

@@ -65,9 +65,23 @@ class Flow:
 
         What contacts remember is taken from the other as it is.
         """
-        self.t, self.y, self._step = other.t, y, other._step
+        self.resume(other.t, y, other.memory, other.step)
+
+    @property
+    def memory(self) -> Array:
+        """What the contacts remember, (nc, 2); see `linkages.planar.contacts.MEMORY`."""
+        return self._runner.memory
+
+    @property
+    def step(self) -> float:
+        """Size of the step to try next [s]."""
+        return self._step
+
+    def resume(self, t: float, y: Array, memory: Array, step: float) -> None:
+        """Put the run into a state, with what its contacts remember and the step to try; they touch where they do."""
+        self.t, self.y, self._step = t, y, step
         runner = self._runner
-        runner.memory[:] = other._runner.memory
+        runner.memory[:] = memory
         contacts = runner.evaluate(self.here(), np.array([self.t]))[3]
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
         runner.modes[:] = np.where((runner.model.touching == 1) & (depth > 0.0), 1, -1)

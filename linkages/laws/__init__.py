@@ -10,6 +10,7 @@
 | mixed      | between film and contact: blend, asperities                                |
 | viscosity  | viscosity of an oil at a temperature                                       |
 | journal    | journal kinematics and the force pair on journal and bearing               |
+| wear       | worn profiles, contact on them, Archard's law                              |
 | table      | all of them as tables for the documentation                                |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;

@@ -11,7 +11,7 @@ from linkages.laws.contact.contacts import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import bristle_rate, friction_coefficient
-from linkages.laws.mixed import asperity_force, mix
+from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, SHEAR
 
 _NO_SHEAR = SHEAR["none"]
@@ -32,7 +32,7 @@ def clearance_force(
     omega_j: float,
     approach: float,
     bristle: float,
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float, float]:
     """Force and couple on the journal.
 
     Parameters
@@ -60,6 +60,8 @@ def clearance_force(
         that the pair has neither net force nor net moment.
     rate : float
         Rate of the bristles' state [m/s]; 0 where the friction law has none.
+    load : float
+        Normal load of the contact, asperities included [N].
     """
     c = joint.clearance
     e = math.hypot(ex, ey)
@@ -69,9 +71,9 @@ def clearance_force(
         nx, ny = 1.0, 0.0
     v_n = vx * nx + vy * ny
     v_t = vy * nx - vx * ny
-    f_n, f_t, couple, rate = 0.0, 0.0, 0.0, 0.0
+    f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
     if joint.model != _DRY:
-        f_n, f_t, couple = _film(joint, table, e, v_n, v_t, omega_b, omega_j)
+        f_n, f_t, couple = film_action(joint, table, c, e, v_n, v_t, omega_b, omega_j)
     if joint.model != _LUBRICATED:
         delta = e - c
         radius = joint.radius - c  # of the journal
@@ -87,12 +89,20 @@ def clearance_force(
             f_n = mix(f_n, d_n, delta, joint.transition)
             f_t = mix(f_t, d_t, delta, joint.transition)
             couple = mix(couple, d_couple, delta, joint.transition)
-    return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate
+            load *= dry_weight(delta, joint.transition)
+    return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, load
 
 
 @kernel
 def dry_force(
-    joint: np.record, delta: float, closing: float, sliding: float, approach: float, bristle: float, extra: float = 0.0
+    joint: np.record,
+    delta: float,
+    closing: float,
+    sliding: float,
+    approach: float,
+    bristle: float,
+    extra: float = 0.0,
+    gain: float = 1.0,
 ) -> tuple[float, float, float]:
     """Load, friction and rate of the bristles of one dry contact.
 
@@ -107,6 +117,8 @@ def dry_force(
         As for `clearance_force`.
     extra : float
         Load carried otherwise, by asperities, which friction acts on as well [N].
+    gain : float
+        Factor of the contact law's force.
 
     Returns
     -------
@@ -117,7 +129,7 @@ def dry_force(
     rate : float
         Rate of the bristles' state [m/s]; 0 where the friction law has none.
     """
-    load = extra + contact_force(delta, closing, approach, joint)
+    load = extra + gain * contact_force(delta, closing, approach, joint)
     mu = friction_coefficient(sliding, bristle, joint)
     rate = 0.0
     if joint.bristles:  # without a load nothing drags them along
@@ -126,10 +138,10 @@ def dry_force(
 
 
 @kernel
-def _film(
-    joint: np.record, table: Array, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float
+def film_action(
+    joint: np.record, table: Array, c: float, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float
 ) -> tuple[float, float, float]:
-    """Force (normal, tangential) and couple of the film on the journal.
+    """Force (normal, tangential) and couple on the journal of the film in a clearance c.
 
     With U = omega_j + omega_b the power that the pair delivers is F.(v - U/2 z x e) - T_s*(omega_j - omega_b):
     both terms are <= 0, with T_s = mu R^3 L/c * (omega_j - omega_b) * integral dtheta/(1 + eps cos(theta)) the
@@ -137,7 +149,6 @@ def _film(
     by the pressure gradient, integral of h/2 dp/dtheta. Without shear torque (Chen 2025 neglects it) both are left
     out. Next to a contact the film sees eps <= film_limit, so that it stays a film.
     """
-    c = joint.clearance
     eps = e / c
     seen = eps
     if joint.model != _LUBRICATED:

@@ -40,6 +40,8 @@ PARAMETERS = record_type(
     film_limit="f8",  # mixed: largest eps at which the film is evaluated
     roughness="f8",  # mixed, asperities: combined standard deviation [m]
     asperity_pressure="f8",  # mixed, asperities: factor of F_5/2 [Pa]
+    bearing_nodes="i8",  # worn: of each part's profile, 0 if it is round
+    journal_nodes="i8",
 )
 
 #: Type of a record in compiled code.

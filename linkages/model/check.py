@@ -13,6 +13,9 @@ from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
 from linkages.model.mechanism import Frame, Mechanism
 from linkages.model.tables import Drive, JointModel
 
+#: Deepest wear, in parts of the bearing's radius, for which the geometry of overlaps holds.
+DEEPEST = 0.2
+
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
     """Refuse an experiment with names that the mechanism does not have, or values that do not suit it."""
@@ -77,9 +80,13 @@ class _Check:
                 self.refuse("clearance", f"is {clearance:g} m; beside a radius of {radius:g} m that is rounding")
             if sum(x * x for x in model.offset) >= clearance**2:
                 self.refuse("offset", "must lie inside the clearance circle")
+            if model.wear is not None and max(sum(model.wear.depths, [0.0])) > DEEPEST * radius:
+                self.refuse("wear", f"depths must not exceed {DEEPEST:g} of the bearing's radius of {radius:g} m")
             return
         if model.model != "dry":
             self.refuse("model", f'is "{model.model}"; a guide with play is "dry"')
+        if model.wear is not None:
+            self.refuse("wear", "is that of a journal in a bearing; a guide does not wear")
         contact = model.contact
         if contact is not None and (contact.stiffness is None or CONTACTS[contact.law].conformal):
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")

@@ -182,6 +182,55 @@ class Oil(Table):
     density: Positive = Field(870.0, description="density at 15 C [kg/m3]")
 
 
+class Wear(Table):
+    """Wear of a dry or mixed joint by Archard's law, and what has been worn away before.
+
+    Depths are along the radius of the part, at equally spaced angles in its own frame, counted from x_P in the drawn
+    pose; between them the profile is a cubic B-spline with these control depths.
+    """
+
+    coefficient: Positive = Field(description="k of dV = k N |v_t| dt [m2/N]; 1 mm3/(N m) is 1e-9 m2/N")
+    side: Literal["bearing", "journal", "both"] = Field("bearing", description="what wears")
+    share: Fraction | None = Field(None, description="both: part of the volume that comes from the bearing [1]")
+    hardness: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="both, instead of share: hardness of bearing and journal, the softer wears more [Pa]"
+    )
+    nodes: Annotated[int, Field(ge=24, le=7200)] = Field(360, description="of a profile over the turn")
+    bearing_depth: list[NonNegative] | None = Field(
+        None, description="worn from the bearing before, `nodes` depths [m]"
+    )
+    journal_depth: list[NonNegative] | None = Field(
+        None, description="worn from the journal before, `nodes` depths [m]"
+    )
+
+    @model_validator(mode="after")
+    def _complete(self) -> Wear:
+        shares = [key for key in ("share", "hardness") if getattr(self, key) is not None]
+        if self.side == "both" and len(shares) != 1:
+            raise ValueError('side "both" needs share or hardness' + (", not both" if shares else ""))
+        if self.side != "both" and shares:
+            raise ValueError(f'{shares[0]} belongs to side "both"; remove it')
+        for key in ("bearing_depth", "journal_depth"):
+            given = getattr(self, key)
+            if given is not None and len(given) != self.nodes:
+                raise ValueError(f"{key} has {len(given)} depths for {self.nodes} nodes; give as many")
+        return self
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """Coefficients of bearing and journal [m2/N]; their sum is `coefficient`."""
+        part = {"bearing": 1.0, "journal": 0.0, "both": self.share or 0.0}[self.side]
+        if self.hardness is not None:
+            part = self.hardness[1] / sum(self.hardness)
+        return part * self.coefficient, (1.0 - part) * self.coefficient
+
+    @property
+    def depths(self) -> tuple[list[float], list[float]]:
+        """Control depths of bearing and journal [m]; none of a part that is round."""
+        bearing, journal = (depths or [] for depths in (self.bearing_depth, self.journal_depth))
+        return bearing if any(bearing) else [], journal if any(journal) else []
+
+
 class JointModel(Table):
     """How a joint that has a bearing or a slot in the SDF file is modelled."""
 
@@ -197,6 +246,7 @@ class JointModel(Table):
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
     shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
+    wear: Wear | None = Field(None, description="dry and mixed: wear of bearing and journal")
     offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0],
         description="journal's centre from the bearing's at t = 0, plane axes [m]; guide: offset [m], tilt [rad]",
@@ -218,6 +268,8 @@ class JointModel(Table):
         missing = [key for key in needed if key not in given]
         if missing:
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
+        if self.wear is not None and self.model == "lubricated":
+            raise ValueError("wear needs a contact; make the model dry or mixed")
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
         if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
             raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
@@ -237,6 +289,11 @@ class JointModel(Table):
     def has_film(self) -> bool:
         """Whether there is oil between journal and bearing."""
         return self.model in ("lubricated", "mixed")
+
+    @property
+    def is_worn(self) -> bool:
+        """Whether journal or bearing is no longer round."""
+        return self.can_touch and self.wear is not None and any(self.wear.depths)
 
     @property
     def has_play(self) -> bool:

@@ -69,9 +69,10 @@ _CONTACT = _described(
         "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
         "power": "power that the force pair delivers [W]",
         "film_thickness": "smallest thickness of the film [m]",
-        "penetration": "length of the eccentricity vector less the clearance [m]",
-        "closing": "rate of that length [m/s]",
+        "penetration": "largest overlap of journal and bearing, negative: their smallest gap [m]",
+        "closing": "rate of the penetration [m/s]",
         "sliding": "sliding speed of the journal's surface [m/s]",
+        "load": "normal load of the contact, without the film's [N]",
     }
 )
 _POWER = Quantity("power that the load delivers to the linkage", "W", 2)
@@ -127,7 +128,7 @@ OWNERS = (
     Owner(POINT, "POINT", False, lambda s: s.mechanism.point, _point, _described(QUANTITIES)),
     Owner(
         CONTACT, "JOINT (film)", True, _contacts(film=True, touching=False), _contact,
-        _some(_CONTACT, "penetration", "closing", "sliding"),
+        _some(_CONTACT, "penetration", "closing", "sliding", "load"),
     ),
     Owner(
         CONTACT, "JOINT (dry)", True, _contacts(film=False, touching=True), _contact,

@@ -18,7 +18,7 @@ from linkages.planar.loads import load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
-from linkages.planar.record_types import MARKER
+from linkages.planar.record_types import MARKER, WORN
 
 #: Kinds of owners.
 POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE = range(8)
@@ -100,6 +100,8 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
         return contact[what]
     if what == 4:
         return math.hypot(contact[2], contact[3])
+    if what == 5 and view.model.ends[at].kind == WORN:
+        return math.hypot(contact[0], contact[1]) / clearance
     if what == 5:
         return 1.0 + contact[5] / clearance
     if what == 6:  # both forces act at the journal's marker, as a point of either body

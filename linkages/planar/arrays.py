@@ -16,7 +16,7 @@ class Arrays(NamedTuple):
     ends: Records  # of its contacts
     joints: Records  # where the force in each joint comes from
     laws: Records  # of the contacts
-    tables: Array  # maps of finite films; see `linkages.planar.contacts.clearance_wrenches`
+    tables: Array  # maps of finite films, profiles; see `linkages.planar.contacts.clearance_wrenches`
     limits: Array  # largest |e| of contacts that have only a film; infinite for others [m], (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
     bristles: Indices  # contacts with LuGre friction, (nb,)

@@ -9,9 +9,9 @@ import numpy as np
 from linkages.kernel import Array, kernel
 from linkages.planar.contacts import Motion, contact_action
 from linkages.planar.dynamics import clear
-from linkages.planar.record_types import CORNER
+from linkages.planar.record_types import CORNER, JOURNAL
 
-#: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall (2), bristle state.
+#: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
 INPUTS = 9
 #: Outputs: force (2), couple, rate of the bristles.
 OUTPUTS = 4
@@ -40,11 +40,11 @@ def contact_partials(
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
-    turn = gap / distance if corner else 1.0  # of the wall by the gap, seen from the corner
+    turn = gap / (distance if corner else lever)  # by the gap, seen from the corner or on a worn surface
     scales = (gap, gap, speed, speed, spin, spin, turn, turn, 1.0 / law.bristle_stiffness)
     clear(out)
     for i in range(INPUTS):
-        if 6 <= i < 8 and not corner:
+        if 6 <= i < 8 and end.kind == JOURNAL:
             continue
         if i == 8 and law.bristle_stiffness == 1.0:  # no bristles
             continue
@@ -63,7 +63,7 @@ def contact_partials(
                 ny + (s if i == 7 else 0.0),
             )
             z = bristle + (s if i == 8 else 0.0)
-            fx, fy, couple, rate, _, _, _ = contact_action(end, law, table, approach, z, moved)
+            fx, fy, couple, rate, _, _, _, _ = contact_action(end, law, table, approach, z, moved)
             d0 += side * fx
             d1 += side * fy
             d2 += side * couple

@@ -8,15 +8,17 @@ import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
 from linkages.laws.journal import clearance_force, dry_force
+from linkages.laws.wear.force import worn_force
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
-from linkages.planar.record_types import CORNER
+from linkages.planar.record_types import CORNER, WORN
 
 #: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
-#: its rate and the sliding speed of the journal's surface [m/s], rate of LuGre's bristles [m/s]. For the corner of a
-#: block e points from the slot's marked point, on its middle line, to the corner, and the force acts at the corner.
-CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "bristle_rate")
+#: its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without that of a film [N],
+#: rate of LuGre's bristles [m/s]. For the corner of a block e points from the slot's marked point, on its middle line,
+#: to the corner, and the force acts at the corner.
+CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
 WIDTH = len(CLEARANCE_OUTPUTS)
 
 #: Motion of a contact, see `contact_motion`.
@@ -37,7 +39,8 @@ def clearance_wrenches(
     ends : array of ENDS
     laws : array of `linkages.laws.PARAMETERS`
     tables : (nj, nt) array
-        Maps of finite films.
+        Map of each joint's finite film; of a worn joint, at the line's end, its profiles, see
+        `linkages.laws.wear.force.place_of`.
     memory : (nj, 2) array
         `MEMORY` of each joint.
     pose, vel : (nb, 5), (nb, 3) arrays
@@ -50,12 +53,12 @@ def clearance_wrenches(
         end = ends[k]
         motion, arms = contact_motion(end, pose, vel)
         ex, ey = motion[0], motion[1]
-        fx, fy, couple, rate, delta, closing, sliding = contact_action(
+        fx, fy, couple, rate, delta, closing, sliding, load = contact_action(
             end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
         )
         add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
         out[k, 0], out[k, 1], out[k, 2], out[k, 3], out[k, 4] = ex, ey, fx, fy, couple
-        out[k, 5], out[k, 6], out[k, 7], out[k, 8] = delta, closing, sliding, rate
+        out[k, 5], out[k, 6], out[k, 7], out[k, 8], out[k, 9] = delta, closing, sliding, load, rate
 
 
 @kernel
@@ -75,7 +78,8 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     Returns
     -------
     motion : tuple
-        Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall.
+        Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall;
+        worn: angles of outer and inner body.
     arms : tuple
         From the origin of the outer body's frame to its end, and of the inner's.
     """
@@ -84,14 +88,16 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     nx, ny = 0.0, 0.0
     if end.kind == CORNER:
         nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
+    elif end.kind == WORN:
+        nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
     return (ex, ey, vx, vy, vel[end.bearing.body, 0], vel[end.journal.body, 0], nx, ny), arms
 
 
 @kernel
 def contact_action(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion
-) -> tuple[float, float, float, float, float, float, float]:
-    """Force and couple on the inner body, rate of the bristles; penetration, its rate, sliding speed.
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Force and couple on the inner body, rate of the bristles; penetration, its rate, sliding speed; normal load.
 
     `motion` is that of `contact_motion`.
     """
@@ -101,14 +107,16 @@ def contact_action(
         delta = ex * nx + ey * ny - end.half - law.clearance
         closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
         load, drag, rate = dry_force(law, delta, closing, sliding, approach, bristle)
-        return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding
-    fx, fy, couple, rate = clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
+        return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding, load
+    if end.kind == WORN:
+        return worn_force(law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle)
+    fx, fy, couple, rate, load = clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
     e = math.hypot(ex, ey)
     nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
     delta, radius = e - law.clearance, law.radius - law.clearance
     closing = vx * nx + vy * ny
     sliding = vy * nx - vx * ny + wj * radius - wb * (e + radius)
-    return fx, fy, couple, rate, delta, closing, sliding
+    return fx, fy, couple, rate, delta, closing, sliding, load
 
 
 @kernel

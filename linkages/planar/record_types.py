@@ -41,8 +41,9 @@ ROW = record_type(
     uy="f8",
 )
 
-#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot.
-JOURNAL, CORNER = 0, 1
+#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot, a journal and a bearing of
+#: which one or both are worn.
+JOURNAL, CORNER, WORN = 0, 1, 2
 
 #: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
 #: Corner: a point of the slot's middle line on the outer body, the corner on the inner one.

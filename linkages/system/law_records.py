@@ -46,6 +46,15 @@ def film_tables(tree: Tree, models: Sequence[JointModel]) -> Array:
     return result
 
 
+def profiles(models: Sequence[JointModel]) -> Array:
+    """Control depths of the worn joints, bearing then journal, at the end of a line for each contact."""
+    rows = [np.concatenate(model.wear.depths) if model.is_worn and model.wear else np.zeros(0) for model in models]
+    result = np.zeros((len(models), max(map(len, rows), default=0)))
+    for line, row in zip(result, rows, strict=True):
+        line[len(line) - len(row) :] = row
+    return result
+
+
 def film_limits(laws: NDArray[np.record], tables: Array) -> Array:
     """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
     limits = np.full(len(laws), 1.0 - THINNEST)
@@ -64,6 +73,8 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
     if joint.small_eccentricity is not None:
         record["small_eps"] = joint.small_eccentricity.ratio
         record["small_power"] = joint.small_eccentricity.power
+    if joint.wear is not None:
+        record["bearing_nodes"], record["journal_nodes"] = map(len, joint.wear.depths)
     if joint.has_film:
         record["film"] = FILMS[joint.film].address
         oil = joint.oil

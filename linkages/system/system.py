@@ -19,8 +19,9 @@ from linkages.model.tables import JointModel
 from linkages.planar.arrays import Arrays
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
+from linkages.planar.record_types import WORN
 from linkages.system.assembly import Assembly, assemble, independent
-from linkages.system.law_records import film_limits, film_tables, law_parameters
+from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
 from linkages.system.loads import pack_loads
 from linkages.system.tree import Tree, spanning_tree
 
@@ -218,6 +219,18 @@ class System:
         return film_tables(self.tree, self.models)
 
     @cached_property
+    def ends(self) -> NDArray[np.record]:
+        """The two ends of each contact, `Tree.ends`, with those that are worn."""
+        ends = self.tree.ends.copy()
+        ends["kind"][[model.is_worn for model in self.models]] = WORN
+        return ends
+
+    @cached_property
+    def tables(self) -> Array:
+        """`film_tables`, at the lines' ends the profiles of worn joints."""
+        return np.hstack([self.film_tables, profiles(self.models)])
+
+    @cached_property
     def film_limits(self) -> Array:
         """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
         return film_limits(self.laws, self.film_tables)
@@ -239,11 +252,11 @@ class System:
         """All that kernels read of the system."""
         tree = self.tree
         limits = np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
-        joints = self.laws, self.film_tables, limits, self.touching.astype(np.int64), self.bristles
+        joints = self.laws, self.tables, limits, self.touching.astype(np.int64), self.bristles
         dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, self.gravity
         # what is called by address is compiled for contiguous arrays, and nothing checks them there
-        rest = map(np.ascontiguousarray, (tree.ends, tree.joints, *joints, *dofs, *applied))
+        rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
         return Arrays._make([np.ascontiguousarray(tree.bodies), *self._closed_by(tree.loop_rows), *rest, tree.extent])
 
     def _closed_by(self, rows: NDArray[np.record]) -> tuple[NDArray[np.record], int]:
@@ -256,7 +269,7 @@ class System:
         """The same with every joint ideal, closed by `Tree.closure_rows`."""
         tree = self.tree
         rows, rank = self._closed_by(tree.closure_rows)
-        return self.arrays._replace(rows=rows, rank=rank, ends=tree.ends[:0], joints=tree.ideal_joints)
+        return self.arrays._replace(rows=rows, rank=rank, ends=self.ends[:0], joints=tree.ideal_joints)
 
     @property
     def stiff(self) -> bool:

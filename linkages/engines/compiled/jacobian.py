@@ -125,10 +125,11 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int, dz: float) -
     dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
     dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
     turn = s.dpose[b, 0]
-    nx, ny = 0.0, 0.0
+    frame = turn, s.dpose[j, 0]  # change of the last two entries of `Motion`
     if end.kind == CORNER:
         nx, ny = turned(w.pose, b, end.nx, end.ny)
-    inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], -turn * ny, turn * nx, dz)
+        frame = -turn * ny, turn * nx
+    inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], dz)
     d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
     for i in range(INPUTS):
         d0 += s.partials[k, 0, i] * inputs[i]

@@ -19,6 +19,7 @@ from pydrake.systems.framework import (
 
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
+from linkages.planar.record_types import WORN
 from linkages.system import System
 
 Array = NDArray[np.float64]
@@ -71,7 +72,7 @@ class ClearanceJoints(LeafSystem):
         self.set_name("clearance_joints")
         tree, laws, num_velocities = system.tree, system.laws, place.num_velocities
         self.joints = tuple(label for _, label in tree.contacts)
-        self._bodies, self._ends, self._laws, self._tables = tree.bodies, tree.ends, laws, system.film_tables
+        self._bodies, self._ends, self._laws, self._tables = tree.bodies, system.ends, laws, system.tables
         self._place = place
         self._size = num_velocities
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
@@ -173,6 +174,8 @@ class ClearanceJoints(LeafSystem):
 
     def _give_joints(self, context: Context, output: BasicVector) -> None:
         joints = self.evaluate(context)
-        ratio = 1.0 + joints[:, _PENETRATION] / self._laws["clearance"]
+        depth = joints[:, _PENETRATION] + self._laws["clearance"]
+        length = np.where(self._ends["kind"] == WORN, np.hypot(joints[:, 0], joints[:, 1]), depth)
+        ratio = length / self._laws["clearance"]
         extra = ratio, np.arctan2(joints[:, 1], joints[:, 0])
         output.SetFromVector(np.column_stack([joints, *extra]).ravel())

@@ -1,0 +1,12 @@
+"""Wear over a machine's life: blocks of simulated cycles, and jumps between them.
+
+| module  | responsibility                                                                     |
+|---------|------------------------------------------------------------------------------------|
+| measure | a block of cycles with the profiles as they are: what wears where, peaks, spread   |
+| life    | jumps of second order from block to block, step control, what a life looks like    |
+| store   | blocks kept on disk by what they were made of: a life that was killed goes on      |
+
+A *cycle* is a revolution of the drive of constant speed. A block with given profiles gives samples of the loads
+(`linkages.laws.wear.archard.SAMPLE`) in a mean cycle; a jump wears the profiles by them, at held loads, as many times
+as it has cycles. How loads and motion change with the profiles is what the steps of the jumps have to follow.
+"""

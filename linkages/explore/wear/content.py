@@ -1,0 +1,88 @@
+"""A life as the content of ``wear.json``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from linkages.explore.wear.life import SIDES, Life
+from linkages.files.versions import versions
+
+
+def content(life: Life) -> dict[str, Any]:
+    """Content of ``wear.json``: what has been worn at the end, and all stages before it. SI units.
+
+    Parameters
+    ----------
+    life : Life
+
+    Returns
+    -------
+    dict
+        ``joints`` by name: ``volume`` [m3], largest ``depth`` [m], ``play`` [m] (mean radial clearance),
+        ``load_distance``, the integral of N |v_t| dt [N m], ``coefficient`` [m2/N], and for `bearing` and `journal`
+        their share of each with ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint is that of
+        the part that wears, of the bearing if both do. ``blocks`` has a line for each stage: ``cycles``, ``error`` of
+        the depth in the jump [m], what the block `measured` of the work per cycle, volumes, depths, plays, profiles;
+        the ``peaks`` are those at the cycle ``middle``.
+    """
+    joints = {joint.name: _joint(life, joint.name, -1) for joint in life.joints}
+    blocks = []
+    for k, stage in enumerate(life.stages):
+        measured = {}
+        for name, work in stage.block.work.items():
+            deviation = float(np.std(work, ddof=1)) if len(work) > 1 else None
+            measured[name] = {"cycles": len(work), "work": float(work.mean()), "deviation": deviation}
+        blocks.append(
+            {
+                "cycles": stage.cycles,
+                "middle": stage.middle,
+                "error": stage.error,
+                "simulated": stage.block.cycles,
+                "measured": measured,
+                "peaks": stage.block.peaks,
+                "joints": {name: _joint(life, name, k) for name in joints},
+            }
+        )
+    return {
+        "cycles": int(life.cycles[-1]),
+        "status": life.status.value,
+        "joints": joints,
+        "blocks": blocks,
+        "simulated_cycles": life.simulated,
+        "rejected_jumps": life.rejected,
+        "tolerance": life.tolerance,
+        "scatter": life.scatter,
+        "title": life.system.experiment.title,
+        "experiment": life.system.experiment.source.name,
+        "provenance": {"versions": versions()},
+    }
+
+
+def _joint(life: Life, name: str, k: int) -> dict[str, Any]:
+    """Describe what is worn of a joint at a stage."""
+    profiles, volumes = life.profiles(name)[k], life.volumes(name)[k]
+    owner = next(joint for joint in life.joints if joint.name == name)
+    angles = 2.0 * np.pi * np.arange(profiles.shape[1]) / profiles.shape[1]
+    parts = {
+        side: {
+            "coefficient": coefficient,
+            "volume": float(volume),
+            "depth": float(profile.max()),
+            "profile": np.column_stack([angles, profile]).tolist(),
+        }
+        for side, coefficient, volume, profile in zip(SIDES, owner.coefficients, volumes, profiles, strict=True)
+        if coefficient > 0.0 or profile.any()
+    }
+    return {
+        "volume": float(volumes.sum()),
+        "depth": float(profiles.max()),
+        "play": float(life.play(name)[k]),
+        "clearance": owner.clearance,
+        "radius": owner.radius,
+        "coefficient": sum(owner.coefficients),
+        "load_distance": life.stages[k].work[name],
+        "profile": next(iter(parts.values()))["profile"],
+        **parts,
+    }

@@ -1,0 +1,87 @@
+"""Blocks kept on disk by what they were made of: a life that was killed is computed again from them, and goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from linkages.errors import Status
+from linkages.explore.wear.measure import Block, Removed, Start, measure
+from linkages.files.versions import versions
+from linkages.files.writing import whole
+from linkages.system import System
+
+
+class Store:
+    """Measures blocks, or finds them in a folder where they were measured before.
+
+    A block follows from the system, the profiles, where it begins and how well it must be known; these, and the
+    versions of the packages, make its file's name. Each file is written whole or not at all.
+
+    Parameters
+    ----------
+    system : System
+    folder : Path, optional
+        Default: nothing is kept.
+    """
+
+    def __init__(self, system: System, folder: Path | None) -> None:
+        self.system, self.folder = system, folder
+        self.count = 0
+        experiment = system.experiment
+        made_of = [experiment.model_dump_json(), experiment.mechanism_path.read_text(encoding="utf-8"), versions()]
+        self._base = json.dumps(made_of, sort_keys=True)
+
+    def measure(
+        self, removed: Removed, start: Start | None, scatter: float, drive: str | None, single: bool = False
+    ) -> Block:
+        """`linkages.explore.wear.measure.measure`, or the block that it gave before."""
+        if self.folder is None:
+            return measure(self.system, removed, start, scatter, drive, single)
+        digest = hashlib.sha256(self._base.encode())
+        digest.update(repr((sorted(removed), scatter, drive, start is None, single)).encode())
+        parts = [removed[name] for name in sorted(removed)]
+        if start is not None:
+            parts += [start.y, start.memory, np.array(start.step)]
+        for part in parts:
+            digest.update(np.ascontiguousarray(part).tobytes())
+        self.count += 1
+        path = self.folder / f"{self.count:04d}-{digest.hexdigest()[:16]}.npz"
+        block = _read(path)
+        if block is None:
+            block = measure(self.system, removed, start, scatter, drive, single)
+            self.folder.mkdir(parents=True, exist_ok=True)
+            with whole(path) as partial, partial.open("wb") as file:
+                np.savez(file, **_arrays(block))
+        return block
+
+
+def _arrays(block: Block) -> dict[str, Any]:
+    """Return a block as named arrays."""
+    found: dict[str, Any] = {f"samples {name}": lines for name, lines in block.samples.items()}
+    found |= {f"work {name}": values for name, values in block.work.items()}
+    found |= {f"peak {name}": np.array(value) for name, value in block.peaks.items()}
+    end = {"y": block.end.y, "memory": block.end.memory, "step": np.array(block.end.step)}
+    return found | end | {"cycles": np.array(block.cycles), "status": np.array(block.status.value)}
+
+
+def _read(path: Path) -> Block | None:
+    """Read a block back; None if there is none, or none that is whole."""
+    try:
+        with np.load(path) as file:
+            data = {name: file[name] for name in file.files}
+
+            def of(kind: str) -> dict[str, Any]:
+                return {name.removeprefix(kind): data[name] for name in file.files if name.startswith(kind)}
+
+            end = Start(data["y"], data["memory"], float(data["step"]))
+            peaks = {name: float(value) for name, value in of("peak ").items()}
+            status = Status(str(data["status"]))
+            return Block(of("samples "), of("work "), peaks, int(data["cycles"]), end, status)
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        return None

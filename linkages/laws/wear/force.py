@@ -1,0 +1,101 @@
+"""The force pair of a joint of which journal or bearing is worn; see the head of `linkages.laws.wear`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from linkages.kernel import Array, kernel
+from linkages.laws.journal import dry_force, film_action
+from linkages.laws.mixed import asperity_force, dry_weight, mix
+from linkages.laws.parameters import MODELS
+from linkages.laws.wear.overlap import Place, overlap, round_depth
+from linkages.laws.wear.profile import depth_at
+
+_DRY = MODELS["dry"]
+
+
+@kernel
+def place_of(law: np.record, table: Array, ex: float, ey: float, bearing_angle: float, journal_angle: float) -> Place:
+    """Place of a journal in a worn joint.
+
+    Parameters
+    ----------
+    law : record of `linkages.laws.PARAMETERS`
+    table : array
+        Ends with the control depths of the bearing's and of the journal's profile [m].
+    ex, ey : float
+        Eccentricity vector [m].
+    bearing_angle, journal_angle : float
+        Of the two parts' frames [rad].
+    """
+    end, c = len(table), law.clearance
+    middle = end - law.journal_nodes
+    bearing, journal = table[middle - law.bearing_nodes : middle], table[middle:end]
+    return Place(ex, ey, bearing_angle, journal_angle, c, law.radius - c, bearing, journal)
+
+
+@kernel
+def worn_force(
+    law: np.record,
+    table: Array,
+    ex: float,
+    ey: float,
+    vx: float,
+    vy: float,
+    omega_b: float,
+    omega_j: float,
+    bearing_angle: float,
+    journal_angle: float,
+    approach: float,
+    bristle: float,
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Force and couple on the journal, as `linkages.laws.journal.clearance_force`, with angles of the parts' frames.
+
+    The normal load acts along I = grad U; its couple on the journal is that of the journal's profile. Friction acts
+    across I at the journal's surface. A film sees the clearance with the depth of both profiles in the direction of
+    the eccentricity: its smallest gap is right, what the shape of the profile does to its pressure is left out.
+
+    Returns
+    -------
+    fx, fy, couple, rate, penetration, closing, sliding, load : float
+        As `linkages.planar.contacts.contact_action`.
+    """
+    place = place_of(law, table, ex, ey, bearing_angle, journal_angle)
+    found = overlap(place, place.bearing[:0], place.journal[:0])
+    size = math.hypot(found.ix, found.iy)
+    depth, gain, nx, ny, lever = found.peak, 1.0, found.peak_x, found.peak_y, found.peak_turn
+    if found.energy > 0.0 and size > 0.0:
+        depth, slope = round_depth(found.energy, place.clearance, place.journal_radius)
+        gain, nx, ny, lever = size / slope, found.ix / size, found.iy / size, found.turn / size
+    else:
+        depth = min(depth, 0.0)
+        length = math.hypot(nx, ny)
+        nx, ny = nx / length, ny / length
+    # rates as seen from the bearing: what turns both parts alike changes nothing
+    wx, wy, spin = vx + omega_b * ey, vy - omega_b * ex, omega_j - omega_b
+    speed = wx * nx + wy * ny + lever * spin
+    closing = wx * found.peak_x + wy * found.peak_y + found.peak_turn * spin
+    sliding = wy * nx - wx * ny + place.journal_radius * spin
+    fx, fy, couple, extra = 0.0, 0.0, 0.0, 0.0
+    if law.model != _DRY:
+        e, toward = math.hypot(ex, ey), math.atan2(ey, ex)
+        c = law.clearance + depth_at(place.bearing, toward - bearing_angle)[0]
+        c += depth_at(place.journal, toward - journal_angle)[0]
+        rx, ry = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
+        f_n, f_t, couple = film_action(law, table, c, e, vx * rx + vy * ry, vy * rx - vx * ry, omega_b, omega_j)
+        fx, fy = f_n * rx - f_t * ry, f_n * ry + f_t * rx
+        if law.transition == 0.0:
+            extra = asperity_force(e / c, c, law.radius, law.length, law.roughness, law.asperity_pressure)
+    load, drag, rate = dry_force(law, depth, speed, sliding, approach, bristle, extra, gain)
+    dx, dy = -load * nx + drag * ny, -load * ny - drag * nx
+    turn = -load * lever - place.journal_radius * drag
+    if law.model == _DRY or law.transition == 0.0:
+        fx, fy, couple = fx + dx, fy + dy, couple + turn
+    else:
+        fx = mix(fx, dx, found.peak, law.transition)
+        fy = mix(fy, dy, found.peak, law.transition)
+        couple = mix(couple, turn, found.peak, law.transition)
+        load *= dry_weight(found.peak, law.transition)
+    return fx, fy, couple, rate, found.peak, closing, sliding, load
