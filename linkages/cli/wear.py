@@ -105,7 +105,7 @@ def format_life(found: dict[str, Any]) -> str:
             f"{1e6 * joint['clearance']:10.5g}"
         )
     first, last = found["blocks"][0]["peaks"], found["blocks"][-1]["peaks"]
-    lines += ["", f"{'peak of a cycle':24s}{'new':>14s}{'worn':>14s}"]
+    lines += ["", f"{'mean peak of a cycle':24s}{'new':>14s}{'worn':>14s}"]
     lines += [f"{name:24s}{value:14.5g}{last[name]:14.5g}" for name, value in first.items()]
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
     lines += [

@@ -23,6 +23,7 @@ Removed = Mapping[str, Array]
 _MOST = 16  # measured cycles of a block
 _LEAST = 2
 _SETTLING = 2  # cycles after the drive's ramp that are not measured
+_FEW, _SAME = 5, 0.1
 _UNLIKE, _ALIKE = 3.0, 1e-3  # difference of two halves that is too large: in standard errors, and of the mean
 _SAMPLES = 600  # kept of a block, for each joint
 _ASPERITIES = 4.0  # standard deviations of the roughness at which asperities carry load
@@ -48,7 +49,7 @@ class Block:
     work : dict of (nc,) arrays
         Integral of N |v_t| dt over each measured cycle [N m], by joint.
     peaks : dict of float
-        Largest magnitude of outputs over the measured cycles, at the steps and halfway between them.
+        Largest magnitude of outputs in a cycle, at its steps and halfway between them; the mean of the measured cycles.
     cycles : int
         All that were simulated, those before the measured ones too.
     end : Start
@@ -143,7 +144,7 @@ def measure(
     watched = _watched(flow.system)
     found: dict[str, list[Array]] = {joint.name: [] for joint in joints}
     work: dict[str, list[float]] = {joint.name: [] for joint in joints}
-    peaks = dict.fromkeys(watched, 0.0)
+    peaks: dict[str, list[float]] = {name: [] for name in watched}
     done = 0
     while flow.status is Status.OK and done < lead + _MOST:
         piece = flow.advance((first + done + 1) * period)
@@ -154,7 +155,7 @@ def measure(
             continue
         columns, weights = _sampled(flow, piece, watched, joints)
         for name in watched:
-            peaks[name] = max(peaks[name], float(np.abs(columns[name]).max()))
+            peaks[name].append(float(np.abs(columns[name]).max()))
         for joint in joints:
             cycle = _samples(joint, columns, weights, system)
             found[joint.name].append(cycle)
@@ -163,6 +164,8 @@ def measure(
             for joint in joints:
                 half = len(work[joint.name]) // 2
                 del work[joint.name][:half], found[joint.name][:half]
+            for values in peaks.values():
+                del values[: len(values) // 2]
         if single or all(_known(values, scatter) for values in work.values()):
             break
     end = Start(flow.y, flow.memory.copy(), flow.step)
@@ -173,7 +176,8 @@ def measure(
         if (lines := found[joint.name])
     }
     totals = {name: np.array(values) for name, values in work.items()}
-    return Block(samples, totals, peaks, done, end, flow.status)
+    means = {name: float(np.mean(values)) if values else np.nan for name, values in peaks.items()}
+    return Block(samples, totals, means, done, end, flow.status)
 
 
 def depths_of(joint: Wearing, removed: Array) -> Array:
@@ -234,8 +238,10 @@ def _known(values: list[float], scatter: float) -> bool:
     """Whether the mean of some cycles is known well enough."""
     if len(values) < _LEAST:
         return False
-    mean = float(np.mean(values))
-    return mean == 0.0 or float(np.std(values, ddof=1)) <= scatter * mean * np.sqrt(len(values))
+    mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
+    if len(values) < _FEW:  # whose deviation means little: enough only of a motion that repeats
+        return deviation <= _SAME * scatter * mean
+    return deviation <= scatter * mean * np.sqrt(len(values))
 
 
 def _thinned(joint: Wearing, lines: Array, depths: Array, cycles: int) -> Array:

@@ -1,0 +1,235 @@
+"""Wear over a life: jumps, blocks that are kept, the command."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import linkages
+from linkages.cli.main import main
+from linkages.explore.wear.content import content
+from linkages.explore.wear.life import wear_life, worn
+from linkages.explore.wear.measure import wearing
+
+CLEARANCE, RADIUS, LENGTH, SPEED = 1e-4, 0.01, 0.02, 200.0 * math.pi
+
+#: A shaft that turns in a block; the block is pressed onto it and can only slide: a load of constant direction.
+PRESS = """<?xml version="1.0"?>
+<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">
+  <model name="press">
+    <link name="shaft">
+      <inertial><mass>1.0</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>
+    </link>
+    <link name="block">
+      <inertial><mass>0.2</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>
+    </link>
+    <joint name="O" type="revolute">
+      <parent>world</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis>
+    </joint>
+    <joint name="guide" type="prismatic">
+      <parent>world</parent><child>block</child><axis><xyz>0 1 0</xyz></axis>
+    </joint>
+    <joint name="B" type="revolute">
+      <parent>block</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis>
+      <linkages:bearing><linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>
+    </joint>
+  </model>
+</sdf>
+"""
+EXPERIMENT = f"""
+mechanism = "press.sdf"
+duration = 0.02
+[drives.O]
+speed = {SPEED!r}
+[joints.B]
+model = "dry"
+clearance = {CLEARANCE}
+[joints.B.contact]
+law = "lankarani-nikravesh"
+restitution = 0.5
+youngs_modulus = 207e9
+[joints.B.wear]
+coefficient = 5e-13
+"""
+FORCE = '[forces.F]\npoint = "block"\nforce = [0.0, -100.0]\n'
+#: The spring is stretched by 40 um when the block rests on the shaft: what is worn off unloads it.
+SPRING = """[springs.S]
+point = "block"
+anchor = [0.0, -0.1]
+stiffness = 2.5e6
+free_length = 0.09986
+damping = 300.0
+"""
+
+
+@pytest.fixture
+def press(tmp_path):
+    def made(load=FORCE, **values):
+        (tmp_path / "press.sdf").write_text(PRESS)
+        (tmp_path / "press.toml").write_text(EXPERIMENT + load)
+        return linkages.load(tmp_path / "press.toml", {f"joints.B.{key}": value for key, value in values.items()})
+
+    return made
+
+
+def fitted_half_angle(profile, about):
+    """Half-angle where the line through depth over cosine, most of the pocket, is zero [rad]."""
+    phi = 2.0 * np.pi * np.arange(len(profile)) / len(profile) - about
+    deep = profile > 0.1 * profile.max()
+    slope, offset = np.polyfit(np.cos(phi[deep]), profile[deep], 1)
+    return math.acos(-offset / slope)
+
+
+@pytest.mark.slow
+def test_a_turning_shaft_wears_the_exact_pocket(press):
+    """100 N, 100 m, 5e-13 m2/N: the published row, 28.1219 um and 38.4630 deg, to 1e-3, by the whole machine."""
+    turns = round(100.0 / (2.0 * math.pi * (RADIUS - CLEARANCE)))
+    life = wear_life(press(), turns)
+    assert life.status is linkages.Status.OK
+    assert life.simulated < turns / 30
+    profile = life.profiles("B")[-1, 0]
+    assert profile.max() == pytest.approx(28.1219e-6, rel=1e-3)
+    journal, phi = RADIUS - CLEARANCE, 2.0 * np.pi * np.arange(360) / 360 - 0.5 * np.pi
+    e = CLEARANCE + 28.1219e-6
+    crescent = e * np.cos(phi) + np.sqrt(journal**2 - (e * np.sin(phi)) ** 2) - RADIUS
+    edge = math.acos((e * e + RADIUS**2 - journal**2) / (2.0 * e * RADIUS))
+    assert math.degrees(edge) == pytest.approx(38.4630, rel=1e-5)
+    exact = fitted_half_angle(np.maximum(crescent, 0.0), 0.5 * np.pi)
+    assert fitted_half_angle(profile, 0.5 * np.pi) == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("file", "joints"),
+    [("slider_crank_dry.toml", ("B",)), ("four_bar_dry.toml", None)],
+    ids=["slider-crank", "four-bar"],
+)
+def test_worn_volume_is_the_coefficient_times_load_and_path(file, joints):
+    """Archard's invariant to 1e-12, of both parts, in machines that jump and in those that do not."""
+    plain = linkages.load(linkages.find_file(file))
+    values = {}
+    for name in joints or plain.tree.journals:
+        table = f"joints.{name}.wear"
+        values |= {f"{table}.coefficient": 2e-13, f"{table}.side": '"both"', f"{table}.hardness": [1e9, 3e9]}
+        values |= {f"{table}.nodes": 120}
+    system = linkages.load(linkages.find_file(file), values)
+    for cycles, every in ((300, False), (2, True)):
+        life = wear_life(system, cycles, scatter=0.2, every_cycle=every)
+        assert life.status is linkages.Status.OK
+        for joint in life.joints:
+            work = life.stages[-1].work[joint.name]
+            assert work > 0.0
+            bearing, journal = life.volumes(joint.name)[-1]
+            assert bearing == pytest.approx(0.75 * 2e-13 * work, rel=1e-12)  # the softer part wears three times as much
+            assert journal == pytest.approx(0.25 * 2e-13 * work, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_jumps_are_of_second_order_and_agree_with_every_cycle(press):
+    """The load falls with the depth. Half a jump errs an eighth: its local order is three. All cycles, one by one."""
+    system = press(SPRING, **{"wear.coefficient": 3e-12, "wear.nodes": 120})
+    found = {}
+    for cycles in (100, 200):
+        jumped = wear_life(system, cycles, tolerance=1.0)
+        assert len(jumped.stages) == 2
+        stepped = wear_life(system, cycles, tolerance=1e-7)
+        assert len(stepped.stages) > 4
+        found[cycles] = abs(jumped.volumes("B")[-1, 0] / stepped.volumes("B")[-1, 0] - 1.0) * cycles
+    assert jumped.stages[-1].block.work["B"].mean() < 0.9 * jumped.stages[0].block.work["B"].mean()
+    assert 2.5 < math.log2(found[200] / found[100]) < 3.5
+    every = wear_life(system, 25, every_cycle=True)
+    jumped = wear_life(system, 25)
+    assert len(every.stages) == 26
+    assert jumped.volumes("B")[-1, 0] == pytest.approx(every.volumes("B")[-1, 0], rel=1e-3)
+    difference = jumped.profiles("B")[-1, 0] - every.profiles("B")[-1, 0]
+    assert np.abs(difference).max() < 0.01 * every.depths("B")[-1]
+
+
+def test_a_life_that_was_killed_goes_on_and_gives_the_same_bytes(press, tmp_path):
+    system, folder = press(SPRING, **{"wear.coefficient": 3e-12, "wear.nodes": 120}), tmp_path / "blocks"
+    whole = json.dumps(content(wear_life(system, 40, tolerance=5e-7)))
+    assert json.dumps(content(wear_life(system, 40, tolerance=5e-7, folder=folder))) == whole
+    files = sorted(folder.iterdir())
+    assert len(files) > 2
+    files[-1].unlink()
+    files[-2].write_bytes(files[-2].read_bytes()[:1000])  # half a file, as none is written: it is made again
+    assert json.dumps(content(wear_life(system, 40, tolerance=5e-7, folder=folder))) == whole
+    assert sorted(folder.iterdir()) == files
+    other = wear_life(press(SPRING, **{"wear.coefficient": 2e-12, "wear.nodes": 120}), 20, folder=folder)
+    assert other.volumes("B")[-1, 0] < 20 * 2e-12 * 7.0  # nothing of the other life
+
+
+def test_the_life_until_a_limit(press):
+    life = wear_life(press(SPRING, **{"wear.coefficient": 3e-12, "wear.nodes": 120}), 100, tolerance=2e-7)
+    depths, cycles = life.depths("B"), life.cycles
+    middle = 0.5 * (depths[1] + depths[2])
+    assert life.cycles_until("B.depth", middle) == pytest.approx(0.5 * (cycles[1] + cycles[2]))
+    assert life.cycles_until("B.depth", 1.0) == math.inf
+    assert life.play("B")[-1] == pytest.approx(CLEARANCE + life.profiles("B")[-1, 0].mean())
+    with pytest.raises(linkages.InputError, match=r"B.depth, B.play, B.force"):
+        life.cycles_until("C.depth", 1.0)
+    short = wear_life(life.system, 100, tolerance=2e-7, enough=lambda so_far: so_far.depths("B")[-1] > middle)
+    assert short.cycles[-1] == cycles[2]
+
+
+def test_a_jump_at_held_loads_is_its_parts_together(press):
+    """The profile after m cycles of a block's loads is that after two times m/2 of them."""
+    system = press(**{"wear.nodes": 120})
+    life = wear_life(system, 1)
+    joints, removed, block = wearing(system), life.stages[0].removed, life.stages[0].block
+    once = worn(joints, removed, block, 400.0)["B"][0]
+    twice = worn(joints, worn(joints, removed, block, 200.0), block, 200.0)["B"][0]
+    assert np.abs(once - twice).max() < 2e-3 * once.max()
+
+
+def test_the_command_writes_the_contract(press, tmp_path, capsys):
+    press(SPRING)
+    out = tmp_path / "out"
+    status = main(
+        ["wear", str(tmp_path / "press.toml"), "--cycles", "20", "--out", str(out), "--set", "joints.B.wear.nodes=120"]
+    )
+    assert status == 0
+    assert {path.name for path in out.iterdir()} == {
+        "wear.json",
+        "wear_B.png",
+        "wear_history.png",
+        "wear.html",
+        "blocks",
+    }
+    found = json.loads((out / "wear.json").read_text())
+    joint = found["joints"]["B"]
+    assert (found["cycles"], found["status"]) == (20, "ok")
+    profile = np.array(joint["profile"])
+    assert profile.shape == (120, 2)
+    assert joint["depth"] == profile[:, 1].max()
+    assert joint["volume"] == pytest.approx(5e-13 * joint["load_distance"], rel=1e-12)
+    assert found["blocks"][-1]["cycles"] == 20
+    assert "20 cycles" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--cycles", "0"], "--cycles: 0: must be a whole number above zero"),
+        (["--cycles", "1.5"], "--cycles: 1.5: must be a whole number above zero"),
+        (["--cycles", "5", "--tolerance", "-1"], "--tolerance: -1: must be above zero"),
+        (["--cycles", "5", "--drive", "B"], 'drive: B: has no constant speed; known are: O'),
+        (["--cycles", "5", "--set", "joints.B.wear.coefficient=0"], "joints.B.wear.coefficient"),
+        (["--cycles", "5", "--set", 'joints.B.wear.side="both"'], 'side "both" needs share or hardness'),
+        (["--cycles", "5", "--set", "joints.B.wear.share=0.5"], 'share belongs to side "both"; remove it'),
+        (["--cycles", "5", "--set", "joints.B.wear.bearing_depth=[1e-6]"], "bearing_depth has 1 depths for 360 nodes"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(press, tmp_path, capsys, words, message):
+    press()
+    assert main(["wear", str(tmp_path / "press.toml"), "--out", str(tmp_path / "out"), *words]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_machine_without_wear_is_refused(tmp_path, capsys):
+    assert main(["wear", "slider_crank_dry.toml", "--cycles", "5", "--out", str(tmp_path / "out")]) == 2
+    assert "none wears; give one a table [joints.NAME.wear]" in capsys.readouterr().err
