@@ -28,11 +28,9 @@ JOURNAL = 1e-5 * np.maximum(np.cos(ANGLES - 0.5), 0.0) ** 2
 
 
 def law(bearing=ROUND, journal=ROUND, name="hertz", **changes):
-    record = joint_records.joint(
-        clearance=CLEARANCE, radius=RADIUS, length=LENGTH, model=MODELS["dry"], contact=name, stiffness=1e11, **changes
-    )
-    record["bearing_nodes"], record["journal_nodes"] = len(bearing), len(journal)
-    return record, np.concatenate([bearing, journal])
+    sizes = {"clearance": CLEARANCE, "radius": RADIUS, "length": LENGTH, "model": MODELS["dry"], "stiffness": 1e11}
+    nodes = {"bearing_nodes": len(bearing), "journal_nodes": len(journal)}
+    return joint_records.joint(contact=name, **sizes, **nodes, **changes), np.concatenate([bearing, journal])
 
 
 def force(joint, x, y, angles=(0.0, 0.0), velocity=(0.0, 0.0), rates=(0.0, 0.0), approach=1e3):
