@@ -125,27 +125,6 @@ def test_worn_volume_is_the_coefficient_times_load_and_path(file, joints):
             assert journal == pytest.approx(0.25 * 2e-13 * work, rel=1e-12)
 
 
-@pytest.mark.slow
-def test_jumps_are_of_second_order_and_agree_with_every_cycle(press):
-    """The load falls with the depth. Half a jump errs an eighth: its local order is three. All cycles, one by one."""
-    system = press(SPRING, **{"wear.coefficient": 3e-12, "wear.nodes": 120})
-    found = {}
-    for cycles in (100, 200):
-        jumped = wear_life(system, cycles, tolerance=1.0)
-        assert len(jumped.stages) == 2
-        stepped = wear_life(system, cycles, tolerance=1e-7)
-        assert len(stepped.stages) > 4
-        found[cycles] = abs(jumped.volumes("B")[-1, 0] / stepped.volumes("B")[-1, 0] - 1.0) * cycles
-    assert jumped.stages[-1].block.work["B"].mean() < 0.9 * jumped.stages[0].block.work["B"].mean()
-    assert 2.5 < math.log2(found[200] / found[100]) < 3.5
-    every = wear_life(system, 25, every_cycle=True)
-    jumped = wear_life(system, 25)
-    assert len(every.stages) == 26
-    assert jumped.volumes("B")[-1, 0] == pytest.approx(every.volumes("B")[-1, 0], rel=1e-3)
-    difference = jumped.profiles("B")[-1, 0] - every.profiles("B")[-1, 0]
-    assert np.abs(difference).max() < 0.01 * every.depths("B")[-1]
-
-
 def test_a_life_that_was_killed_goes_on_and_gives_the_same_bytes(press, tmp_path):
     system, folder = press(SPRING, **{"wear.coefficient": 3e-12, "wear.nodes": 120}), tmp_path / "blocks"
     whole = json.dumps(content(wear_life(system, 40, tolerance=5e-7)))
