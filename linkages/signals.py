@@ -28,7 +28,7 @@ def held() -> Iterator[None]:
 
 @contextmanager
 def terminable() -> Iterator[list[int]]:
-    """Let SIGTERM act as Ctrl-C does; gives a list that is empty until it comes."""
+    """Let SIGTERM act as Ctrl-C does, in the background too; gives a list that is empty until it comes."""
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield came
@@ -38,8 +38,15 @@ def terminable() -> Iterator[list[int]]:
         came.append(number)
         signal.raise_signal(signal.SIGINT)
 
-    before = signal.signal(signal.SIGTERM, note)
+    def ignore(number: int, frame: Any) -> None:
+        if came:
+            signal.default_int_handler(number, frame)
+
+    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, note)}
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a script's background job, which Ctrl-C is not for
+        before[signal.SIGINT] = signal.signal(signal.SIGINT, ignore)
     try:
         yield came
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -216,9 +216,16 @@ def test_no_assembly_exits_with_1(experiment_file, tmp_path, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("ctrl_c", "number", "status"),
+    [
+        (signal.default_int_handler, signal.SIGINT, 130), (signal.default_int_handler, signal.SIGTERM, 143),
+        (signal.SIG_IGN, signal.SIGTERM, 143),
+    ],
+    ids=["ctrl-c", "terminated", "terminated in the background"],
+)  # fmt: skip
 def test_an_interrupted_run_is_written_and_its_exit_status_names_the_signal(
-    number, status, experiment_file, tmp_path, monkeypatch
+    ctrl_c, number, status, experiment_file, tmp_path, monkeypatch, request
 ):
     from linkages.cli import progress
 
@@ -230,8 +237,11 @@ def test_an_interrupted_run_is_written_and_its_exit_status_names_the_signal(
         return stop
 
     monkeypatch.setattr(progress, "progress_bar", bar)
+    before = signal.signal(signal.SIGINT, ctrl_c)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     out = tmp_path / "out"
     assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == status
+    assert signal.getsignal(signal.SIGINT) is ctrl_c
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == "interrupted"
