@@ -12,6 +12,7 @@ from typing import Any
 from linkages import InputError, RunError
 
 SCHEMA = 2  # version of the tables
+UNSEALED = 1  # the version before: no seals
 APPLICATION = 0x6C6E6B73  # "lnks": tells a study from other SQLite files
 
 #: SQLite's errors that are not of the file's content: there is no room, or others use it.
@@ -62,7 +63,7 @@ def check_header(path: Path) -> None:
     application, schema = int.from_bytes(header[68:72], "big"), int.from_bytes(header[60:64], "big")
     if application != APPLICATION:
         raise InputError(path, "", "is an SQLite file, but not that of a study")
-    if schema != SCHEMA:
+    if schema not in (UNSEALED, SCHEMA):
         raise InputError(path, "", f"has version {schema} of the file format; this program reads version {SCHEMA}")
 
 
@@ -76,8 +77,28 @@ def _seal(row: Sequence[Any]) -> int:
     return zlib.crc32(repr(tuple(row)).encode())
 
 
+def seal_all(db: sqlite3.Connection, tables: Mapping[str, str]) -> None:
+    """Make a file of the version before one of this version; the first column of a table tells its rows apart."""
+    if _version(db) == SCHEMA:
+        return
+    with db:
+        db.execute("BEGIN")
+        for table, columns in tables.items():
+            db.execute(f"ALTER TABLE {table} ADD COLUMN seal INTEGER NOT NULL DEFAULT 0")
+            rows = db.execute(f"SELECT {columns} FROM {table}").fetchall()
+            key = columns.partition(",")[0]
+            db.executemany(f"UPDATE {table} SET seal = ? WHERE {key} = ?", [(_seal(row), row[0]) for row in rows])
+        db.execute(f"PRAGMA user_version = {SCHEMA}")
+
+
+def _version(db: sqlite3.Connection) -> int:
+    return int(db.execute("PRAGMA user_version").fetchone()[0])
+
+
 def check_content(db: sqlite3.Connection, tables: Mapping[str, str]) -> None:
     """Check that the file is whole, and has these tables with these columns, and rows that are as they were stored.
+
+    Rows of a file of the version before have no seal to be checked by.
 
     Raises
     ------
@@ -87,7 +108,8 @@ def check_content(db: sqlite3.Connection, tables: Mapping[str, str]) -> None:
     found = db.execute("PRAGMA integrity_check(1)").fetchone()[0]
     if found != "ok":
         raise sqlite3.DatabaseError(found)
+    sealed = _version(db) == SCHEMA
     for table, columns in tables.items():
-        for *row, seal in db.execute(f"SELECT {columns}, seal FROM {table}"):
-            if seal != _seal(row):
+        for *row, seal in db.execute(f"SELECT {columns}, {'seal' if sealed else 'NULL'} FROM {table}"):
+            if sealed and seal != _seal(row):
                 raise sqlite3.DatabaseError(f"a row of {table} is not as it was stored")

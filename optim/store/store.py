@@ -28,7 +28,7 @@ from linkages.files.writing import whole
 from optim.evaluate.evaluations import OK, Evaluations
 from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array
-from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded, put
+from optim.store.sqlite import APPLICATION, SCHEMA, check_content, check_header, guarded, put, seal_all
 
 _TABLES = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL, seal INTEGER NOT NULL) WITHOUT ROWID;
@@ -218,6 +218,7 @@ def open_store(path: Path) -> Store:
         db.execute("PRAGMA journal_mode = WAL")
         db.execute("PRAGMA synchronous = NORMAL")
         check_content(db, COLUMNS)
+        seal_all(db, COLUMNS)
     return Store(path, db)
 
 

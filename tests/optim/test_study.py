@@ -15,7 +15,7 @@ from linkages.files.lock import Lock
 from optim.evaluate.evaluations import Evaluations
 from optim.search.run import Stopped, run
 from optim.store import store as study
-from optim.store.sqlite import SCHEMA
+from optim.store.sqlite import SCHEMA, UNSEALED
 
 
 @pytest.fixture
@@ -123,6 +123,26 @@ def test_other_format_versions_are_refused(begun):
     assert f"version {SCHEMA + 1} of the file format; this program reads version {SCHEMA}" in refused(
         toy.make_task(), begun
     )
+
+
+def test_a_file_of_the_version_before_is_read_and_continued(begun, tmp_path):
+    expected = run(toy.make_task(), tmp_path / "whole.sqlite")
+    with study.read_store(begun) as store:
+        designs, _ = store.evaluations()
+    with sqlite3.connect(begun) as db:
+        for table in study.COLUMNS:
+            db.execute(f"ALTER TABLE {table} DROP COLUMN seal")
+        db.execute(f"PRAGMA user_version = {UNSEALED}")
+    db.close()
+    with study.read_store(begun) as store:
+        assert store.evaluations()[0].tobytes() == designs.tobytes()
+    outcome = run(toy.make_task(), begun, resume=True)
+    assert outcome.result.x.tobytes() == expected.result.x.tobytes()
+    with sqlite3.connect(begun) as db:  # its rows, the old ones too, are sealed now
+        assert db.execute("PRAGMA user_version").fetchone()[0] == SCHEMA
+        assert db.execute("UPDATE evaluations SET reason = 'other' WHERE id = 1").rowcount == 1
+    db.close()
+    assert "a row of evaluations is not as it was stored" in refused(toy.make_task(), begun)
 
 
 @pytest.mark.parametrize("damage", ["page", "truncated", "table", "row", "meta"])
