@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import _thread
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,25 +30,43 @@ def held() -> Iterator[None]:
 
 @contextmanager
 def terminable() -> Iterator[list[int]]:
-    """Let SIGTERM act as Ctrl-C does, in the background too; gives a list that is empty until it comes."""
+    """Let SIGTERM act as Ctrl-C does, in the background too; gives a list to which each signal that ends is added.
+
+    Python drops a KeyboardInterrupt that strikes a callback (of a weak reference, of a compiler) with an "Exception
+    ignored" and goes on; here it is raised again soon after, without a word.
+    """
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
         yield came
         return
+    foreground = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN  # a script's background job ignores Ctrl-C
+    again: list[threading.Timer] = []
 
-    def note(number: int, _: Any) -> None:
+    def terminate(number: int, _: Any) -> None:
         came.append(number)
         signal.raise_signal(signal.SIGINT)
 
-    def ignore(number: int, frame: Any) -> None:
-        if came:
+    def interrupt(number: int, frame: Any) -> None:
+        if foreground or came:
+            came.append(number)
             signal.default_int_handler(number, frame)
 
-    before = {signal.SIGTERM: signal.signal(signal.SIGTERM, note)}
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a script's background job, which Ctrl-C is not for
-        before[signal.SIGINT] = signal.signal(signal.SIGINT, ignore)
+    def dropped(what: Any) -> None:
+        if not isinstance(what.exc_value, KeyboardInterrupt):
+            others(what)
+            return
+        again.append(threading.Timer(0.01, _thread.interrupt_main))
+        again[-1].start()
+
+    others, sys.unraisablehook = sys.unraisablehook, dropped
+    before = {
+        number: signal.signal(number, act) for number, act in ((signal.SIGTERM, terminate), (signal.SIGINT, interrupt))
+    }
     try:
         yield came
     finally:
+        for timer in again:
+            timer.cancel()
         for number, handler in before.items():
             signal.signal(number, handler)
+        sys.unraisablehook = others

@@ -6,6 +6,9 @@ import shutil
 import signal
 import sqlite3
 import subprocess
+import sys
+import time
+import weakref
 from pathlib import Path
 
 import pytest
@@ -13,7 +16,8 @@ from machines import four_bar
 from processes import finish, start, strike
 
 from linkages import load_trajectory
-from linkages.cli.main import main
+from linkages.cli.main import exit_status, main
+from linkages.errors import InputError
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at processes in /proc")
 
@@ -94,6 +98,56 @@ def place(folder: Path, name: str) -> Path:
     """What a command is told with --out."""
     (folder / name).mkdir(parents=True, exist_ok=True)
     return folder / name / "report.html" if name == "report" else folder / name
+
+
+def in_a_callback():
+    """Ctrl-C strikes what Python calls by itself, where it drops every exception and says that it does."""
+    thing = type("Thing", (), {})()
+    reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
+    del thing
+    for _ in range(500):  # the command goes on
+        time.sleep(0.01)
+    return 0 if reference else 1
+
+
+def in_a_class():
+    """Ctrl-C strikes where Python makes another exception of it."""
+
+    class Struck:
+        def __set_name__(self, owner, name):
+            signal.raise_signal(signal.SIGINT)
+
+    type("Owner", (), {"attribute": Struck()})
+    return 0
+
+
+def in_a_handler():
+    """Ctrl-C strikes what reads a file, and takes any failure for a fault of the file."""
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except BaseException as problem:
+        raise InputError("file.sdf", "", "cannot be read") from problem
+    return 0
+
+
+@pytest.mark.parametrize("run", [in_a_callback, in_a_class, in_a_handler])
+def test_ctrl_c_that_python_drops_or_changes_ends_the_command_all_the_same(run, capsys):
+    hook = sys.unraisablehook
+    assert exit_status(run) == 130
+    assert capsys.readouterr().err == "interrupted\n"
+    assert sys.unraisablehook is hook
+
+
+def test_the_exit_status_is_kept_where_ctrl_c_strikes_a_text_being_executed(tmp_path):
+    (tmp_path / "struck.py").write_text(
+        "import os, signal, sys, threading\n"
+        "from linkages.cli.main import exit_status\n"
+        "threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGTERM)).start()\n"
+        "sys.exit(exit_status(lambda: exec('import time; time.sleep(20)')))\n"
+    )
+    words = [sys.executable, "-m", "struck"]
+    ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (143, "interrupted\n")
 
 
 @needs_proc

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import os
+import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
@@ -40,7 +41,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit status.
     """
-    return exit_status(_run, list(sys.argv[1:] if arguments is None else arguments))
+    if arguments is not None:
+        return exit_status(_run, list(arguments))
+    status = exit_status(_run, sys.argv[1:])
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # all is done: nothing to say while Python ends
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return status
 
 
 def _run(words: list[str]) -> int:
@@ -75,35 +81,39 @@ def _version() -> str:
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
-    with terminable() as terminated:
-        status = _ending(run, *arguments)
-    return 143 if terminated and status == 130 else status
+    with terminable() as came:
+        try:
+            status = run(*arguments)
+            sys.stdout.flush()
+        except BaseException as problem:  # after a signal: the interruption, or what the code it struck made of it
+            if came or isinstance(problem, KeyboardInterrupt):
+                print("interrupted", file=sys.stderr)
+                exec("")  # Python ends by SIGINT if that struck in the last text it executed
+                status = 130
+            else:
+                status = _said(problem)
+    return 143 if signal.SIGTERM in came and status == 130 else status
 
 
-def _ending(run: Callable[..., int], *arguments: object) -> int:
-    try:
-        status = run(*arguments)
-        sys.stdout.flush()
-        return status
-    except InputError as problem:
-        print(f"error: {problem}", file=sys.stderr)
-        return 2
-    except RunError as problem:
-        print(f"failed: {problem}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        return 130
-    except BrokenPipeError:  # the reader has seen enough: `linkages keys | head`
-        _drop_output()
-        return 141
-    except OSError as problem:  # of the machine, as a full disk where the output goes
-        print(f"failed: {problem.filename or 'output'}: {problem.strerror or problem}", file=sys.stderr)
-        _drop_output()
-        return 1
-    except MemoryError:
-        print("failed: there is not enough memory; give a shorter duration, or fewer values", file=sys.stderr)
-        return 1
+def _said(problem: BaseException) -> int:
+    """Say in one line what is wrong, and return the exit status; what is nobody's fault but ours is raised."""
+    match problem:
+        case InputError():
+            print(f"error: {problem}", file=sys.stderr)
+            return 2
+        case RunError():
+            print(f"failed: {problem}", file=sys.stderr)
+        case BrokenPipeError():  # the reader has seen enough: `linkages keys | head`
+            _drop_output()
+            return 141
+        case OSError():  # of the machine, as a full disk where the output goes
+            print(f"failed: {problem.filename or 'output'}: {problem.strerror or problem}", file=sys.stderr)
+            _drop_output()
+        case MemoryError():
+            print("failed: there is not enough memory; give a shorter duration, or fewer values", file=sys.stderr)
+        case _:
+            raise problem
+    return 1
 
 
 def _drop_output() -> None:

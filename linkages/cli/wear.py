@@ -20,7 +20,7 @@ BLOCKS = "blocks"
 _MADE = ("wear.json", "wear_*.png", "wear.html", "report.html")
 
 _EXAMPLES = """examples:
-  linkages wear slider_crank_wear.toml --cycles 1000000
+  linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft
 
 The blocks of simulated cycles are kept in DIR/blocks: a life that was interrupted goes on from them, and gives the
@@ -105,12 +105,13 @@ def format_life(found: dict[str, Any]) -> str:
             f"{1e6 * joint['clearance']:10.5g}"
         )
     first, last = found["blocks"][0]["peaks"], found["blocks"][-1]["peaks"]
-    lines += ["", f"{'mean peak of a cycle':24s}{'new':>14s}{'worn':>14s}"]
-    lines += [f"{name:24s}{value:14.5g}{last[name]:14.5g}" for name, value in first.items()]
+    at = f"cycle {found['blocks'][-1]['middle']:,.0f}"
+    lines += ["", f"{'mean peak of a cycle':24s}{'new':>14s}{at:>16s}"]
+    lines += [f"{name:24s}{value:14.5g}{last[name]:16.5g}" for name, value in first.items()]
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
     lines += [
         "",
-        f"{found['simulated_cycles']} cycles simulated, {jumps} jumps, {found['rejected_jumps']} rejected;"
+        f"cycles simulated: {found['simulated_cycles']}; jumps: {jumps}, rejected: {found['rejected_jumps']};"
         f" largest difference of depth in a jump {1e6 * worst:.3g} um of {1e6 * found['tolerance']:.3g} um allowed",
     ]
     return "\n".join(lines)

@@ -50,16 +50,17 @@ class Job:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """Give a list to which the first Ctrl-C adds its signal; the second raises KeyboardInterrupt."""
+    """Give a list to which the first Ctrl-C adds its signal; the second ends the command as Ctrl-C does elsewhere."""
     pressed: list[int] = []
+    before = signal.getsignal(signal.SIGINT)
 
     def note(number: int, frame: FrameType | None) -> None:
-        if pressed:
-            raise KeyboardInterrupt
+        if pressed and callable(before):
+            before(number, frame)
         pressed.append(number)
         print("\nstopping after this iteration; Ctrl-C again to stop now", file=sys.stderr, flush=True)
 
-    before = signal.signal(signal.SIGINT, note)
+    signal.signal(signal.SIGINT, note)
     try:
         yield pressed
     finally:
