@@ -48,6 +48,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"known are: {', '.join(known)}" if known else "none are known here"
 
 
+def listed(items: Iterable[str]) -> str:
+    """Join words, at least one: ``A, B and C``."""
+    *first, last = items
+    return f"{', '.join(first)} and {last}" if first else last
+
+
 def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> InputError:
     """Make the error of a file that cannot be read; of one that is not there, with the name that was probably meant.
 

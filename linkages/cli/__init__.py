@@ -8,6 +8,7 @@
 | sweep        | ``linkages sweep``: over the values of one variable                       |
 | wear         | ``linkages wear``: profiles and play over a machine's life                |
 | report       | ``linkages report``: one HTML page from a folder of results               |
+| draw         | ``linkages draw``: a labelled picture of a machine                        |
 | new          | ``linkages new``: files of a linkage to begin with                        |
 | import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
 | modes        | ``linkages modes``: the flexible 3-RRR robot                              |
@@ -34,7 +35,20 @@ import sys
 from importlib.metadata import EntryPoint, entry_points
 from typing import Protocol, cast
 
-_OWN = ("simulate", "compare", "sweep", "wear", "report", "new", "import", "modes", "keys", "doctor", "completion")
+_OWN = (
+    "simulate",
+    "compare",
+    "sweep",
+    "wear",
+    "report",
+    "draw",
+    "new",
+    "import",
+    "modes",
+    "keys",
+    "doctor",
+    "completion",
+)
 
 
 class Command(Protocol):

@@ -19,6 +19,7 @@ from linkages.signals import terminable
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a machine and an experiment to begin with
+  linkages draw my_linkage.sdf                            a labelled picture that can be moved
   linkages simulate my_linkage.toml                       numbers, figures and an animation in results/my_linkage
   linkages report results/my_linkage                      all of them on one page
   linkages simulate seven_bar.toml --set joints.A.clearance=2e-4

@@ -19,11 +19,16 @@ def add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", help="experiment (.toml): a path, or the name of one that comes with the package")
 
 
-def add_settings(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set``, ``--duration``, ``--out``, ``--quiet`` and ``--verbose``."""
+def add_set(parser: argparse.ArgumentParser) -> None:
+    """Add ``--set``."""
     parser.add_argument(
         "--set", action="append", default=[], metavar="PATH=VALUE", help="replace a value; may be repeated"
     )
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Add ``--set``, ``--duration``, ``--out``, ``--quiet`` and ``--verbose``."""
+    add_set(parser)
     parser.add_argument("--duration", type=float, metavar="SECONDS", help="replace the experiment's duration")
     add_out(parser)
     group = parser.add_mutually_exclusive_group()
@@ -50,16 +55,27 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     from linkages.model.experiment import COMMAND_LINE
     from linkages.system import load
 
-    file = find_file(options.file)
-    values: dict[str, str | float] = dict(defaults or {})
+    values = {**(defaults or {}), **set_values(options)}
+    if options.duration is not None:
+        values["duration"] = options.duration
+    return load(find_file(options.file), values, COMMAND_LINE)
+
+
+def set_values(options: argparse.Namespace) -> dict[str, str | float]:
+    """Return the values of ``--set`` by their dotted paths.
+
+    Raises
+    ------
+    InputError
+        If an item is not ``PATH=VALUE``.
+    """
+    values: dict[str, str | float] = {}
     for item in options.set:
         path, equals, value = item.partition("=")
         if not equals or not path or not value:
             raise InputError("--set", item, "write PATH=VALUE, for instance joints.A.clearance=2e-4")
         values[path.strip()] = value.strip()
-    if options.duration is not None:
-        values["duration"] = options.duration
-    return load(file, values, COMMAND_LINE)
+    return values
 
 
 def add_out(parser: argparse.ArgumentParser) -> None:

@@ -21,7 +21,7 @@ HELP = "run an experiment; write numbers, figures and an animation"
 #: What a run may leave in its folder, and a report of it: none of it stays beside the files of another run.
 _MADE = (
     "summary.json", "trajectory.npz", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "impacts.png",
-    "joint_forces.png", "drive_torques.png", "animation.html", "report.html",
+    "joint_forces.png", "drive_torques.png", "animation.html", "drawing.*", "report.html",
 )  # fmt: skip
 
 _EXAMPLES = """examples:
@@ -84,9 +84,11 @@ def run(options: argparse.Namespace) -> int:
         if system.touching.any():
             write_impacts(result.contacts, folder)
         if not options.no_plots:
+            from linkages.plots.drawing import draw, svg
             from linkages.plots.histories import write_figures
 
             write_figures(result, folder)
+            (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
         if not options.no_animation:
             _animate(result, folder / "animation.html", options.exaggerate)
     say(f"\n{written(out, results.names)}")

@@ -6,5 +6,7 @@
 | experiment  | `Experiment`: drives, joint models, loads, settings, from TOML               |
 | tables      | the tables of an experiment: drives, joint models, solver                    |
 | load_tables | its tables of applied loads: forces, torques, springs                        |
+| skeleton    | what a link looks like: bars between its joints and frames                   |
+| doubts      | values that look like those of another unit                                  |
 | check       | do a mechanism and an experiment fit each other?                             |
 """

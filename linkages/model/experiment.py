@@ -169,6 +169,32 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     return _build(path, data, sources, overrides or {}, origin)
 
 
+def nothing_done(
+    path: Path,
+    overrides: Mapping[str, Any] | None = None,
+    origin: str = ARGUMENT,
+    drives: Mapping[str, float] | None = None,
+) -> Experiment:
+    """Return an experiment that does nothing with a machine: ideal joints, no loads, its drives at rest.
+
+    Parameters
+    ----------
+    path : Path
+        The machine's file.
+    overrides, origin
+        As `load_experiment`.
+    drives : mapping of str to float, optional
+        Driven joints and their coordinates [rad or m].
+
+    Raises
+    ------
+    InputError
+        If a path or a value is not valid.
+    """
+    still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in (drives or {}).items()}
+    return _build(path, {"mechanism": path.name, "duration": 1.0, "drives": still}, {}, overrides or {}, origin)
+
+
 def keys() -> Iterator[tuple[str, str]]:
     """Every key of an experiment file with its meaning and unit."""
     return table_keys(Experiment)

@@ -6,6 +6,7 @@
 | histories  | outputs, joint forces and drive torques over time, ideal joints beside real ones       |
 | journals   | orbits of the journals in their clearances, contacts over time                         |
 | attractors | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
+| drawing    | a machine before it is run: a labelled picture that can be moved                       |
 | animation  | a run as a Meshcat recording, its clearance joints magnified                           |
 | three_rrr  | the flexible 3-RRR robot                                                               |
 """

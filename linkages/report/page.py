@@ -53,6 +53,7 @@ def render(results: Results) -> str:
         estimated=bool(results.summary["error"]),
         dry=any(joint["model"] == "dry" for joint in results.play.values()),
         impacts=tables.impacts(results),
+        drawing=_data_uri(results.drawing, "svg+xml") if results.drawing else None,
         figures=[_figure(path) for path in results.figures],
         animation=results.animation.read_text(encoding="utf-8") if results.animation else None,
         parameters=tables.parameters(results),
@@ -73,8 +74,12 @@ def _figure(path: Path) -> dict[str, str]:
     caption = FIGURES.get(path.stem, path.stem)
     if output != path.stem:
         caption = f"{output} over time, ideal joints beside clearance; below, their difference."
-    data = base64.b64encode(path.read_bytes()).decode("ascii")
-    return {"caption": caption, "source": f"data:image/png;base64,{data}"}
+    return {"caption": caption, "source": _data_uri(path, "png")}
+
+
+def _data_uri(path: Path, kind: str) -> str:
+    """Make a picture a part of the page."""
+    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
 
 
 def _own(name: str) -> str:

@@ -35,7 +35,7 @@ class Results:
         ``summary.json``.
     figures : tuple of Path
         PNG files, in the order of reading.
-    animation : Path or None
+    animation, drawing : Path or None
     impacts : tuple of Impact or None
         Every contact; None if no joint could touch.
     """
@@ -44,6 +44,7 @@ class Results:
     summary: dict[str, Any]
     figures: tuple[Path, ...]
     animation: Path | None
+    drawing: Path | None
     impacts: tuple[Impact, ...] | None
 
     @property
@@ -89,9 +90,12 @@ def load_results(folder: str | Path) -> Results:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
-    summary, animation = _summary(folder), folder / "animation.html"
+    summary = _summary(folder)
     figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder)
-    return Results(folder, summary, figures, animation if animation.is_file() else None, impacts)
+    animation, drawing = (
+        path if path.is_file() else None for path in (folder / "animation.html", folder / "drawing.svg")
+    )
+    return Results(folder, summary, figures, animation, drawing, impacts)
 
 
 def _summary(folder: Path) -> dict[str, Any]:
@@ -111,7 +115,8 @@ def _summary(folder: Path) -> dict[str, Any]:
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
     order = {stem: k for k, stem in enumerate([*(f"output_{name}" for name in outputs), *FIGURES])}
-    return tuple(sorted(folder.glob("*.png"), key=lambda path: (order.get(path.stem, len(order)), path.name)))
+    found = (path for path in folder.glob("*.png") if path.stem != "drawing")
+    return tuple(sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name)))
 
 
 def _impacts(folder: Path) -> tuple[Impact, ...] | None:

@@ -21,6 +21,7 @@ _FILES = {
     "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
     "impacts.csv": "every contact",
     "impacts_normal.csv": "the normal part of its peak force",
+    "drawing.svg": "the machine, labelled; linkages draw makes one that can be moved",
     "animation.html": "the animation on a page of its own",
 }
 

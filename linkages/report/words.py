@@ -10,7 +10,7 @@ from typing import Any
 
 import tomlkit
 
-from linkages.errors import Status
+from linkages.errors import Status, listed
 from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
@@ -136,9 +136,3 @@ def change(value: float | None, reference: float | None) -> str:
     if 0.5 < ratio < 2.0:
         return f"{100.0 * (ratio - 1.0):+.2g} %".replace("-", "−")
     return f"{ratio:.3g} times"
-
-
-def listed(items: Any) -> str:
-    """Join words: ``A, B and C``."""
-    *first, last = items
-    return f"{', '.join(first)} and {last}" if first else str(last)

@@ -11,7 +11,7 @@ from machines import PLANES, bar, four_bar, joint, model
 from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, load, study
-from linkages.engines.drake.visuals import skeleton
+from linkages.engines.drake.visuals import visuals
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import guide_frames
 from linkages.plots.animation.journal_view import journal_frames
@@ -187,7 +187,7 @@ def test_a_link_without_visuals_is_drawn_between_its_joints(tmp_path, plane):
     (tmp_path / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
     mechanism = load(tmp_path / "dry.toml").mechanism
     for link, length in (("crank", 0.1), ("coupler", 0.25), ("follower", 0.2)):
-        (visual,) = skeleton(mechanism, mechanism.link[link], 1.0)
+        (visual,) = visuals(mechanism, mechanism.link[link], 1.0)
         pose = [float(v) for v in re.search(r"<pose>(.*)</pose>", visual)[1].split()]
         size = [float(v) for v in re.search(r"<size>(.*)</size>", visual)[1].split()]
         np.testing.assert_allclose(pose, [length / 2, 0, 0, 0, 0, 0], atol=1e-12)  # the bars lie along x

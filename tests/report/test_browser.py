@@ -14,7 +14,8 @@ pytestmark = [
 ]
 
 LOOK = """
-const viewer = document.querySelector("iframe").contentWindow.viewer;
+const frame = document.querySelector("iframe"), viewer = frame.contentWindow.viewer;
+frame.scrollIntoView();
 const at = (time) => { viewer.animator.pause(); viewer.animator.seek(time); return viewer.capture_image(400, 300); };
 const box = (element) => { const b = element.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; };
 const place = (...path) => viewer.scene_tree.find(["joints", "A", ...path]).object.position.toArray();
@@ -28,7 +29,7 @@ const result = {
   figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
   enlarged: [document.querySelector("dialog").open, enlarged.naturalWidth, enlarged.alt],
   fetched: performance.getEntriesByType("resource").map((entry) => entry.name),
-  frame: box(document.querySelector("iframe")), duration: viewer.animator.duration, frames: [at(0.0), at(7.5)],
+  frame: box(frame), duration: viewer.animator.duration, frames: [at(0.0), at(7.5)],
   stills: [0.0, 2.0, 4.0, 6.0].map(still),
   overflow: document.documentElement.scrollWidth - innerWidth,
 };

@@ -13,7 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 from scipy.spatial.transform import Rotation
 
-from linkages.engines.drake.visuals import skeleton
+from linkages.engines.drake.visuals import visuals
 from linkages.errors import InputError
 from linkages.system.tree import Tree
 
@@ -43,7 +43,7 @@ def tree_sdf(tree: Tree) -> str:
             "ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2),
         }.items():  # fmt: skip
             ET.SubElement(tensor, key).text = repr(float(link.inertia_local[i, j]))
-        for visual in link.visuals or skeleton(mechanism, link, tree.extent):
+        for visual in link.visuals or visuals(mechanism, link, tree.extent):
             element.append(ET.fromstring(visual))
     for edge in tree.edges.values():
         joint = mechanism.joint[edge.joint]

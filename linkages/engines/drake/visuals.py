@@ -1,44 +1,39 @@
-"""What a link looks like whose SDF file does not say: bars between its joints."""
+"""What a link looks like in Drake whose SDF file does not say: its skeleton as boxes."""
 
 from __future__ import annotations
-
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from linkages.model.mechanism import Link, Mechanism
+from linkages.model.skeleton import skeleton
 
 Array = NDArray[np.float64]
 
 _WIDTH = 0.02  # of a bar, over the size of the linkage
 _BLOCK = 0.06  # side of a block, for a link with one joint
-# Okabe and Ito's palette, as the figures
-_COLORS = ("0.9 0.62 0", "0 0.45 0.7", "0 0.62 0.45", "0.8 0.47 0.65", "0.34 0.71 0.91", "0.84 0.37 0")
 
 
-def skeleton(mechanism: Mechanism, link: Link, size: float) -> list[str]:
-    """Make ``<visual>`` elements: a bar between any two joints of the link, or a block where there is but one place.
+def visuals(mechanism: Mechanism, link: Link, size: float) -> list[str]:
+    """Make ``<visual>`` elements: a box for each bar of the link's skeleton, or a block where there is but one place.
 
     Parameters
     ----------
+    mechanism : Mechanism
+    link : Link
     size : float
         Extent of the linkage [m].
     """
-    places: list[Array] = []
-    for joint in mechanism.joints:
-        for body, at in ((joint.parent, joint.on_parent), (joint.child, joint.on_child)):
-            if body == link.name and all(np.linalg.norm(at - other) > 1e-6 * size for other in places):
-                places.append(at)
-    color = _COLORS[mechanism.links.index(link) % len(_COLORS)]
-    width = _WIDTH * size
-    if len(places) < 2:
-        at = places[0] if places else link.com
-        return [_box(mechanism, link, 0, at, np.array([1.0, 0.0]), (_BLOCK * size, _BLOCK * size, width), color)]
+    shape, width = skeleton(mechanism, link, size), _WIDTH * size
+    if not shape.bars:
+        sides = (_BLOCK * size, _BLOCK * size, width)
+        return [_box(mechanism, link, 0, shape.places[0], np.array([1.0, 0.0]), sides, shape.color)]
+    ends = [(shape.places[a], shape.places[b]) for a, b in shape.bars]
+    lengths = [float(np.linalg.norm(b - a)) for a, b in ends]
     return [
-        _box(mechanism, link, k, 0.5 * (a + b), b - a, (float(np.linalg.norm(b - a)) + width, width, width), color)
-        for k, (a, b) in enumerate(combinations(places, 2))
+        _box(mechanism, link, k, 0.5 * (a + b), b - a, (length + width, width, width), shape.color)
+        for k, ((a, b), length) in enumerate(zip(ends, lengths, strict=True))
     ]
 
 
@@ -54,7 +49,8 @@ def _box(
     angles = Rotation.from_matrix(link.rotation.T @ axes).as_euler("xyz")
     pose = " ".join(repr(float(v)) for v in (*position, *angles))
     size = " ".join(repr(float(v)) for v in sides)
+    diffuse = " ".join(f"{int(color[k : k + 2], 16) / 255:.3g}" for k in (1, 3, 5))
     return (
         f'<visual name="skeleton{number}"><pose>{pose}</pose><geometry><box><size>{size}</size></box></geometry>'
-        f"<material><diffuse>{color} 1</diffuse></material></visual>"
+        f"<material><diffuse>{diffuse} 1</diffuse></material></visual>"
     )

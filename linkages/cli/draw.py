@@ -1,0 +1,54 @@
+"""``linkages draw``: a labelled picture of a machine, and what is to be known of it before it is run."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from linkages.cli.options import add_out, add_set, output_folder, set_values, written
+
+HELP = "draw a machine: a labelled picture that can be moved, mobility, ranges of the drives"
+
+_EXAMPLES = """examples:
+  linkages draw four_bar.sdf
+  linkages draw my.toml --set sdf.links.crank.mass=0.4 --out results/my
+"""
+
+_MADE = ("drawing.png", "drawing.svg", "drawing.html")
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument("file", help="machine (.sdf) or experiment (.toml): a path, or the name of a shipped one")
+    add_set(parser)
+    add_out(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw; returns the exit status."""
+    from linkages.files.shipped import find_file
+    from linkages.files.writing import OutputFolder
+    from linkages.model.experiment import COMMAND_LINE, nothing_done
+    from linkages.model.mechanism import load_mechanism
+    from linkages.plots.drawing import draw, page, svg
+    from linkages.plots.drawing.raster import picture
+    from linkages.system import System, load
+
+    file, values = find_file(options.file), set_values(options)
+    if file.suffix == ".sdf":
+        experiment = nothing_done(file, values, COMMAND_LINE)
+        system = System(load_mechanism(file, experiment.sdf_overrides), experiment)
+    else:
+        system = load(file, values, COMMAND_LINE)
+    drawing, out = draw(system), output_folder(options, file.stem)
+    print("\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))]))
+    with (results := OutputFolder(out, _MADE)) as folder:
+        picture(drawing).savefig(folder / "drawing.png")
+        (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
+        (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")
+    print(f"\n{written(out, results.names)}")
+    if drawing.problem:
+        print(f"failed: {drawing.problem}", file=sys.stderr)
+        return 1
+    return 0

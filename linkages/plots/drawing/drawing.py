@@ -1,0 +1,236 @@
+"""All shapes of a machine, and its poses over the way of each drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import AssemblyError
+from linkages.explore.travel import Travel, movable, travel
+from linkages.model.doubts import doubts
+from linkages.model.experiment import Experiment
+from linkages.planar.kinematics import body_positions
+from linkages.plots.drawing.facts import facts, joint_table, link_table
+from linkages.plots.drawing.parts import Parts
+from linkages.plots.drawing.shapes import Shape, placed, shape
+from linkages.system import System
+from linkages.system.tree import Tree, spanning_tree
+
+Array = NDArray[np.float64]
+
+_MARGIN = 11.0  # around everything, in units
+_LEAST = 0.45  # height over width
+_PATH = 400  # points of a path at most
+_SHOWN = 181  # poses of a slider
+
+
+@dataclass(frozen=True)
+class Slider:
+    """The way of a drive.
+
+    Attributes
+    ----------
+    name, unit : str
+        The joint, and the unit of `values`: deg or mm.
+    values : (n,) array
+    poses : (n, nb, 3) array
+        Position [m] and angle [rad] of each body.
+    first : int
+        The index of the start.
+    """
+
+    name: str
+    unit: str
+    values: Array
+    poses: Array
+    first: int
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A machine as a picture that can be moved.
+
+    Attributes
+    ----------
+    title : str
+    shapes : tuple of Shape
+        From below to above.
+    pose : (nb, 3) array
+        At the start.
+    sliders : tuple of Slider
+    low, high : (2,) arrays
+        Corners of the picture, plane axes [m].
+    facts, doubts : tuple of str
+        What is to be known of the machine; what is to be asked about its file.
+    joints, links : tuple of tuples of str
+        Tables, their heads first.
+    problem : str
+        Why it cannot be moved, if it cannot.
+    """
+
+    title: str
+    shapes: tuple[Shape, ...]
+    pose: Array
+    sliders: tuple[Slider, ...]
+    low: Array
+    high: Array
+    facts: tuple[str, ...]
+    doubts: tuple[str, ...]
+    joints: tuple[tuple[str, ...], ...]
+    links: tuple[tuple[str, ...], ...]
+    problem: str = ""
+
+    @property
+    def unit(self) -> float:
+        """A hundredth of its width [m]."""
+        return float(self.high[0] - self.low[0]) / 100.0
+
+
+def draw(asked: System) -> Drawing:
+    """Draw a machine with ideal joints, moved by its drives or by such as suit it.
+
+    Parameters
+    ----------
+    asked : System
+        Its drives, where they start, its loads, joints with play and outputs are drawn too.
+
+    Returns
+    -------
+    Drawing
+        As it is drawn in its file where its loops do not close; `Drawing.problem` says so.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.plots.drawing.drawing import draw
+    >>> drawing = draw(linkages.load(linkages.find_file("slider_crank_dry.toml")))
+    >>> drawing.facts[2]
+    'drive O turns fully'
+    """
+    mechanism, experiment = asked.mechanism, asked.experiment
+    starts = _starts(experiment)
+    try:
+        system = movable(mechanism, starts)
+        ways = [travel(system, name) for name in system.experiment.drives]
+        tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
+    except AssemblyError as failure:
+        system, ways, problem = None, [], str(failure)
+        tree = spanning_tree(mechanism)
+        pose = _pose(tree, np.zeros(tree.size))
+    poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
+    anchors = [np.array(spring.anchor) for spring in experiment.springs.values() if spring.anchor]
+    low, high = _box(tree, poses, anchors)
+    parts = Parts(tree, float(high[0] - low[0]) / 100.0, poses)
+    shapes = tuple(_shapes(parts, experiment, ways, low, high))
+    title = experiment.title or mechanism.name
+    return Drawing(
+        title, shapes, pose, tuple(_slider(system, way) for way in ways if system), low, high,
+        tuple(facts(mechanism, system, ways, starts)), tuple(doubts(mechanism, tree.extent, experiment)),
+        joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
+    )  # fmt: skip
+
+
+def _starts(experiment: Experiment) -> dict[str, float]:
+    """Where the drives start [rad or m]."""
+    drives = experiment.drives.items()
+    return {name: drive.angles[0] if drive.angles else drive.angle for name, drive in drives}
+
+
+def _pose(tree: Tree, q: Array) -> Array:
+    pose = np.empty((len(tree.bodies), 5))
+    body_positions(tree.bodies, q, pose)
+    return pose[:, :3]
+
+
+def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Array]:
+    """Find the corners of the picture: around all joints, frames and fixed points in all poses."""
+    mechanism = tree.mechanism
+    ends = [end for j in mechanism.joints for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
+    ends += [(point.link, point.origin) for point in mechanism.frames]
+    ends += [(link.name, link.com) for link in mechanism.links] + [("world", anchor) for anchor in anchors]
+    at = np.array([(*tree.marker(*end), 0.0, 0.0) for end in ends])
+    reached = np.concatenate([placed(at, pose) for pose in poses])
+    low, high = reached.min(axis=0), reached.max(axis=0)
+    span = high - low
+    width = max(span[0] / (1.0 - 0.02 * _MARGIN), 1e-3 * tree.extent, 0.8 * span[1])
+    size = np.array([width, max(span[1] + 0.02 * _MARGIN * width, _LEAST * width)])
+    middle = 0.5 * (low + high)
+    return middle - 0.5 * size, middle + 0.5 * size
+
+
+def _shapes(parts: Parts, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array) -> Iterator[Shape]:
+    """Everything, from below to above."""
+    mechanism, play = parts.mechanism, experiment.play
+    asked = [name.rpartition(".") for name in experiment.outputs]
+    points = list(dict.fromkeys(point for point, _, what in asked if what not in ("angle", "omega", "alpha")))
+    yield from _furniture(parts, experiment, low, high)
+    for joint in mechanism.joints:
+        yield from parts.beneath(joint)
+    if ways:
+        for name in points:
+            frame = mechanism.point[name]
+            marker = np.array([parts.on(frame.link, frame.origin)])
+            path = np.concatenate([placed(marker, pose) for pose in _thinned(ways[0].pose, _PATH)])
+            yield shape("path", [(0, 0.0, 0.0, *at) for at in path])
+    for link in mechanism.links:
+        yield from parts.link(link)
+    for joint in sorted(mechanism.joints, key=lambda joint: joint.type != "prismatic"):  # pins above blocks
+        yield from parts.joint(joint, joint.name in play)
+    for way in ways:
+        yield from parts.drive(mechanism.joint[way.drive])
+    yield from parts.loads(experiment)
+    for name in points:
+        yield from parts.point(name)
+    for link in mechanism.links:
+        yield parts.link_name(link)
+    yield from parts.joint_names([way.drive for way in ways])
+
+
+def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) -> Iterator[Shape]:
+    """Scale, axes, and the direction of gravity."""
+    unit, basis = parts.unit, parts.mechanism.basis
+
+    def at(corner: Array, x: float, y: float) -> tuple[float, float, float, float, float]:
+        return 0.0, 0.0, 0.0, float(corner[0] + x * unit), float(corner[1] + y * unit)
+
+    decade = 10.0 ** np.floor(np.log10(22.0 * unit))
+    length = decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= 22.0 * unit)
+    right = np.array([high[0], low[1]])
+    wide = length / unit
+    for line in (((-3 - wide, 2), (-3, 2)), ((-3 - wide, 1.4), (-3 - wide, 2.6)), ((-3, 1.4), (-3, 2.6))):
+        yield shape("scale", [at(right, *end) for end in line])
+    text = f"{length:g} m" if length >= 1.0 else f"{1e3 * length:g} mm"
+    yield shape("note", [at(right, -3 - 0.5 * wide, 3.6)], text=text)
+    for way, name in (((1, 0), _axis(basis[:, 0])), ((0, 1), _axis(basis[:, 1]))):
+        yield shape("scale", [at(low, 2, 2), at(low, 2 + 5 * way[0], 2 + 5 * way[1])])
+        yield shape("note", [at(low, 2 + 6.4 * way[0], 2 + 6.4 * way[1])], text=name)
+    gravity = basis[:, :2].T @ experiment.gravity
+    if np.linalg.norm(gravity) > 0.0:
+        down = gravity / np.linalg.norm(gravity)
+        yield from parts.arrow("drive", [at(high, *(s * down - 6.0)) for s in (-3.5, 3.5)])
+        yield shape("note", [at(high, -3.4, -6.0)], text="g")
+
+
+def _axis(direction: Array) -> str:
+    """Name of the world's axis in a direction, of the plane's where it is none."""
+    k = int(np.argmax(np.abs(direction)))
+    return "xyz"[k] if direction[k] > 1.0 - 1e-9 else ("x_P" if abs(direction[2]) < 1e-9 else "y_P")
+
+
+def _slider(system: System, way: Travel) -> Slider:
+    """Keep of a way what can be seen."""
+    turns = system.mechanism.joint[way.drive].type == "revolute"
+    start = system.experiment.drives[way.drive].angle
+    evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)
+    keep = np.unique([*evenly, int(np.argmin(np.abs(way.values - start)))])
+    values = way.values[keep]
+    factor = 180.0 / np.pi if turns else 1e3
+    first = int(np.argmin(np.abs(values - start)))
+    return Slider(way.drive, "deg" if turns else "mm", factor * values, way.pose[keep][:, :, :3], first)
+
+
+def _thinned(rows: Array, most: int) -> Array:
+    return rows[:: 1 + len(rows) // most]

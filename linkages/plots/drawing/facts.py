@@ -1,0 +1,137 @@
+"""What is to be known of a machine before it is run, in sentences and tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from linkages.errors import Status, listed
+from linkages.explore.travel import Transmission, Travel
+from linkages.model.experiment import Experiment
+from linkages.model.mechanism import Joint, Mechanism
+from linkages.model.skeleton import skeleton
+from linkages.system import System
+
+Rows = tuple[tuple[str, ...], ...]
+
+
+def facts(
+    mechanism: Mechanism, system: System | None, ways: Sequence[Travel], starts: Mapping[str, float]
+) -> Iterator[str]:
+    """Say what the machine is made of, how it can be moved and what it weighs.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    system : System or None
+        From `linkages.explore.travel.movable`; None if the loops do not close.
+    ways : sequence of Travel
+        Of its drives.
+    starts : mapping of str to float
+        Drives of the experiment.
+    """
+    kinds = Counter(joint.type for joint in mechanism.joints)
+    joints = listed(f"{count} {kind} joint{_s(count)}" for kind, count in kinds.items())
+    parts = f"{len(mechanism.links)} moving links, {joints}"
+    if system is not None:
+        mobility = system.assembly.mobility
+        parts += f"; {mobility} degree{_s(mobility)} of freedom"
+        driven = list(system.experiment.drives)
+        if spare := [name for name in starts if name not in driven]:
+            parts += f", {len(starts)} drive{_s(len(starts))}: {listed(spare)} cannot be moved by itself"
+    yield parts
+    gaps = {joint.name: _gap(joint) for joint in mechanism.joints}
+    worst = max(gaps, key=lambda name: gaps[name], default="")
+    gap = gaps.get(worst, 0.0)
+    closed = gap < 1e-12  # rounding
+    yield "drawn closed" if closed else f"as drawn, its loops are open by {_length(gap)} at most, at {worst}"
+    for way in ways:
+        turns = mechanism.joint[way.drive].type == "revolute"
+        yield f"drive {way.drive} {_reach(way, turns)}"
+        for one in way.transmissions:
+            yield _passed(way, one, turns)
+    masses = [f"{link.name} {link.mass:.3g} kg" for link in mechanism.links if link.mass > 0.0]
+    total = sum(link.mass for link in mechanism.links)
+    yield f"masses: {', '.join(masses)}; {total:.3g} kg in all" if len(masses) > 1 else f"mass: {total:.3g} kg"
+
+
+def joint_table(mechanism: Mechanism, experiment: Experiment) -> Rows:
+    """Tabulate the joints: kind, links, bearing or slot, model."""
+    rows = []
+    for joint in mechanism.joints:
+        part = ""
+        if joint.bearing is not None:
+            part = f"bearing, radius {_length(joint.bearing.radius)}, length {_length(joint.bearing.length)}"
+        elif joint.slot is not None:
+            part = f"slot, block {_length(joint.slot.length)} by {_length(joint.slot.height)}"
+        model = experiment.joints.get(joint.name)
+        how: str = model.model if model else "ideal"
+        if model is not None and model.clearance:
+            how += f", clearance {_length(model.clearance)}"
+        if joint.name in experiment.drives:
+            how += ", driven"
+        rows.append((joint.name, joint.type, joint.parent, joint.child, part, how))
+    return ("joint", "kind", "parent", "child", "made as", "model"), *rows
+
+
+def link_table(mechanism: Mechanism, size: float) -> Rows:
+    """Tabulate the links: length, mass, moment of inertia."""
+    rows = []
+    for link in mechanism.links:
+        places = skeleton(mechanism, link, size).places
+        length = float(np.linalg.norm(places[:, None] - places, axis=2).max())
+        shown = _length(length) if length else ""
+        rows.append((link.name, shown, f"{link.mass:.4g} kg", f"{link.inertia:.4g} kg m²"))
+    return ("link", "length", "mass", "moment of inertia"), *rows
+
+
+def _gap(joint: Joint) -> float:
+    """Distance of a joint's ends as drawn, along a slot left out [m]."""
+    between = joint.on_child - joint.on_parent
+    if joint.type == "fixed":
+        return 0.0
+    return float(np.linalg.norm(between - (between @ joint.direction) * joint.direction))
+
+
+def _reach(way: Travel, turns: bool) -> str:
+    if way.full:
+        return "turns fully"
+    ends = zip(way.values[[0, -1]], way.ends, strict=True)
+    below, above = (f"{_value(value, turns)} ({_END[status]})" for value, status in ends)
+    return f"goes from {below} to {above}"
+
+
+_END = {Status.LOCKED: "a dead point", Status.NO_ASSEMBLY: "where the loops come apart", Status.OK: "or farther"}
+
+
+def _passed(way: Travel, one: Transmission, turns: bool) -> str:
+    """Say how well a link passes a force on, and where what it moves turns back."""
+    angles = np.degrees(one.angle)
+    least = int(np.nanargmin(angles))
+    text = (
+        f"{one.link} moves {one.joint} at transmission angles from {angles[least]:.1f}° (at {way.drive} ="
+        f" {_value(way.values[least], turns)}) to {np.nanmax(angles):.1f}°"
+    )
+    if one.turns:
+        text += f"; {one.joint} turns back at {listed(_value(value, turns) for value in one.turns)}"
+    return text
+
+
+def _value(value: float, turns: bool) -> str:
+    return f"{np.degrees(value) + 0.0:.1f}°" if turns else _length(value)
+
+
+def _length(value: float) -> str:
+    """Write a length in the unit that suits it."""
+    if value == 0.0:
+        return "0 m"
+    for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6)):
+        if abs(value) * factor >= 0.9995:
+            return f"{value * factor:.4g} {unit}"
+    return f"{1e6 * value:.2g} µm"
+
+
+def _s(count: int) -> str:
+    return "" if count == 1 else "s"

@@ -1,0 +1,293 @@
+"""The shapes of a machine's parts: links, joints, ground, drives, loads, points that are asked about."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.model.experiment import Experiment
+from linkages.model.load_tables import Force, Spring, TorsionSpring
+from linkages.model.mechanism import Joint, Link
+from linkages.model.skeleton import skeleton
+from linkages.plots.drawing.shapes import Point, Shape, placed, shape
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+
+# lengths in units of the drawing
+_SIDE = (4.6, 3.2)  # of a block
+_STAND = (1.7, 2.6)  # half the width, and the height, of a stand on the ground
+_HATCH = 0.75  # from one line of a hatching to the next
+_ARROW = 9.0
+_HEAD = 1.5
+_AWAY, _BEYOND = 2.9, 5.0  # of a name from its joint, and from that of a drive
+
+
+class Parts:
+    """Makes the shapes of the parts of a machine.
+
+    Parameters
+    ----------
+    tree : Tree
+    unit : float
+        A hundredth of the drawing's width [m].
+    poses : (n, nb, 3) array
+        Every pose in which the machine is shown, the first one that of the start.
+    """
+
+    def __init__(self, tree: Tree, unit: float, poses: Array) -> None:
+        self.tree, self.mechanism, self.unit, self.poses = tree, tree.mechanism, unit, poses
+
+    # -- places ------------------------------------------------------------------------------------
+
+    def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> Point:
+        """Point of a link, given where it is drawn, and moved in units of the drawing in the link's axes."""
+        body, x, y = self.tree.marker(link, drawn)
+        return body, x + self.unit * along[0], y + self.unit * along[1], 0.0, 0.0
+
+    def off(self, link: str, drawn: Array, away: Array | tuple[float, float]) -> Point:
+        """Point beside one of a link, in units of the drawing in plane axes."""
+        body, x, y, _, _ = self.on(link, drawn)
+        return body, x, y, self.unit * away[0], self.unit * away[1]
+
+    def at(self, point: Point) -> Array:
+        """Where a point is at the start (2,) [m]."""
+        return placed(np.array([point]), self.poses[0])[0]
+
+    # -- links -------------------------------------------------------------------------------------
+
+    def link(self, link: Link) -> Iterator[Shape]:
+        """Draw plate, bars and centre of mass."""
+        form = skeleton(self.mechanism, link, self.tree.extent)
+        places = [self.on(link.name, place) for place in form.places]
+        if form.plate:
+            yield shape("plate", [places[k] for k in form.plate], form.color)
+        for a, b in form.bars:
+            yield shape("bar", [places[a], places[b]], form.color)
+        slides = any(joint.type == "prismatic" and joint.child == link.name for joint in self.mechanism.joints)
+        if not form.bars and not slides:  # `joint` draws the block of a guide
+            yield shape("block", self._rectangle(link.name, form.places[0], np.array([1.0, 0.0])), form.color)
+        if link.mass > 0.0:
+            yield shape("centre", [self.on(link.name, link.com)], form.color)
+
+    def link_name(self, link: Link) -> Shape:
+        """Name a link beside the middle of its longest bar."""
+        form = skeleton(self.mechanism, link, self.tree.extent)
+        if not form.bars:
+            return shape("link name", [self.off(link.name, form.places[0], (0.0, -4.0))], form.color, link.name)
+        a, b = max(form.bars, key=lambda bar: float(np.linalg.norm(form.places[bar[1]] - form.places[bar[0]])))
+        start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
+        across = np.array([start[1] - end[1], end[0] - start[0]]) / max(float(np.linalg.norm(end - start)), 1e-300)
+        reach = 1.9 + 0.35 * len(link.name) * abs(across[0])  # words are wide
+        middle = form.places[a] + 0.55 * (form.places[b] - form.places[a])
+        return shape("link name", [self.off(link.name, middle, reach * across)], form.color, link.name)
+
+    # -- joints ------------------------------------------------------------------------------------
+
+    def beneath(self, joint: Joint) -> Iterator[Shape]:
+        """Draw what lies under the links: the ground of a joint, the rail of a guide."""
+        if joint.type == "prismatic":
+            yield from self._rail(joint)
+        grounded = [side for side in (joint.parent, joint.child) if side == "world"]
+        if grounded and (joint.type != "prismatic" or joint.child == "world"):
+            yield from self.stand(joint.on_parent if joint.parent == "world" else joint.on_child)
+
+    def stand(self, drawn: Array) -> Iterator[Shape]:
+        """Draw a stand on hatched ground."""
+        wide, high = _STAND
+        foot = [self.off("world", drawn, (x, y)) for x, y in ((0.0, 0.0), (-wide, -high), (wide, -high))]
+        yield shape("ground", foot)
+        ends = np.array([[-1.6 * wide, -high], [1.6 * wide, -high]])
+        yield from self._hatching(drawn, ends, np.array([0.0, -1.0]))
+
+    def joint(self, joint: Joint, play: bool) -> Iterator[Shape]:
+        """Draw what lies over the links: pin, block, weld; a gap where the loops are open."""
+        here = self.on(joint.child, joint.on_child)
+        if joint.type == "prismatic":
+            color = self._color(joint.child)
+            yield shape("block", self._rectangle(joint.child, joint.on_child, joint.direction), color)
+            if play:
+                yield shape("play", [here])
+        elif joint.type == "revolute":
+            if play or joint.bearing is not None:
+                yield shape("play" if play else "bearing", [here])
+            yield shape("pin", [here])
+        else:
+            yield shape("fixed", [here])
+        there = self.on(joint.parent, joint.on_parent)
+        if joint.type == "revolute" and np.linalg.norm(self.at(here) - self.at(there)) > 1e-5 * self.tree.extent:
+            yield shape("gap", [here, there])
+            yield shape("pin", [there])
+
+    def joint_names(self, driven: Collection[str]) -> Iterator[Shape]:
+        """Name the joints, those at one place together, away from the bars that meet there."""
+        joints = list(self.mechanism.joints)
+        here = np.array([self.at(self.on(joint.child, joint.on_child)) for joint in joints])
+        while joints:
+            same = np.linalg.norm(here - here[0], axis=1) < 1e-5 * self.tree.extent
+            group = [joint for joint, is_here in zip(joints, same, strict=True) if is_here]
+            yield self._joint_name(group, here[0], any(joint.name in driven for joint in group))
+            joints, here = [joint for joint in joints if joint not in group], here[~same]
+
+    def _joint_name(self, group: Sequence[Joint], here: Array, driven: bool) -> Shape:
+        links = {name for joint in group for name in (joint.parent, joint.child)}
+        taken = [np.array([0.0, -1.0])] if "world" in links else []
+        for name in links - {"world"}:
+            for place in skeleton(self.mechanism, self.mechanism.link[name], self.tree.extent).places:
+                way = self.at(self.on(name, place)) - here
+                if np.linalg.norm(way) > 1e-6 * self.tree.extent:
+                    taken.append(way / np.linalg.norm(way))
+        turn = np.linspace(0.5 * np.pi, 2.5 * np.pi, 24, endpoint=False)
+        ways = np.column_stack([np.cos(turn), np.sin(turn)])
+        nearest = np.max([ways @ other for other in taken], axis=0) if taken else np.zeros(len(ways))
+        best = ways[int(np.argmin(np.round(nearest, 6)))]
+        text = ", ".join(joint.name for joint in group)
+        reach = (_BEYOND if driven else _AWAY) + 0.5 * max(len(text) - 1, 0) * abs(best[0])
+        return shape("joint name", [self.off(group[0].child, group[0].on_child, reach * best)], text=text)
+
+    # -- what is done with the machine -------------------------------------------------------------
+
+    def drive(self, joint: Joint) -> Iterator[Shape]:
+        """Draw an arrow in the direction of a joint's coordinate."""
+        if joint.type == "prismatic":
+            across = np.array([-joint.direction[1], joint.direction[0]])
+            ends = [self.on(joint.child, joint.on_child, s * joint.direction + 2.2 * across) for s in (-2.5, 2.5)]
+            yield from self.arrow("drive", ends)
+        else:
+            yield from self._turning("drive", joint.parent, joint.on_parent, 3.4, joint.sign)
+
+    def force(self, name: str, load: Force) -> Iterator[Shape]:
+        """Draw an arrow to the point where a force acts, in its first direction."""
+        point = self.mechanism.point[load.point]
+        values = [load.force] if load.force is not None else list(load.forces or [])
+        first = next((np.array(value) for value in values if any(value)), np.array([0.0, -1.0]))
+        way = first / np.linalg.norm(first)
+        if load.axes == "body":
+            c, s = np.cos(point.angle), np.sin(point.angle)
+            way = np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]])
+        beside = self.on if load.axes == "body" else self.off
+        yield from self.arrow("load", [beside(point.link, point.origin, s * way) for s in (-_ARROW, -0.8)])
+        yield shape("load name", [beside(point.link, point.origin, -(_ARROW + 1.6) * way)], text=name)
+
+    def torque(self, name: str, link: str, positive: bool) -> Iterator[Shape]:
+        """Draw an arrow around the centre of mass."""
+        at = self.mechanism.link[link].com
+        yield from self._turning("load", link, at, 2.8, 1.0 if positive else -1.0)
+        yield shape("load name", [self.off(link, at, (0.0, 4.4))], text=name)
+
+    def spring(self, name: str, load: Spring) -> Iterator[Shape]:
+        """Draw a dashed line between two points; a stand where one is fixed to the ground."""
+        points = self.mechanism.point
+        one = points[load.point]
+        ends = [self.on(one.link, one.origin)]
+        if load.to is not None:
+            ends.append(self.on(points[load.to].link, points[load.to].origin))
+        else:
+            anchor = np.array(load.anchor)
+            yield from self.stand(anchor)
+            ends.append(self.on("world", anchor))
+        yield shape("spring", ends)
+        middle = self.at(ends[1]) - self.at(ends[0])
+        body, x, y, _, _ = ends[0]
+        yield shape("load name", [(body, x, y, *(0.5 * middle + np.array([0.0, 1.6 * self.unit])))], text=name)
+
+    def torsion(self, name: str, load: TorsionSpring) -> Iterator[Shape]:
+        """Draw a spiral in the joint, or at the centre of mass of the second link."""
+        if load.joint is not None:
+            link, at = self.mechanism.joint[load.joint].child, self.mechanism.joint[load.joint].on_child
+        else:
+            link = next(link for link in reversed(load.links or []) if link != "world")
+            at = self.mechanism.link[link].com
+        turn = np.linspace(0.0, 5.0 * np.pi, 60)
+        radius = 1.4 + 0.12 * turn
+        ways = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
+        yield shape("load", [self.on(link, at, way) for way in ways])
+        yield shape("load name", [self.off(link, at, (0.0, 4.6))], text=name)
+
+    def point(self, name: str) -> Iterator[Shape]:
+        """Mark a point that is asked about."""
+        point = self.mechanism.point[name]
+        yield shape("point", [self.on(point.link, point.origin)], text=name)
+        ends = [joint.on_child for joint in self.mechanism.joints]
+        if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
+            yield shape("point name", [self.off(point.link, point.origin, (0.0, 1.9))], text=name)
+
+    def loads(self, experiment: Experiment) -> Iterator[Shape]:
+        """Draw all applied loads."""
+        for name, force in experiment.forces.items():
+            yield from self.force(name, force)
+        for name, torque in experiment.torques.items():
+            values = [torque.torque] if torque.torque is not None else list(torque.torques or [])
+            yield from self.torque(name, torque.link, next((v > 0.0 for v in values if v), True))
+        for name, spring in experiment.springs.items():
+            yield from self.spring(name, spring)
+        for name, torsion in experiment.torsion_springs.items():
+            yield from self.torsion(name, torsion)
+
+    # -- pieces ------------------------------------------------------------------------------------
+
+    def _color(self, link: str) -> str:
+        if link == "world":
+            return "#DDDDDD"
+        return skeleton(self.mechanism, self.mechanism.link[link], self.tree.extent).color
+
+    def _rectangle(self, link: str, drawn: Array, along: Array) -> list[Point]:
+        across = np.array([-along[1], along[0]])
+        corners = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+        return [self.on(link, drawn, 0.5 * (x * _SIDE[0] * along + y * _SIDE[1] * across)) for x, y in corners]
+
+    def _rail(self, joint: Joint) -> Iterator[Shape]:
+        """Draw the line on which a block slides, as long as the block goes; hatched on the ground."""
+        ends = [np.array([self.on(*end)]) for end in ((joint.parent, joint.on_parent), (joint.child, joint.on_child))]
+        way = []
+        for pose in self.poses:
+            gap = placed(ends[1], pose)[0] - placed(ends[0], pose)[0]
+            angle = pose[int(ends[0][0, 0]), 2]
+            c, s = np.cos(angle), np.sin(angle)
+            along = np.array(
+                [c * joint.direction[0] - s * joint.direction[1], s * joint.direction[0] + c * joint.direction[1]]
+            )
+            way.append(float(gap @ along) / self.unit)
+        reach = np.array([min(way) - 2.5, max(way) + 2.5])
+        points = [self.on(joint.parent, joint.on_parent, s * joint.direction) for s in reach]
+        if joint.parent != "world":
+            yield shape("slot", points, self._color(joint.parent))
+            return
+        yield shape("rail", points)
+        normal = np.array([joint.direction[1], -joint.direction[0]])
+        normal *= 1.0 if normal[1] <= 0.0 else -1.0  # below
+        yield from self._hatching(joint.on_parent, np.outer(reach, joint.direction) + 0.5 * _SIDE[1] * normal, normal)
+
+    def _hatching(self, drawn: Array, ends: Array, normal: Array) -> Iterator[Shape]:
+        """Draw a line of the ground with its hatching on the side of the normal."""
+        yield shape("hatch", [self.off("world", drawn, end) for end in ends])
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        along = (ends[1] - ends[0]) / length
+        for s in np.arange(0.5 * _HATCH, length, _HATCH):
+            foot = ends[0] + s * along
+            slant = foot + 0.8 * (normal - 0.8 * along)
+            yield shape("hatch", [self.off("world", drawn, end) for end in (foot, slant)])
+
+    def arrow(self, role: str, ends: list[Point]) -> Iterator[Shape]:
+        """Draw a straight arrow from one point to another, both given alike."""
+        tail, tip = (np.array(end) for end in ends)
+        way = tip - tail
+        length = float(np.hypot(np.hypot(way[1], way[2]), np.hypot(way[3], way[4]))) or 1.0
+        way /= length
+        side = np.array([0.0, -way[2], way[1], -way[4], way[3]])
+        foot = tip - _HEAD * self.unit * way
+        yield shape(role, [tuple(tail), tuple(foot)])
+        wings = [foot + 0.45 * _HEAD * self.unit * s * side for s in (1.0, -1.0)]
+        yield shape(f"{role} head", [tuple(tip), *map(tuple, wings)])
+
+    def _turning(self, role: str, link: str, drawn: Array, radius: float, sign: float) -> Iterator[Shape]:
+        """Draw a round arrow, counter-clockwise for a positive sign."""
+        turn = sign * np.linspace(-0.2, 1.25 * np.pi, 40)
+        ring = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+        yield shape(role, [self.off(link, drawn, at) for at in ring])
+        way = sign * np.array([-ring[-1, 1], ring[-1, 0]]) / radius
+        side = ring[-1] / radius
+        corners = [ring[-1] + _HEAD * way, *(ring[-1] + s * 0.45 * _HEAD * side for s in (1.0, -1.0))]
+        yield shape(f"{role} head", [self.off(link, drawn, at) for at in corners])

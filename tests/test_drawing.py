@@ -1,0 +1,296 @@
+"""A machine drawn before it is run: what is said of it, where its parts are, and what the files hold."""
+
+import re
+
+import numpy as np
+import pytest
+from browser import find_browser, open_page
+from machines import PLANES, four_bar, joint, slider_crank
+
+from linkages import Status
+from linkages.cli.main import main
+from linkages.explore.travel import movable, travel
+from linkages.files.shipped import find_file
+from linkages.model.doubts import doubts
+from linkages.model.experiment import nothing_done
+from linkages.model.mechanism import load_mechanism
+from linkages.model.skeleton import skeleton
+from linkages.plots.drawing import draw, page, svg
+from linkages.plots.drawing.raster import picture, write_moving
+from linkages.plots.drawing.shapes import placed
+from linkages.plots.drawing.svg import pixels
+from linkages.system import System, load
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """Make the mechanism of an SDF text."""
+
+    def read(text):
+        (tmp_path / "machine.sdf").write_text(text)
+        return load_mechanism(tmp_path / "machine.sdf")
+
+    return read
+
+
+def alone(mechanism):
+    return System(mechanism, nothing_done(mechanism.source))
+
+
+def angle_between(b, c, diagonal):
+    """Angle of a triangle between sides b and c, acute."""
+    cosine = (b**2 + c**2 - diagonal**2) / (2.0 * b * c)
+    return np.arccos(min(abs(cosine), 1.0))
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(machine, plane):
+    """Extremes at the two positions of the crank along the ground; in between it may pass 90 degrees."""
+    mechanism = machine(four_bar(ground=0.3, crank=0.1, coupler=0.25, follower=0.3, plane=plane))
+    way = travel(movable(mechanism, {"O": 0.0}), "O")
+    (one,) = way.transmissions
+    assert way.full
+    assert (one.link, one.joint) == ("coupler", "B")
+    low, high = angle_between(0.25, 0.3, 0.2), angle_between(0.25, 0.3, 0.4)
+    assert np.nanmin(one.angle) == pytest.approx(min(low, high), abs=1e-9)
+    for value, angle in zip(way.values, one.angle, strict=True):
+        diagonal = np.sqrt(0.3**2 + 0.1**2 - 2 * 0.3 * 0.1 * np.cos(value))
+        assert angle == pytest.approx(angle_between(0.25, 0.3, diagonal), abs=1e-7)
+
+
+def test_dead_centres_of_a_rocker_are_where_crank_and_coupler_lie_in_line(machine):
+    way = travel(movable(machine(four_bar(0.3, 0.1, 0.25, 0.2)), {"O": 0.0}), "O")
+    expected = []
+    for reach, turn in ((0.35, 0.0), (0.15, np.pi)):  # stretched, folded: the triangle reach - follower - ground
+        expected.append((np.arccos((reach**2 + 0.3**2 - 0.2**2) / (2 * reach * 0.3)) + turn) % (2 * np.pi))
+    np.testing.assert_allclose(way.transmissions[0].turns, sorted(expected), atol=1e-3)  # between steps of 0.02 rad
+
+
+def test_dead_centres_and_transmission_of_a_slider_crank(machine):
+    system = movable(machine(slider_crank(0.05, 0.12)), {})
+    assert list(system.experiment.drives) == ["O"]
+    (one,) = travel(system, "O").transmissions
+    assert np.nanmin(one.angle) == pytest.approx(np.arccos(0.05 / 0.12), abs=1e-4)  # where the crank stands upright
+    np.testing.assert_allclose(sorted(np.cos(one.turns)), [-1.0, 1.0], atol=1e-6)
+
+
+def test_a_rocker_ends_at_dead_points_where_coupler_and_follower_are_in_line(machine):
+    way = travel(movable(machine(four_bar(0.3, 0.2, 0.25, 0.2)), {"O": 0.0}), "O")
+    limit = np.arccos((0.3**2 + 0.2**2 - 0.45**2) / (2 * 0.3 * 0.2))
+    assert not way.full
+    assert way.ends == (Status.LOCKED, Status.LOCKED)
+    np.testing.assert_allclose(way.values[[0, -1]], [-limit, limit], atol=1e-7)
+    assert np.all(np.diff(way.values) > 0.0)
+
+
+def test_a_crank_that_turns_fully_is_chosen_before_a_rocker(machine):
+    text = four_bar(0.3, 0.1, 0.25, 0.2)
+    rocker_first = text.replace(joint("O", "world", "crank"), "").replace(
+        joint("Q", "world", "follower"), joint("Q", "world", "follower") + joint("O", "world", "crank")
+    )
+    mechanism = machine(rocker_first)
+    assert [one.name for one in mechanism.joints].index("Q") < [one.name for one in mechanism.joints].index("O")
+    assert list(movable(mechanism, {}).experiment.drives) == ["O"]
+
+
+def test_every_joint_stays_together_in_every_pose_and_every_link_rigid():
+    drawing = draw(load(find_file("seven_bar.toml")))
+    system = load(find_file("seven_bar.toml")).ideal()
+    assert [slider.name for slider in drawing.sliders] == ["O1", "O4"]
+    bars = [one.at for one in drawing.shapes if one.role == "bar"]
+    lengths = np.array([np.linalg.norm(np.subtract(*placed(at, drawing.pose))) for at in bars])
+    tree = movable(system.mechanism, {"O1": 0.0, "O4": 0.0}).tree
+    ends = [
+        [np.array([(*tree.marker(*end), 0.0, 0.0)]) for end in ((one.parent, one.on_parent), (one.child, one.on_child))]
+        for one in system.mechanism.joints
+        if one.type == "revolute"
+    ]
+    for slider in drawing.sliders:
+        moved = np.abs(np.diff(slider.poses[:, 1:], axis=0)).max()
+        assert moved > 1e-3
+        for pose in slider.poses[::10]:
+            np.testing.assert_allclose(
+                [np.linalg.norm(np.subtract(*placed(at, pose))) for at in bars], lengths, rtol=1e-12
+            )
+            for one, other in ends:
+                np.testing.assert_allclose(placed(one, pose), placed(other, pose), atol=1e-12)
+
+
+FOOT = """<frame name="toe" attached_to="coupler"><pose>0.1 -0.1 0 0 0 0</pose></frame>
+<frame name="inside" attached_to="coupler"><pose>0.1 -0.02 0 0 0 0</pose></frame>
+<frame name="on_pin" attached_to="coupler"><pose>0.25 0 0 0 0 0</pose></frame>"""
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_a_link_is_drawn_to_all_its_joints_and_frames(machine, plane):
+    mechanism = machine(four_bar(plane=plane, extra=FOOT))
+    form = skeleton(mechanism, mechanism.link["coupler"], 0.3)
+    assert len(form.places) == 4  # what lies on a pin is drawn once
+    toe, inside = (mechanism.point[name].origin for name in ("toe", "inside"))
+    corners = form.places[list(form.plate)]
+    assert len(corners) == 3
+    assert np.abs(corners - toe).sum(axis=1).min() < 1e-12
+    assert np.abs(corners - inside).sum(axis=1).min() > 1e-3
+    ends = {k for ends in form.bars for k in ends}
+    assert ends == set(range(4))
+    x, y = corners.T
+    assert 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) == pytest.approx(0.5 * 0.25 * 0.1)
+
+
+LOADED = """
+duration = 0.1
+title = "<b> & a \\"title\\""
+gravity = [0.0, -9.81, 0.0]
+outputs = ["toe.x", "follower.omega"]
+[drives.O]
+speed = 1.0
+angle = 0.5
+[joints.B]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+[forces.push]
+point = "toe"
+force = [0.0, 5.0]
+[torques.brake]
+link = "follower"
+torque = -1.0
+[springs.back]
+point = "toe"
+anchor = [0.9, 0.3]
+stiffness = 10.0
+free_length = 0.1
+[torsion_springs.wind]
+joint = "Q"
+stiffness = 1.0
+free_angle = 0.0
+"""
+
+
+@pytest.fixture
+def loaded(experiment_file):
+    return experiment_file(four_bar(extra=FOOT), LOADED)
+
+
+def test_everything_that_is_done_with_a_machine_is_drawn_and_named(loaded):
+    drawing = draw(load(loaded))
+    assert {one.text for one in drawing.shapes if one.role == "load name"} == {"push", "brake", "back", "wind"}
+    assert {one.text for one in drawing.shapes if one.role == "point name"} == {"toe"}  # omega is no place
+    names = {one.text for one in drawing.shapes if one.role in ("joint name", "link name")}
+    assert names == {"O", "A", "B", "Q", "crank", "coupler", "follower"}
+    assert [one.role for one in drawing.shapes].count("play") == 1
+    roles = [one.role for one in drawing.shapes]
+    last_bar = max(k for k, role in enumerate(roles) if role in ("bar", "plate"))
+    assert min(k for k, role in enumerate(roles) if role == "pin") > last_bar  # pins above bars
+    everywhere = np.concatenate([placed(one.at, drawing.pose) for one in drawing.shapes])
+    assert np.all((everywhere > drawing.low) & (everywhere < drawing.high))
+    (slider,) = drawing.sliders
+    assert slider.values[slider.first] == pytest.approx(np.degrees(0.5))
+    np.testing.assert_allclose(slider.poses[slider.first], drawing.pose, atol=1e-12)
+    (arrow,) = [one for one in drawing.shapes if one.role == "load" and len(one.at) == 2]
+    tail, tip = placed(arrow.at, slider.poses[0])
+    assert tip[1] > tail[1]  # the force is upwards whatever the link does
+    assert tip[0] == pytest.approx(tail[0])
+
+
+def test_words_of_a_file_cannot_break_the_picture_or_the_page(loaded):
+    drawing = draw(load(loaded))
+    for text in (svg(drawing), page(drawing)):
+        assert "<b> &" not in text
+        assert "&lt;b&gt; &amp;" in text
+    assert picture(drawing).texts[0].get_text() == drawing.title
+
+
+def test_a_machine_that_does_not_close_is_drawn_with_its_gap(machine, tmp_path, capsys):
+    text = four_bar().replace(
+        '<frame name="B_on_follower" attached_to="follower"><pose>0.2',
+        '<frame name="B_on_follower" attached_to="follower"><pose>0.9',
+    )
+    drawing = draw(alone(machine(text)))
+    assert drawing.problem.startswith("no-assembly")
+    (gap,) = [one for one in drawing.shapes if one.role == "gap"]
+    assert np.linalg.norm(np.subtract(*placed(gap.at, drawing.pose))) == pytest.approx(0.7)
+    assert "open by 700 mm at most, at B" in drawing.facts[1]
+    assert main(["draw", str(tmp_path / "machine.sdf"), "--out", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().err.startswith("failed: no-assembly")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"drawing.html", "drawing.png", "drawing.svg"}
+
+
+def test_a_second_drive_of_a_machine_with_one_freedom_is_named(experiment_file):
+    file = experiment_file(four_bar(), "duration = 1.0\n[drives.O]\nspeed = 1.0\n[drives.Q]\nspeed = 1.0\n")
+    drawing = draw(load(file))
+    assert [slider.name for slider in drawing.sliders] == ["O"]
+    assert drawing.facts[0].endswith("1 degree of freedom, 2 drives: Q cannot be moved by itself")
+
+
+@pytest.mark.parametrize(
+    ("values", "question"),
+    [
+        ({}, None),
+        ({"sdf.frames.ground_Q.pose.x": 100.0, "sdf.frames.crank_A.pose.x": 200.0}, "is this file in millimetres?"),
+        ({"sdf.links.crank.pose.yaw": 90.0}, "are these degrees?"),
+        ({"sdf.links.crank.mass": 314.0}, "are these grams?"),
+        ({"sdf.links.crank.inertia": 1057.0}, "is it in kg mm2?"),
+        ({"drives.O.angle": 90.0}, "are these degrees?"),
+        ({"drives.O.speed": 3000.0}, "is it in r/min, or in degrees?"),
+        ({"gravity": [0.0, -9810.0, 0.0]}, "is it in mm/s2?"),
+    ],
+)
+def test_a_value_in_another_unit_is_asked_about(values, question):
+    system = load(find_file("four_bar_dry.toml"), values)
+    asked = doubts(system.mechanism, system.tree.extent, system.experiment)
+    assert asked == [] if question is None else (len(asked) == 1 and asked[0].partition(": ")[2].startswith(question))
+
+
+def test_shipped_machines_raise_no_doubts():
+    folder = find_file("seven_bar.toml").parent
+    for file in set(folder.glob("*.toml")) - set(folder.glob("three_rrr*")):
+        system = load(file)
+        assert doubts(system.mechanism, system.tree.extent, system.experiment) == [], file.name
+
+
+def test_the_command_draws_a_machine_with_other_values(tmp_path, capsys):
+    options = ["--set", "sdf.links.crank.mass=0.5", "--out", str(tmp_path)]
+    assert main(["draw", "four_bar.sdf", *options]) == 0
+    assert "crank 0.5 kg" in capsys.readouterr().out
+    assert "crank 0.5 kg" in (tmp_path / "drawing.svg").read_text()
+    assert main(["draw", "four_bar.sdf", "--set", "sdf.links.crnk.mass=0.5", "--out", str(tmp_path / "none")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "none").exists()
+
+
+def test_the_moving_picture_moves(machine, tmp_path):
+    from PIL import Image
+
+    write_moving(draw(alone(machine(four_bar()))), tmp_path / "moving.gif", frames=4, dpi=20.0)
+    with Image.open(tmp_path / "moving.gif") as moving:
+        assert moving.n_frames == 4
+        first = np.asarray(moving.convert("L"), dtype=float)
+        moving.seek(2)
+        assert np.abs(np.asarray(moving.convert("L"), dtype=float) - first).max() > 50.0
+
+
+LOOK = """
+const input = document.querySelectorAll("input")[1];
+const pins = () => [...document.querySelectorAll("circle[r='7.20']")].map((pin) => [+pin.getAttribute("cx"), +pin.getAttribute("cy")]);
+input.value = 40;
+input.dispatchEvent(new Event("input"));
+const result = {pins: pins(), shown: document.querySelectorAll("output")[1].value};
+document.querySelectorAll("button")[0].click();
+result.others = document.querySelectorAll("input")[1].value;
+return result;"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium with its chromedriver on the PATH")
+def test_the_slider_moves_the_machine_as_its_loops_close(tmp_path):
+    drawing = draw(load(find_file("seven_bar.toml")))
+    (tmp_path / "drawing.html").write_text(page(drawing), encoding="utf-8")
+    seen = open_page(tmp_path / "drawing.html", tmp_path, LOOK)
+    slider = drawing.sliders[1]
+    pins = [one.at for one in drawing.shapes if one.role == "pin"]
+    expected = np.concatenate([pixels(drawing, placed(at, slider.poses[40])) for at in pins])
+    np.testing.assert_allclose(seen.seen["pins"], expected, atol=0.02)
+    assert seen.seen["shown"] == f"{slider.values[40]:.1f} deg"
+    assert seen.requests == []
+    assert re.search(r"[1-9]", seen.seen["shown"])
