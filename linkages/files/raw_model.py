@@ -7,9 +7,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
+
+
+def rotation(angles: Array) -> Array:
+    """Rotation matrix (3, 3) of roll, pitch, yaw (3,) [rad], about the fixed axes x, y, z in this order."""
+    (a, b, c), (u, v, w) = np.cos(angles), np.sin(angles)
+    return np.array(
+        [
+            [c * b, c * v * u - w * a, c * v * a + w * u],
+            [w * b, w * v * u + c * a, w * v * a - c * u],
+            [-v, b * u, b * a],
+        ]
+    )
 
 
 @dataclass(frozen=True)
@@ -26,7 +37,7 @@ class Pose:
     def of(cls, text: str) -> Pose:
         """Read the numbers that `text` wrote."""
         numbers = np.array([float(word) for word in text.split()])
-        return cls(Rotation.from_euler("xyz", numbers[3:]).as_matrix(), numbers[:3])
+        return cls(rotation(numbers[3:]), numbers[:3])
 
     def inverse(self) -> Pose:
         """Transform back."""

@@ -17,13 +17,12 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from linkages.errors import InputError, nearest
 from linkages.files.models import find_model, flattened
 from linkages.files.numbers import implausible
 from linkages.files.places import Place, is_in_degrees, is_quaternion, places
-from linkages.files.raw_model import Bearing, Pose, RawJoint, RawLink, RawModel, Slot
+from linkages.files.raw_model import Bearing, Pose, RawJoint, RawLink, RawModel, Slot, rotation
 from linkages.files.rigid import without_massless
 from linkages.files.xml import DEEPEST, label, read_xml
 
@@ -178,10 +177,10 @@ class _Reader:
         if quaternion:
             if abs(np.linalg.norm(values[3:]) - 1.0) > 1e-6:
                 raise self.error(f"{where}/<pose>", "its quaternion is not of length one")
-            rotation = Rotation.from_quat(values[3:])
-        else:
-            rotation = Rotation.from_euler("xyz", values[3:], degrees=is_in_degrees(pose))
-        return Pose(rotation.as_matrix(), values[:3])
+            from scipy.spatial.transform import Rotation  # takes half a second to import
+
+            return Pose(Rotation.from_quat(values[3:]).as_matrix(), values[:3])
+        return Pose(rotation(np.radians(values[3:]) if is_in_degrees(pose) else values[3:]), values[:3])
 
     def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
         """Name of the link that a link, frame or joint name stands for."""

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from linkages.files.raw_model import Pose, RawModel
+from linkages.files.raw_model import Pose, RawModel, rotation
 from linkages.model.mechanism import Joint, planar
 from linkages.planar.closure import closure_error
 from linkages.planar.record_types import ANGLE
@@ -109,7 +108,7 @@ def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
     moves = {"world": Pose()}
     for name in tree.mechanism.link:
         body = tree.index[name]
-        turn = Rotation.from_rotvec(pose[body, 2] * basis[:, 2]).as_matrix()
+        turn = basis @ rotation(np.array([0.0, 0.0, pose[body, 2]])) @ basis.T
         moves[name] = Pose(turn, basis[:, :2] @ _place(tree, pose, body, np.zeros(2)))
     links, joints = [], []
     for link in model.links:

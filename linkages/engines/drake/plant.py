@@ -11,10 +11,10 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
-from scipy.spatial.transform import Rotation
 
 from linkages.engines.drake.visuals import visuals
 from linkages.errors import InputError
+from linkages.files.raw_model import Pose
 from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
@@ -159,8 +159,7 @@ def _add_floating(plant: MultibodyPlant, instance: int, tree: Tree, name: str) -
 
 def _pose(parent: ET.Element, translation: Array, rotation: Array) -> ET.Element:
     pose = ET.SubElement(parent, "pose")
-    angles = Rotation.from_matrix(rotation).as_euler("xyz")
-    pose.text = _words(np.concatenate([translation, angles]))
+    pose.text = Pose(rotation, translation).text()
     return pose
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from linkages.files.raw_model import Pose
 from linkages.model.mechanism import Link, Mechanism
 from linkages.model.skeleton import skeleton
 
@@ -46,8 +46,7 @@ def _box(
     axes = np.column_stack([x, np.cross(basis[:, 2], x), basis[:, 2]])
     out_of_plane = basis[:, 2] * (basis[:, 2] @ link.translation)  # where the link frame lies
     position = link.rotation.T @ (basis[:, :2] @ middle + out_of_plane - link.translation)
-    angles = Rotation.from_matrix(link.rotation.T @ axes).as_euler("xyz")
-    pose = " ".join(repr(float(v)) for v in (*position, *angles))
+    pose = Pose(link.rotation.T @ axes, position).text()
     size = " ".join(repr(float(v)) for v in sides)
     diffuse = " ".join(f"{int(color[k : k + 2], 16) / 255:.3g}" for k in (1, 3, 5))
     return (

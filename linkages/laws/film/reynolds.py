@@ -28,7 +28,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solveh_banded
 
 from linkages.kernel import Array
 
@@ -177,7 +176,7 @@ def solve_half(mesh: Mesh, load: Array, parity: int) -> Array:
         lines = slice(1, half)
         band = _banded(k[lines], k[: half - 1], mesh.cube[lines], mesh)
     p = np.zeros((mesh.theta.size, mesh.z.size))
-    p[lines] = solveh_banded(band, load.ravel(), lower=True, check_finite=False).reshape(load.shape)
+    p[lines] = _solved(band, load.ravel()).reshape(load.shape)
     p[half + 1 :] = parity * p[half - 1 : 0 : -1]
     return p
 
@@ -278,9 +277,15 @@ def _solve_wet(around: Array, along: Array, load: Array, wet: NDArray[np.bool_])
     band[1, :, :-1] = (-along[:, :-1] * (wet[:, :-1] & wet[:, 1:]))[lines]
     band[apart * rows, first] = (-around * (wet & np.roll(wet, -1, axis=0)))[joined]
     right = np.where(wet, load, 0.0)[lines].ravel()
-    flat = band.reshape(len(band), -1)
-    p[lines] = solveh_banded(flat, right, lower=True, check_finite=False).reshape(-1, rows)
+    p[lines] = _solved(band.reshape(len(band), -1), right).reshape(-1, rows)
     return p
+
+
+def _solved(band: Array, right: Array) -> Array:
+    """Solve with a symmetric banded matrix, of which the lower half is given by diagonals."""
+    from scipy.linalg import solveh_banded  # takes half a second to import; maps of films are kept
+
+    return solveh_banded(band, right, lower=True, check_finite=False)
 
 
 def _outflow(around: Array, along: Array, p: Array) -> Array:
