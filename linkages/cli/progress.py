@@ -12,6 +12,7 @@ from functools import cache
 Advance = Callable[[float], None]
 
 _FIRST_LINE = 10.0  # s until the first line of progress, where there is no terminal
+_TELLING = 0.01  # part done from which on the pace tells how long the rest takes
 
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
@@ -62,12 +63,8 @@ def _lines(name: str, total: float) -> Advance:
         passed = time.monotonic() - begun
         if passed >= due and 0.0 < done < total:
             due = 2.0 * passed
-            rest = passed * (total - done) / done
-            print(
-                f"{name}: {done / total:.2%} in {passed:.0f} s, the rest takes {rest:.2g} s",
-                file=sys.stderr,
-                flush=True,
-            )
+            rest = f", the rest takes {passed * (total - done) / done:.2g} s" if done >= _TELLING * total else ""
+            print(f"{name}: {done / total:.2%} in {passed:.0f} s{rest}", file=sys.stderr, flush=True)
 
     return advance
 
@@ -77,7 +74,7 @@ def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[st
 
     Nothing is shown with ``--quiet``; with ``--verbose`` each stage is named in a line of its own.
     """
-    if not options.quiet and sys.stderr.isatty():
+    if not options.quiet:
         announce_compilation()
 
     def begin(name: str) -> Advance:

@@ -40,6 +40,7 @@ PARAMETERS = record_type(
     film_limit="f8",  # mixed: largest eps at which the film is evaluated
     roughness="f8",  # mixed, asperities: combined standard deviation [m]
     asperity_pressure="f8",  # mixed, asperities: factor of F_5/2 [Pa]
+    worn="i8",  # `linkages.laws.wear.force.worn_address`; 0: round
     bearing_nodes="i8",  # worn: of each part's profile, 0 if it is round
     journal_nodes="i8",
 )

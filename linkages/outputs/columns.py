@@ -65,7 +65,7 @@ def columns(
         bool(np.isin(outputs["kind"], (JOINT, DRIVE)).any()),
         system.ideal_arrays if ideal else system.arrays,
         *(np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts)),  # type: ignore[call-arg]
-        out.T,
+        out,
     )
     jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
     if jitter:

@@ -158,7 +158,7 @@ def tabulate(
     contacts: Array,
     out: Array,
 ) -> None:
-    """Fill ``out`` (nt, no) with outputs over time, from coordinates, rates, accelerations (nt, n) and contacts.
+    """Fill ``out`` (no, nt) with outputs over time, from coordinates, rates, accelerations (nt, n) and contacts.
 
     Parameters
     ----------
@@ -194,4 +194,4 @@ def tabulate(
         view = View(known, state, contacts[i], forces, efforts, applied)
         seen = reference(view)
         for k in range(len(outputs)):
-            out[i, k] = output_value(outputs[k], seen)
+            out[k, i] = output_value(outputs[k], seen)

@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
 from linkages.laws.journal import clearance_force, dry_force
-from linkages.laws.wear.force import worn_force
+from linkages.laws.wear.force import call_worn
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
@@ -109,7 +109,7 @@ def contact_action(
         load, drag, rate = dry_force(law, delta, closing, sliding, approach, bristle)
         return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding, load
     if end.kind == WORN:
-        return worn_force(law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle)
+        return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
     fx, fy, couple, rate, load = clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
     e = math.hypot(ex, ey)
     nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)

@@ -19,6 +19,7 @@ from linkages.laws.film.map_cache import load_map
 from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR
 from linkages.laws.viscosity import iso_vg_viscosity
+from linkages.laws.wear.force import worn_address
 from linkages.model.tables import Contact, JointModel, Mixed
 from linkages.system.tree import Tree
 
@@ -74,6 +75,7 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
         record["small_eps"] = joint.small_eccentricity.ratio
         record["small_power"] = joint.small_eccentricity.power
     if joint.wear is not None:
+        record["worn"] = worn_address()
         record["bearing_nodes"], record["journal_nodes"] = map(len, joint.wear.depths)
     if joint.has_film:
         record["film"] = FILMS[joint.film].address

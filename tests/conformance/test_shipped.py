@@ -76,7 +76,7 @@ def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
     system = shipped(name)
     experiment, play = system.experiment, system.tree.play
     dry = [name for name in play if experiment.joints[name].can_touch]
-    figures = {"joint_forces.png", "drive_torques.png"}
+    figures = {"drawing.svg", "joint_forces.png", "drive_torques.png"}
     figures |= {"orbits.png" for name in play if system.mechanism.joint[name].bearing}
     figures |= {f"output_{output}.png" for output in experiment.outputs}
     contacts = {"impacts.csv", "impacts_normal.csv", "impacts.png"} if dry else set()

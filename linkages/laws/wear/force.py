@@ -5,15 +5,26 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import types
 
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, address, caller, kernel
 from linkages.laws.journal import dry_force, film_action
 from linkages.laws.mixed import asperity_force, dry_weight, mix
-from linkages.laws.parameters import MODELS
+from linkages.laws.parameters import MODELS, RECORD
 from linkages.laws.wear.overlap import Place, overlap, round_depth
 from linkages.laws.wear.profile import depth_at
 
 _DRY = MODELS["dry"]
+_RESULT = types.UniTuple(types.float64, 8)
+_SIGNATURE = _RESULT(RECORD, types.float64[::1], *10 * (types.float64,))
+
+#: ``call_worn(law.worn, (law, ...))`` with the arguments of `worn_force`: round joints do without compiling it.
+call_worn = caller(_RESULT)
+
+
+def worn_address() -> int:
+    """Address of `worn_force`, compiled, in this process."""
+    return address(worn_force, _SIGNATURE)
 
 
 @kernel
