@@ -8,6 +8,7 @@
 | sweep        | ``linkages sweep``: over the values of one variable                       |
 | wear         | ``linkages wear``: profiles and play over a machine's life                |
 | report       | ``linkages report``: one HTML page from a folder of results               |
+| export       | ``linkages export``: a trajectory for other programs                       |
 | draw         | ``linkages draw``: a labelled picture of a machine                        |
 | new          | ``linkages new``: files of a linkage to begin with                        |
 | import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
@@ -41,6 +42,7 @@ _OWN = (
     "sweep",
     "wear",
     "report",
+    "export",
     "draw",
     "new",
     "import",

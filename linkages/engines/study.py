@@ -8,6 +8,7 @@ from dataclasses import replace
 from linkages.engines import engine as load_engine
 from linkages.errors import AssemblyError, Status
 from linkages.outputs.columns import columns
+from linkages.outputs.registry import unit
 from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
@@ -50,7 +51,12 @@ def simulate(system: System, engine: str = "drake", progress: Progress | None = 
     >>> float(run["A.force"].max().round(2))  # N
     3.32
     """
-    return load_engine(engine).simulate(system, progress)
+    return _with_units(system, load_engine(engine).simulate(system, progress))
+
+
+def _with_units(system: System, run: Trajectory) -> Trajectory:
+    """Tell a trajectory the units of its columns."""
+    return replace(run, units={name: "s" if name == "time" else unit(system, name) for name in run.columns})
 
 
 def study(
@@ -137,9 +143,10 @@ def ideal(system: System, engine: str = "drake") -> Trajectory:
     motion = IdealMotion(system)
     if len(motion.times) < 2:
         raise AssemblyError(motion.status, "the ideal linkage cannot leave its start position")
-    return sample(
+    exact = sample(
         motion.times,
         lambda times: columns(system, times, *motion.states(times)),
         motion.status,
         {"engine": "kinematics"},
     )
+    return _with_units(system, exact)

@@ -13,6 +13,7 @@
 | sdf_text  | a machine written as SDFormat                                                |
 | toml      | typed tables, comments as sources, values replaced by dotted path            |
 | numbers   | which numbers of a file are plausible                                        |
+| tables    | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF          |
 | shipped   | the machines and experiments that come with the package                      |
 | writing   | files and folders that are written whole or not at all                       |
 | lock      | one process at a time                                                        |

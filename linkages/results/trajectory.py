@@ -6,15 +6,20 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError, RunError, Status
+from linkages.files import tables
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -38,6 +43,8 @@ class Trajectory:
         Engine, settings, versions, wall time.
     evaluate : callable or None
         All columns at any times within the run, from the engine's dense output; None if loaded from a file.
+    units : dict of str
+        SI unit of each column; empty where nobody has said.
     """
 
     time: Array
@@ -45,6 +52,7 @@ class Trajectory:
     status: Status
     provenance: dict[str, Any] = field(default_factory=dict)
     evaluate: Callable[[Array], Columns] | None = None
+    units: dict[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         return self.columns[name]
@@ -57,9 +65,50 @@ class Trajectory:
         RunError
             If it cannot be written.
         """
-        header = json.dumps({"status": self.status.value, "provenance": self.provenance})
+        header = json.dumps({"status": self.status.value, "provenance": self.provenance, "units": self.units})
         with whole(Path(path)) as partial, open(partial, "wb") as file:
             np.savez_compressed(file, allow_pickle=False, header=np.array(header), **self.columns)
+
+    @property
+    def about(self) -> dict[str, str]:
+        """Status, and the provenance as JSON."""
+        return {"status": self.status.value, "provenance": json.dumps(self.provenance)}
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the columns as a pandas DataFrame over the time [s]; ``attrs["units"]`` has their units.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> import linkages
+        >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+        >>> frame = linkages.ideal(system).to_dataframe()
+        >>> frame.index.name, frame.attrs["units"]["slider7.ax"]
+        ('time', 'm/s2')
+        """
+        return tables.dataframe(self.columns, self.units)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the columns as an xarray Dataset over the time; each has its unit, the whole its status.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+
+        Examples
+        --------
+        >>> import linkages
+        >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+        >>> data = linkages.ideal(system).to_xarray()
+        >>> data["slider7.ax"].attrs["units"], data.attrs["status"]
+        ('m/s2', 'ok')
+        """
+        return tables.dataset(self.columns, self.units, self.about)
 
 
 def load_trajectory(path: str | Path) -> Trajectory:
@@ -95,7 +144,8 @@ def load_trajectory(path: str | Path) -> Trajectory:
         with np.load(path, allow_pickle=False) as data:
             header = json.loads(str(data["header"]))
             columns = {name: data[name] for name in data.files if name != "header"}
-        return Trajectory(columns["time"], columns, Status(header["status"]), header["provenance"])
+        status, provenance = Status(header["status"]), header["provenance"]
+        return Trajectory(columns["time"], columns, status, provenance, units=header.get("units", {}))
     except (OSError, EOFError, ValueError, KeyError, BadZipFile) as problem:
         raise InputError(path, "", f"is not a trajectory written by linkages ({problem})") from None
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
+from linkages.files.tables import needed
 from linkages.files.writing import whole
 from optim.evaluate.evaluations import INFEASIBLE
 from optim.store.store import Store
@@ -96,11 +97,5 @@ def _write_csv(columns: dict[str, list[Any]], path: Path) -> None:
 
 
 def _write_parquet(columns: dict[str, list[Any]], path: Path) -> None:
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        raise InputError(
-            "--out", path.suffix, 'needs pyarrow: pip install "linkages[parquet]"; or write .csv'
-        ) from None
+    pyarrow, parquet = needed("pyarrow", "--out .parquet"), needed("pyarrow.parquet", "--out .parquet")
     parquet.write_table(pyarrow.table(columns), path)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +14,16 @@ from linkages.engines.budget import MOST
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.errors import AssemblyError, InputError, Status
+from linkages.files.tables import needed
 from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
 from linkages.planar.ideal import make_ideal
 from linkages.system import System
 from linkages.system.ideal_motion import cause
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,46 @@ class Batch:
     def peak(self) -> Array:
         """Largest magnitude, (m, nw, no)."""
         return np.maximum(np.abs(self.minimum), np.abs(self.maximum))
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a pandas DataFrame with a row for each run and window, runs first.
+
+        Its columns are the variables, ``run``, ``start`` and ``end`` of the window [s], every statistic as
+        ``OUTPUT.statistic`` (``A.force.peak``), ``status``, ``reason`` and ``steps``.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        runs, windows = len(self.values), len(self.windows)
+        row = np.repeat(np.arange(runs), windows)
+        columns: dict[str, Any] = {name: self.values[row, k] for k, name in enumerate(self.variables)}
+        columns |= {"run": row, "start": np.tile(self.windows[:, 0], runs), "end": np.tile(self.windows[:, 1], runs)}
+        for k, output in enumerate(self.outputs):
+            for name, table in (self.statistics | {"peak": self.peak}).items():
+                columns[f"{output}.{name}"] = table[:, :, k].ravel()
+        status = np.array([one.value for one in self.status])
+        columns |= {"status": status[row], "reason": np.array(self.reason)[row], "steps": self.steps[row]}
+        return needed("pandas", "to_dataframe").DataFrame(columns)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return an xarray Dataset: each statistic over (run, window, output); values and status over the runs.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        tables = {name: (("run", "window", "output"), table) for name, table in self.statistics.items()}
+        coordinates: dict[str, Any] = {name: ("run", self.values[:, k]) for k, name in enumerate(self.variables)}
+        coordinates |= {"output": list(self.outputs), "status": ("run", [one.value for one in self.status])}
+        spans = {
+            "start": ("window", self.windows[:, 0], {"units": "s"}),
+            "end": ("window", self.windows[:, 1], {"units": "s"}),
+        }
+        tables["peak"] = (("run", "window", "output"), self.peak)
+        return needed("xarray", "to_xarray").Dataset(tables, coords=coordinates | spans)
 
 
 def simulate_batch(
