@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from linkages.model.experiment import keys
+from linkages.model.experiment import described
 
 _HEAD = """# Experiment files
 
@@ -73,7 +73,7 @@ def rows(pairs: Iterable[tuple[str, str]]) -> str:
 
 def markdown() -> str:
     """Return the page."""
-    return _HEAD + rows(keys())
+    return _HEAD + rows(described())
 
 
 if __name__ == "__main__":

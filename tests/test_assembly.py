@@ -204,7 +204,7 @@ def test_a_parallelogram_with_a_redundant_link_still_assembles(system_of):
 
 def test_too_many_drives_are_refused(system_of):
     system = system_of(four_bar(), DRIVE + "[drives.Q]\nspeed = 1.0\n")
-    with pytest.raises(InputError, match="2 joints are driven, but four_bar has 1 degrees of freedom"):
+    with pytest.raises(InputError, match="2 drives for 1 degree of freedom of four_bar; drive fewer joints"):
         _ = system.assembly
 
 

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.plots.drawing.raster import picture
     from linkages.system import System, load
 
-    file, values = find_file(options.file), set_values(options)
+    file, values = find_file(options.file, ".toml", ".sdf"), set_values(options)
     if file.suffix == ".sdf":
         experiment = nothing_done(file, values, COMMAND_LINE)
         system = System(load_mechanism(file, experiment.sdf_overrides), experiment)

@@ -25,7 +25,16 @@ def report_failures(runs: Mapping[str, Trajectory]) -> int:
     failed = {name: run for name, run in runs.items() if run.status is not Status.OK}
     for name, run in failed.items():
         text = f"{run.status.value}; {run.status.remedy}"
-        print(f"{name} ended at t = {run.time[-1]:.6g} s: {text}", file=sys.stderr)
+        print(f"{name} ended at t = {run.time[-1]:.6g} s{_drives(run)}: {text}", file=sys.stderr)
     if any(run.status is Status.INTERRUPTED for run in failed.values()):
         return 130
     return int(bool(failed))
+
+
+def _drives(run: Trajectory) -> str:
+    """Say where the drives of a run that can no longer be closed have come to."""
+    if run.status not in (Status.NO_ASSEMBLY, Status.LOCKED):
+        return ""
+    drives = [name.removesuffix(".rate") for name in run.columns if name.endswith(".rate")]
+    places = [f"{name} = {run[f'q.{name}'][-1]:.4g} {run.units.get(f'q.{name}', '')}".rstrip() for name in drives]
+    return "".join(f", {place}" for place in places)

@@ -14,12 +14,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print keys and outputs; returns the exit status."""
-    from linkages.model.experiment import keys
+    from linkages.model.experiment import described
     from linkages.outputs.registry import table
 
     outputs = [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
-    width = max(len(name) for name, _ in (*keys(), *outputs))
-    for name, meaning in keys():
+    width = max(len(name) for name, _ in (*described(), *outputs))
+    for name, meaning in described():
         print(f"{name:{width}s}  {meaning}")
     print("\nOutputs of a run; `outputs` of an experiment takes those of POINTs, links and frames:\n")
     for name, meaning in outputs:

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 def add_file(parser: argparse.ArgumentParser) -> None:
     """Add the experiment's file."""
-    parser.add_argument("file", help="experiment (.toml): a path, or the name of one that comes with the package")
+    parser.add_argument(
+        "file", help="experiment: a path, or the name of one that comes with the package; .toml may be left out"
+    )
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:
@@ -58,7 +60,12 @@ def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | Non
     values = {**(defaults or {}), **set_values(options)}
     if options.duration is not None:
         values["duration"] = options.duration
-    return load(find_file(options.file), values, COMMAND_LINE)
+    system = load(find_file(options.file, ".toml"), values, COMMAND_LINE)
+    if getattr(options, "ideal", False):
+        return system.replaced(
+            {f"joints.{name}": {"model": "ideal"} for name in system.experiment.joints}, COMMAND_LINE
+        )
+    return system
 
 
 def set_values(options: argparse.Namespace) -> dict[str, str | float]:

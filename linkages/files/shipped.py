@@ -16,12 +16,14 @@ def data_folder() -> Path:
     return packaged if packaged.is_dir() else Path(__file__).resolve().parents[2] / "sdf"
 
 
-def find_file(name: str | Path) -> Path:
+def find_file(name: str | Path, *suffixes: str) -> Path:
     """Return the file as given if it exists, else a shipped file of that name.
 
     Parameters
     ----------
     name : str or Path
+    *suffixes : str
+        Ends of names, such as ".toml", that may be left out; the first that leads to a file counts.
 
     Returns
     -------
@@ -39,11 +41,11 @@ def find_file(name: str | Path) -> Path:
     'seven_bar.toml'
     """
     path = Path(name)
-    if os.path.exists(path):  # unlike Path's, false for names that no file can have
-        return path
     bare = path.parent in (Path(), Path("sdf"))
-    shipped = data_folder() / path.name
-    if bare and os.path.exists(shipped):
-        return shipped
+    for end in ("", *suffixes):
+        for place in (f"{path}{end}", data_folder() / f"{path.name}{end}")[: 1 + bare]:
+            # unlike Path's, false for names that no file can have; without its suffix a name may be a folder's
+            if os.path.exists(place) and not (suffixes and os.path.isdir(place)):
+                return Path(place)
     others = data_folder().glob(f"*{path.suffix}") if bare else ()
     raise unreadable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)), others)

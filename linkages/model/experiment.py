@@ -19,6 +19,7 @@ from linkages.files.toml import (
     Finite,
     Positive,
     Table,
+    described_keys,
     leaves,
     read_toml,
     replace_values,
@@ -198,6 +199,11 @@ def nothing_done(
 def keys() -> Iterator[tuple[str, str]]:
     """Every key of an experiment file with its meaning and unit."""
     return table_keys(Experiment)
+
+
+def described() -> Iterator[tuple[str, str]]:
+    """Every key with its meaning, unit, the values that it takes and its default."""
+    return described_keys(Experiment)
 
 
 def _build(

@@ -2,35 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Literal, get_args
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from linkages.errors import nearest
-from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.files.toml import Finite, NonNegative, OneOf, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.planar import motion
 from linkages.planar.motion import Pieces
 
-
-def _known(registry: Mapping[str, object]) -> AfterValidator:
-    """Validate a law's name against its registry as it is then: a law registered later can be named too."""
-
-    def check_name(name: str) -> str:
-        names = sorted(registry)
-        if name not in names:
-            raise ValueError(f'"{name}" is unknown; {nearest(name, names)}')
-        return name
-
-    return AfterValidator(check_name)
-
-
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # that of pitch is 2e8
-FilmName = Annotated[str, _known(FILMS)]
-ContactLaw = Annotated[str, _known(CONTACTS)]
-FrictionLaw = Annotated[str, _known(FRICTIONS)]
+FilmName = Annotated[str, OneOf(FILMS)]
+ContactLaw = Annotated[str, OneOf(CONTACTS)]
+FrictionLaw = Annotated[str, OneOf(FRICTIONS)]
 
 
 class Drive(Table):

@@ -103,6 +103,8 @@ def forces_figure(study: Study) -> Figure:
 def torques_figure(study: Study) -> Figure:
     """Draw the torques of all drives, forces where they drive a prismatic joint."""
     drives = study.system.experiment.drives
+    kinds = {unit(study.system, f"{drive}.torque") for drive in drives}
+    effort = " or ".join(name for name, kind in (("torque", "N m"), ("force", "N")) if kind in kinds)
     figure = Figure(figsize=(6.3, 3.2), layout="constrained")
     axis = figure.subplots()
     for k, drive in enumerate(drives):
@@ -110,7 +112,7 @@ def torques_figure(study: Study) -> Figure:
         axis.plot(study.ideal.time, study.ideal[name], color=color, lw=2.6, alpha=0.35)
         label = axis_label(drive, unit(study.system, name))
         axis.plot(study.run.time, study.run[name], color=color, lw=0.9, label=label)
-    axis.set(xlabel="time [s]", ylabel="drive torque (wide, pale: ideal joints)")
+    axis.set(xlabel="time [s]", ylabel=f"drive {effort} (wide, pale: ideal joints)")
     add_legend(axis)
     return figure
 

@@ -87,9 +87,12 @@ def drives(results: Results) -> Table:
         exact = ideal["torque"]["peak"]
         judged = (change(peak, exact), error(results, f"{name}.torque.peak"))
         work = map(number, (ideal["work"], value["work"]))
-        rows.append((name, number(exact), number(peak), *judged, *work))
+        kind = value.get("unit", "N m")
+        rows.append(
+            (f"{name} {'force' if kind == 'N' else 'torque'} [{kind}]", number(exact), number(peak), *judged, *work)
+        )
     head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
-    return Table("Drives: torque [N m] of a revolute joint, force [N] of a prismatic one", head, rows)
+    return Table("Drives", head, rows)
 
 
 def parameters(results: Results) -> Table:

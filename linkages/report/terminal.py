@@ -65,7 +65,9 @@ def format_table(summary: dict[str, Any]) -> str:
         for name, value in found.items():
             effort = "torque" if "torque" in value else "force"
             values = ideal[kind][name][effort]["peak"], value[effort]["peak"], value["work"], ""
-            rows.append(row(f"{name} {effort}", values, f"{name}.{effort}.peak"))
+            unit = value.get("unit", "N m" if effort == "torque" else "N")  # a drive's force is its torque's
+            label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
+            rows.append(row(label, values, f"{name}.{effort}.peak"))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,

@@ -11,6 +11,7 @@ import numpy as np
 
 from linkages.errors import Status
 from linkages.files.versions import versions
+from linkages.outputs.registry import unit
 from linkages.planar.arrays import Arrays
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact, impacts
@@ -231,7 +232,8 @@ def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] =
     for name in experiment.drives:
         power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
         torque = peak[f"{name}.torque"].value
-        result["drives"][name] = {"torque": {"peak": torque}, "work": integral(trajectory, power)}
+        kind = unit(system, f"{name}.torque")
+        result["drives"][name] = {"torque": {"peak": torque}, "unit": kind, "work": integral(trajectory, power)}
     for table, name in experiment.loads:
         effort = _effort(table)
         work = integral(trajectory, trajectory[f"{name}.power"])

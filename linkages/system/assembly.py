@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.experiment import Experiment
-from linkages.planar.closure import close, closure_jacobian, closure_quality, consistent_rates
+from linkages.planar.closure import close, closure_error, closure_jacobian, closure_quality, consistent_rates
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
+from linkages.planar.record_types import ANGLE
 from linkages.system.loads import check_lengths
-from linkages.system.tree import Tree
+from linkages.system.tree import ROWS, Tree
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -76,7 +77,7 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
         q[held] = fraction * start[: len(held)]
         if not close(tree.bodies, rows, none, free, size, q):
             at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the drawn pose"
-            raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}")
+            raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
     mobility = _mobility(tree, tree.closure_rows, q)
     _check_count(tree, experiment, len(held), mobility)
     offset = np.zeros(len(rows))
@@ -93,6 +94,16 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
     if determined and quality < SINGULAR:
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     return Assembly(q, v, mobility, quality if determined else float("nan"))
+
+
+def _widest_gap(tree: Tree, q: Array) -> str:
+    """Name the cut joint that stays farthest open at q."""
+    rows, pose = tree.closure_rows, np.empty((len(tree.bodies), 5))
+    gap = np.abs(closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose))
+    owner = [name for name in (*tree.play, *tree.loops) for _ in range(ROWS[tree.mechanism.joint[name].type])]
+    widest = int(np.argmax(gap))
+    unit = "rad" if rows["kind"][widest] == ANGLE else "m"
+    return f": {owner[widest]} stays open by {gap[widest]:.3g} {unit}"
 
 
 def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
@@ -114,8 +125,8 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
 
 def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int) -> None:
     if drives > mobility:
-        freedoms = f"{tree.mechanism.name} has {mobility} degrees of freedom"
-        problem = f"{drives} joints are driven, but {freedoms}; drive fewer"
+        freedoms = f"{mobility} degree{'' if mobility == 1 else 's'} of freedom"
+        problem = f"{drives} drives for {freedoms} of {tree.mechanism.name}; drive fewer joints"
         raise InputError(experiment.source, "drives", problem)
 
 

@@ -17,7 +17,8 @@ from linkages.planar import record_types as types
 
 Array = NDArray[np.float64]
 
-_ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}  # that close a cut joint
+#: Closure rows of a cut joint.
+ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 _TYPE = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
 _MOVING = list(types.BODY.names or ()).index("moving")
 #: Corners of a block, along and across its slot, in units of half its sides.
@@ -136,7 +137,7 @@ class Tree:
         return self._joints((*self.play, *self.loops), {})
 
     def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> NDArray[np.record]:
-        rows = np.cumsum([0, *(_ROWS[self.mechanism.joint[name].type] for name in cut)])
+        rows = np.cumsum([0, *(ROWS[self.mechanism.joint[name].type] for name in cut)])
         first = dict(zip(cut, rows.tolist(), strict=False))
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
         records = []

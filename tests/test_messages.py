@@ -1,0 +1,99 @@
+"""What a user is told: choices, units, names of what is meant."""
+
+import argparse
+
+import numpy as np
+import pytest
+from machines import four_bar, slider_crank
+
+from linkages import AssemblyError, InputError, Status, Trajectory, load, study, summarize
+from linkages.cli.endings import report_failures
+from linkages.cli.main import main
+from linkages.cli.options import load_system
+from linkages.files.shipped import find_file
+from linkages.laws import CONTACTS
+from linkages.model.experiment import described
+from linkages.report.terminal import format_table
+
+DRIVEN = "duration = 1.0\n[drives.O]\nspeed = 1.0\n"
+
+
+def test_keys_come_with_their_values_and_defaults():
+    told = dict(described())
+    assert told["mechanism"].endswith("; required")
+    assert told["solver.accuracy"] == "relative accuracy [1]; > 0 and <= 0.1; default 1e-07"
+    assert told["joints.NAME.model"].endswith("; one of ideal, dry, lubricated, mixed; required")
+    assert told["joints.NAME.film"].endswith("; one of finite, long, pinkus-sternlicht, short; default long")
+    assert told["joints.NAME.clearance"].endswith("[m]; > 0")  # that a joint with play needs it is said there
+    assert told["joints.NAME.contact.clip"].endswith("; default true")
+    assert told["solver.integrator"].endswith("runge_kutta3, bogacki_shampine3")
+
+
+def test_a_law_of_a_users_own_is_among_the_choices(monkeypatch):
+    monkeypatch.setitem(CONTACTS, "mine", CONTACTS["hertz"])
+    assert ", mine, " in dict(described())["joints.NAME.contact.law"]
+
+
+def test_a_missing_law_lists_its_choices(experiment_file):
+    joint = '[joints.B]\nmodel = "dry"\nclearance = 1e-4\ncontact = {restitution = 0.9, youngs_modulus = 2e11}\n'
+    with pytest.raises(InputError, match=r"joints\.B\.contact\.law: is missing .*; give one of dubowsky-f.*, hertz, "):
+        load(experiment_file(four_bar(), DRIVEN + joint))
+    with pytest.raises(InputError, match=r"joints\.B\.model: is missing .*; give one of ideal, dry, lubricated, mixed"):
+        load(experiment_file(four_bar(), DRIVEN + "[joints.B]\nclearance = 1e-4\n"))
+
+
+def test_a_linkage_that_cannot_be_assembled_names_the_drive_and_the_open_joint(experiment_file):
+    """Follower and coupler in line reach 0.45 m; the crank's pin goes as far as 0.5 m from the follower's."""
+    file = experiment_file(four_bar(0.3, 0.2, 0.25, 0.2), DRIVEN)
+    limit = np.arccos((0.3**2 + 0.2**2 - 0.45**2) / (2 * 0.3 * 0.2))
+    with pytest.raises(AssemblyError) as problem:
+        load(file, {"drives.O.angle": 3.0}).assembly  # noqa: B018
+    start, _, gap = str(problem.value).partition(" stays open by ")
+    angle = float(start.partition("O = ")[2].partition(":")[0])
+    assert limit < angle < limit + 0.06  # the first step beyond
+    distance = np.sqrt(0.3**2 + 0.2**2 - 2 * 0.3 * 0.2 * np.cos(angle))
+    assert start.startswith("no-assembly: the loops do not close at O = ")
+    assert start.endswith((": B", ": A"))
+    assert 0.5 * (distance - 0.45) < float(gap.partition(" m;")[0]) < 2.0 * (distance - 0.45)
+
+
+def test_a_run_that_locks_says_where_its_drives_are(capsys):
+    time = np.array([0.0, 0.5])
+    columns = {"time": time, "O.rate": time, "q.O": np.array([0.0, 2.22])}
+    run = Trajectory(time, columns, Status.LOCKED, units={"q.O": "rad"})
+    assert report_failures({"the run": run}) == 1
+    assert capsys.readouterr().err.startswith("the run ended at t = 0.5 s, O = 2.22 rad: locked; ")
+
+
+def test_the_end_of_a_files_name_may_be_left_out(experiment_file, tmp_path, monkeypatch):
+    experiment_file(four_bar(), DRIVEN)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "experiment").mkdir()  # as results may be called
+    assert find_file("experiment", ".toml").name == "experiment.toml"
+    assert find_file("machine", ".toml", ".sdf").name == "machine.sdf"
+    assert find_file("seven_bar", ".toml").name == "seven_bar.toml"
+    with pytest.raises(InputError, match="cannot be read"):
+        find_file("nothing", ".toml")
+
+
+def test_every_joint_can_be_taken_as_ideal():
+    options = argparse.Namespace(file="seven_bar", set=[], duration=None, ideal=True)
+    system = load_system(options)
+    assert system.tree.play == ()
+    assert system.experiment.sources["joints.A"] == "command line"  # so that a report repeats it
+    assert load_system(argparse.Namespace(file="seven_bar", set=[], duration=None)).tree.play == ("A", "B")
+
+
+@pytest.mark.slow
+def test_a_drive_that_slides_speaks_of_a_force(experiment_file, capsys):
+    file = experiment_file(slider_crank(), "duration = 0.01\n[drives.guide]\nforce = 1.0\n")
+    assert main(["simulate", str(file), "--engine", "compiled"]) == 2
+    assert "torque" in capsys.readouterr().err
+    driven = "duration = 0.01\n[drives.O]\nangle = 1.0\n speed = 1.0\n"
+    turning = study(load(experiment_file(slider_crank(), driven)), "compiled", error_estimate=False)
+    assert "\nO torque [N m] " in format_table(summarize(turning))
+    sliding = "duration = 0.01\n[drives.guide]\nangle = -0.02\n speed = -0.1\n"
+    found = study(load(experiment_file(slider_crank(offset=0.01), sliding)), "compiled", error_estimate=False)
+    summary = summarize(found)
+    assert summary["drives"]["guide"]["unit"] == "N"
+    assert "\nguide force [N] " in format_table(summary)
