@@ -12,7 +12,9 @@ from linkages.cli.main import main
 from linkages.cli.options import load_system
 from linkages.files.shipped import find_file
 from linkages.laws import CONTACTS
-from linkages.model.experiment import described
+from linkages.model.experiment import described, value_unit
+from linkages.plots import section_figure
+from linkages.plots.style import engineering
 from linkages.report.terminal import format_table
 
 DRIVEN = "duration = 1.0\n[drives.O]\nspeed = 1.0\n"
@@ -97,3 +99,29 @@ def test_a_drive_that_slides_speaks_of_a_force(experiment_file, capsys):
     summary = summarize(found)
     assert summary["drives"]["guide"]["unit"] == "N"
     assert "\nguide force [N] " in format_table(summary)
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "shown"),
+    [("m", 3e-4, ("µm", 1e6)), ("m", 0.02, ("mm", 1e3)), ("m", 3.0, ("m", 1.0)), ("N", 4.9e4, ("kN", 1e-3)),
+     ("N", 12.0, ("N", 1.0)), ("m/s2", 1e5, ("m/s²", 1.0)), ("1", 0.3, ("", 1.0)), ("m", 0.0, ("m", 1.0))],
+)  # fmt: skip
+def test_figures_are_in_units_that_suit_the_numbers(unit, largest, shown):
+    assert engineering(unit, largest) == shown
+
+
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [("joints.A.clearance", "m"), ("drives.O.speed", "rad/s"), ("duration", "s"), ("springs.S.stiffness", "N/m"),
+     ("joints.A.contact.youngs_modulus", "Pa"), ("sdf.links.rod.inertia", "kg m2"), ("sdf.frames.tip.pose.x", "m"),
+     ("outputs", "")],
+)  # fmt: skip
+def test_every_value_that_can_be_varied_has_its_unit(path, unit):
+    assert value_unit(path) == unit
+
+
+@pytest.mark.parametrize(("count", "size"), [(5, 5.0), (299, 5.0), (300, 3.0), (3000, 1.6)])
+def test_few_marks_are_large_enough_to_be_seen(count, size):
+    values = np.linspace(0.0, 1.0, count)
+    figure = section_figure({"a": values, "b": values}, "a", "b", ("m", "m"))
+    assert figure.axes[0].lines[0].get_markersize() == size

@@ -59,6 +59,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Run the sweep; returns the exit status."""
     from linkages.explore.sweep import sweep
+    from linkages.model.experiment import value_unit
     from linkages.outputs.registry import unit
 
     if options.duration is not None:
@@ -82,8 +83,11 @@ def run(options: argparse.Namespace) -> int:
         (folder / "sweep.json").write_text(json_text(_content(result, units)), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.attractors import bifurcation_figure
+            from linkages.plots.style import axis_label, engineering
 
-            bifurcation_figure(result, units).savefig(folder / "sweep.png")
+            shown, factor = engineering(value_unit(path), max(map(abs, values)))
+            label = axis_label(path, shown)
+            bifurcation_figure(result, units, label, scale=factor).savefig(folder / "sweep.png")
     if not options.quiet:
         print(format_sweep(result, units))
         print(f"\n{written(out, outputs.names)}")

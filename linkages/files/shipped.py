@@ -47,5 +47,7 @@ def find_file(name: str | Path, *suffixes: str) -> Path:
             # unlike Path's, false for names that no file can have; without its suffix a name may be a folder's
             if os.path.exists(place) and not (suffixes and os.path.isdir(place)):
                 return Path(place)
+    if os.path.exists(path):
+        return path
     others = data_folder().glob(f"*{path.suffix}") if bare else ()
     raise unreadable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)), others)

@@ -50,6 +50,13 @@ QUANTITIES = {
 }
 
 
+#: SI units of a machine's values, by the end of their paths.
+_OF_MACHINE = {
+    "mass": "kg", "inertia": "kg m2", "roll": "rad", "pitch": "rad", "yaw": "rad",
+    **dict.fromkeys(("x", "y", "z", "radius", "length", "height"), "m"),
+}  # fmt: skip
+
+
 class Experiment(Table):
     """Everything that is done with a mechanism. SI units."""
 
@@ -204,6 +211,29 @@ def keys() -> Iterator[tuple[str, str]]:
 def described() -> Iterator[tuple[str, str]]:
     """Every key with its meaning, unit, the values that it takes and its default."""
     return described_keys(Experiment)
+
+
+def value_unit(path: str) -> str:
+    """Return the SI unit of the value at a dotted path, that of a revolute joint; empty if it is not known.
+
+    Parameters
+    ----------
+    path : str
+        Of the experiment, or of the machine with ``sdf.`` before it.
+
+    Examples
+    --------
+    >>> from linkages.model.experiment import value_unit
+    >>> value_unit("joints.A.clearance"), value_unit("sdf.links.rod.mass"), value_unit("drives.O.speed")
+    ('m', 'kg', 'rad/s')
+    """
+    parts = path.split(".")
+    if parts[0] == "sdf":
+        return _OF_MACHINE.get(parts[-1], "")
+    named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
+    known = dict(keys())
+    meaning = known.get(path, known.get(named, ""))
+    return meaning.partition(" [")[2].partition("]")[0] if " [" in meaning else ""
 
 
 def _build(

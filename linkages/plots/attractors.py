@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.plots.style import COLORS, axis_label, figure_style, shown, typeset
+from linkages.plots.style import COLORS, axis_label, engineering, figure_style, shown, typeset
 
 if TYPE_CHECKING:
     from linkages.explore.lyapunov import Exponent
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_MANY = 3000  # points, from which on they are drawn smaller
+_SIZES = ((3000, 1.6), (300, 3.0), (0, 5.0))  # of marks, where there are so many or more
 
 
 def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[str, str]) -> Figure:
@@ -82,15 +82,12 @@ def bifurcation_figure(
         figure = Figure(figsize=(6.3, 0.7 + 2.5 * len(rows)), layout="constrained")
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
-            unit, factor = shown(units[name])
-            x: list[float] = []
-            y: list[float] = []
-            for point in sweep.points:
-                if point.section is not None:
-                    found = point.section.strobe[name] if kind == "strobe" else point.section.peaks(name)
-                    x += [scale * point.value] * len(found)
-                    y += (factor * found).tolist()
-            _draw_points(axis, x, y)
+            done = [(point.value, point.section) for point in sweep.points if point.section is not None]
+            found = [section.strobe[name] if kind == "strobe" else section.peaks(name) for _, section in done]
+            x = np.repeat([scale * value for value, _ in done], [len(values) for values in found])
+            y = np.concatenate([*found, np.empty(0)])
+            unit, factor = engineering(units[name], float(np.abs(y).max(initial=0.0)))
+            _draw_points(axis, x, factor * y)
             what = "at the end of each revolution" if kind == "strobe" else "peak of each revolution"
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
             if kind == "peaks" and name in logarithmic:
@@ -161,5 +158,5 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
 
 
 def _draw_points(axis: Axes, x: Sequence[float] | Array, y: Sequence[float] | Array) -> None:
-    size = 1.6 if len(x) > _MANY else 3.0
+    size = next(size for count, size in _SIZES if len(x) >= count)
     axis.plot(x, y, ".", color=COLORS[0], ms=size, mew=0.0, rasterized=True)

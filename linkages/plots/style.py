@@ -22,6 +22,8 @@ _STYLE: dict[Any, Any] = {
     "figure.dpi": 150,
     "legend.frameon": False,
 }
+#: Prefixes of units and their factors, the largest first.
+_PREFIXED = {"m": (("", 1.0), ("m", 1e3), ("µ", 1e6)), "N": (("k", 1e-3), ("", 1.0)), "Pa": (("G", 1e-9), ("M", 1e-6))}
 _SHOWN = {"m": ("mm", 1e3), "1": ("", 1.0)}
 
 
@@ -35,6 +37,14 @@ def figure_style() -> AbstractContextManager[None]:
 def shown(unit: str) -> tuple[str, float]:
     """Return the unit in which values of an SI unit are drawn, and the factor from one to the other."""
     return _SHOWN.get(unit, (typeset(unit), 1.0))
+
+
+def engineering(unit: str, largest: float) -> tuple[str, float]:
+    """Return the unit in which values up to a magnitude are read best, and the factor from the SI unit to it."""
+    for prefix, factor in _PREFIXED.get(unit, ()):
+        if largest * factor >= 1.0:
+            return f"{prefix}{unit}", factor
+    return ("", 1.0) if unit == "1" else (typeset(unit), 1.0)
 
 
 def typeset(unit: str) -> str:

@@ -165,8 +165,10 @@ def test_every_frame_has_its_captions(dry, tmp_path):
     write_animation(dry, tmp_path / "animation.html")
     page = (tmp_path / "animation.html").read_text()
     data = json.loads(re.search(r"const data = (\{.*\});", page)[1])
-    (label,) = data["labels"]
+    label, *names = data["labels"]
     assert label["title"] == "B"
+    assert {name["title"] for name in names} == {"O", "A", "B", "Q"}  # every joint, at a place of its link
+    assert all(name["path"][:3] == ["drake", "visualizer", "four_bar"] and not name["lines"] for name in names)
     assert len(label["lines"]) == len(data["clock"])
     largest = max(float(line.split()[2]) for line in label["lines"])
     assert largest == pytest.approx(dry.run["B.force"].max(), rel=5e-3)  # three digits

@@ -24,9 +24,16 @@ const still = (time) => {
   return {spot: place("touch", "spot", "shape"), journal: place("journal"), head: place("arrow", "head")};
 };
 document.querySelectorAll("figure button")[1].click();
+const [button, slider] = ["button", "input"].map((tag) => frame.contentDocument.querySelector(`#bar ${tag}`));
+const bar = [button.textContent];
+slider.value = slider.max / 4;
+slider.dispatchEvent(new Event("input"));
+bar.push(button.textContent, viewer.animator.actions[0].time / viewer.animator.duration);
+button.click();
+bar.push(button.textContent);
 const enlarged = document.querySelector("dialog img");
 const result = {
-  figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
+  bar, figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
   enlarged: [document.querySelector("dialog").open, enlarged.naturalWidth, enlarged.alt],
   fetched: performance.getEntriesByType("resource").map((entry) => entry.name),
   frame: box(frame), duration: viewer.animator.duration, frames: [at(0.0), at(7.5)],
@@ -65,6 +72,12 @@ def test_the_animation_renders_and_moves(page):
     x, y, width, height = (int(v) for v in page.seen["frame"])
     seen = page.image[y + 40 : y + height - 2, x + 2 : x + width - 2]  # below the bar of controls
     assert np.mean(np.abs(seen - seen[2, 2]).max(axis=2) > 0.2) > 0.005
+
+
+def test_the_animation_plays_stops_and_seeks(page):
+    playing, stopped, part, again = page.seen["bar"]
+    assert (playing, stopped, again) == ("pause", "play", "pause")
+    assert part == pytest.approx(0.25, abs=0.01)
 
 
 def test_the_magnified_journal_is_true_to_scale(page, results_folder):

@@ -20,7 +20,7 @@ class Label:
         Meshcat path of the place.
     title : str
     lines : list of str
-        What is written below the title, one for each frame.
+        What is written below the title, one for each frame; nothing where it is empty.
     """
 
     anchor: str
@@ -29,7 +29,7 @@ class Label:
 
 
 def add_captions(page: str, labels: list[Label], clock: list[str], legend: str) -> str:
-    """Add labels, a clock and a legend to the page of a recording.
+    """Add labels, a clock, a legend and a bar that plays in a loop, stops and seeks to the page of a recording.
 
     Parameters
     ----------
@@ -65,7 +65,11 @@ _CAPTIONS = """<style>
 .caption b { font-size: 15px; }
 .caption.label { transform: translate(-50%, -100%); text-align: center; white-space: nowrap; padding-bottom: 4px; }
 #notes { left: 12px; bottom: 8px; max-width: 92vw; }
+#bar { left: 12px; top: 8px; display: flex; gap: 8px; pointer-events: auto; }
+#bar button { min-width: 4.5em; }
+#bar input { width: 16em; }
 </style>
+<div class="caption" id="bar"><button type="button">pause</button><input type="range" min="0" aria-label="time"></div>
 <div class="caption" id="notes"><b></b><br><span></span></div>
 <script>
 (() => {
@@ -82,13 +86,33 @@ _CAPTIONS = """<style>
     return {box, line, lines: label.lines, node: () => viewer.scene_tree.find(label.path).object};
   });
   const point = new MeshCat.THREE.Vector3();
-  function write() {
+  const [button, slider] = [document.querySelector("#bar button"), document.querySelector("#bar input")];
+  const last = slider.max = data.clock.length - 1;
+  const time = () => viewer.animator.actions[0]?.time ?? 0;
+  let playing = true, before = 0;
+  function play(on) {
+    playing = on;
+    button.textContent = on ? "pause" : "play";
+  }
+  button.addEventListener("click", () => play(!playing));
+  slider.addEventListener("input", () => {
+    play(false);
+    viewer.animator.pause();
+    viewer.animator.seek(slider.value / last * viewer.animator.duration);
+  });
+  function write(now) {
     const length = viewer.animator.duration || 1;
-    const frame = Math.min(Math.round(viewer.animator.time / length * (data.clock.length - 1)), data.clock.length - 1);
+    if (playing && viewer.animator.duration) {
+      viewer.animator.pause();
+      viewer.animator.seek((time() + (now - before) / 1000) % length);
+    }
+    before = now;
+    const frame = Math.min(Math.round(time() / length * last), last);
+    slider.value = frame;
     clock.textContent = data.clock[frame];
     const [width, height] = [innerWidth, innerHeight];
     for (const label of labels) {
-      label.line.textContent = label.lines[frame];
+      label.line.textContent = label.lines[frame] ?? "";
       label.node().getWorldPosition(point).project(viewer.camera);
       label.box.style.left = `${(point.x + 1) / 2 * width}px`;
       label.box.style.top = `${(1 - point.y) / 2 * height}px`;

@@ -15,6 +15,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.errors import AssemblyError
+from linkages.model.mechanism import Joint
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
@@ -83,7 +84,23 @@ def _page(study: Study, exaggerate: float) -> str:
             view.show(frame, slow * t)
     visualizer.StopRecording()
     visualizer.PublishRecording()
-    return _captioned(meshcat.StaticHtml(), study, views, times, slow)
+    places: dict[tuple[float, ...], list[Joint]] = {}
+    for joint in study.system.mechanism.joints:  # those at one place are named together
+        places.setdefault(tuple((joint.position / study.system.tree.extent).round(6) + 0.0), []).append(joint)
+    names = [
+        Label(_anchor(study, meshcat, group[0]), ", ".join(one.name for one in group), []) for group in places.values()
+    ]
+    return _captioned(meshcat.StaticHtml(), study, views, names, times, slow)
+
+
+def _anchor(study: Study, meshcat: Meshcat, joint: Joint) -> str:
+    """Fix a place to the link that a joint belongs to; returns its path in the scene."""
+    mechanism = study.system.mechanism
+    name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
+    link = mechanism.link[name]
+    path = f"/drake/visualizer/{mechanism.name}/{name}/name of {joint.name}"
+    meshcat.SetTransform(path, RigidTransform(link.rotation.T @ (at - link.translation)))
+    return path
 
 
 def frames(study: Study, exaggerate: float = 1.0) -> tuple[Array, Array]:
@@ -195,11 +212,11 @@ def _draw_ground(study: Study, meshcat: Meshcat) -> None:
         meshcat.SetTransform(f"/ground/{joint.name}", pose)
 
 
-def _captioned(page: str, study: Study, views: list[View], times: Array, slow: float) -> str:
+def _captioned(page: str, study: Study, views: list[View], names: list[Label], times: Array, slow: float) -> str:
     """Write names, eccentricities, forces and the time over the recording."""
     labels = [
         Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
-    ]
+    ] + names
     pace = f"{rounded(slow)} times slower than the machine" if slow > 1.0 else "as fast as the machine"
     clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
