@@ -12,7 +12,7 @@
 | importing | machines of other programs, and what was left out of them                    |
 | sdf_text  | a machine written as SDFormat                                                |
 | toml      | typed tables, comments as sources, values replaced by dotted path            |
-| numbers   | which numbers of a file are plausible                                        |
+| numbers   | which numbers of a file are plausible, how they are written for readers      |
 | tables    | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF          |
 | shipped   | the machines and experiments that come with the package                      |
 | writing   | files and folders that are written whole or not at all                       |

@@ -1,4 +1,4 @@
-"""Which numbers of a file are plausible."""
+"""Which numbers of a file are plausible, and how numbers are written for readers."""
 
 from __future__ import annotations
 
@@ -26,3 +26,8 @@ def implausible(value: float) -> str:
         return f"is {value:g}; a number other than zero must be at least {SMALLEST:g} in magnitude"
     shown = f"{value:g}" if isinstance(value, float) else "too large"  # the digits may be too many to be written
     return f"is {shown}; a number must be finite, and at most {LARGEST:g} in magnitude"
+
+
+def rounded(value: float) -> str:
+    """Write a number with three significant digits."""
+    return f"{float(f'{value:.3g}'):g}"

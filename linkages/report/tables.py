@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
+from linkages.files.numbers import rounded
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys
 from linkages.report.results import Results
@@ -152,8 +153,8 @@ def files(results: Results) -> Table:
 
 
 def number(value: float | None) -> str:
-    """Write a number with five significant digits; None has no value."""
-    return NONE if value is None else f"{value:.5g}".replace("-", "−")
+    """Write a number with three significant digits; None has no value."""
+    return NONE if value is None else rounded(value).replace("-", "−")
 
 
 def error(results: Results, key: str) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 import tomlkit
 
 from linkages.errors import Status, listed
+from linkages.files.numbers import rounded
 from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
@@ -53,13 +54,13 @@ def answer(results: Results) -> list[str]:
             sentences.append(f"{name} has no bound.")
             continue
         beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
-        sentences.append(f"Peak of {name}: {value['peak']:.5g} {unit(name)}{beside}.")
+        sentences.append(f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}.")
     forces = {k: v for k, v in summary["joints"].items() if v["force"]["peak"] is not None}
     if forces:
         name, value = max(forces.items(), key=lambda item: item[1]["force"]["peak"])
         peak, time = value["force"]["peak"], value["force"]["time"]
         beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
-        sentences.append(f"The largest joint force is {peak:.5g} N, in {name} at {time:.4g} s{beside}.")
+        sentences.append(f"The largest joint force is {rounded(peak)} N, in {name} at {time:.4g} s{beside}.")
     joints = summary["joints"].items()
     return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
 
@@ -67,7 +68,7 @@ def answer(results: Results) -> list[str]:
 def _beside(results: Results, value: float, exact: float | None, of: str) -> str:
     if not results.play or exact is None:
         return ""
-    return f"; with ideal joints {exact:.5g} {of} ({change(value, exact)})"
+    return f"; with ideal joints {rounded(exact)} {of} ({change(value, exact)})"
 
 
 def _used(name: str, value: dict[str, Any]) -> str:

@@ -72,16 +72,25 @@ def test_the_tables_hold_the_summary_beside_ideal_joints_with_errors(page, resul
     value, ideal = summary["outputs"]["coupler.ax"], summary["ideal"]["outputs"]["coupler.ax"]
     cells = table["coupler.ax [m/s²]"]
     for text, expected in zip(cells, (ideal["min"], ideal["max"], value["min"], value["max"]), strict=False):
-        assert number(text) == pytest.approx(expected, rel=1e-4)  # five digits
+        assert number(text) == pytest.approx(expected, rel=5e-3)  # three digits
+        assert len(text.lstrip("−0.").replace(".", "").partition("e")[0].rstrip("0")) <= 3
     assert number(cells[5]) == pytest.approx(summary["error"]["coupler.ax.peak"], rel=0.05)  # two digits
     model, exact, force, time, _, error, ratio, _ = table["B"]
     assert model == "dry"
     run = load_trajectory(results_folder / "trajectory.npz")
-    assert number(force) >= run["B.force"].max() * (1 - 1e-4)  # the peak of continuous time
-    assert number(exact) == pytest.approx(summary["ideal"]["joints"]["B"]["force"]["peak"], rel=1e-4)
+    assert number(force) >= run["B.force"].max() * (1 - 5e-3)  # the peak of continuous time, to three digits
+    assert number(exact) == pytest.approx(summary["ideal"]["joints"]["B"]["force"]["peak"], rel=5e-3)
     assert 0.0 < number(time) < 0.006
     assert number(error) >= 0.0
     assert number(ratio) == pytest.approx(run["B.eccentricity_ratio"].max(), rel=1e-2)
+
+
+def test_the_machine_drawn_heads_the_page(page, results_folder, copy):
+    drawing = (results_folder / "drawing.svg").read_text(encoding="utf-8")
+    assert all(f">{name}</text>" in drawing for name in ("O", "A", "B", "Q", "crank", "coupler", "follower"))
+    assert page.index("data:image/svg+xml;base64,") < page.index("Question and answer")
+    (copy / "drawing.svg").unlink()
+    assert "data:image/svg" not in render(load_results(copy))
 
 
 def test_parameters_stand_with_meaning_unit_and_source(page):
@@ -213,7 +222,7 @@ def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_i
     summary = results.summary
     peak, exact = (s["outputs"]["follower.omega"]["peak"] for s in (summary, summary["ideal"]))
     assert any(
-        f"Peak of follower.omega: {peak:.5g} rad/s; with ideal joints {exact:.5g} rad/s" in text for text in found
+        f"Peak of follower.omega: {peak:.3g} rad/s; with ideal joints {exact:.3g} rad/s" in text for text in found
     )
     assert found[0].startswith("a film law is used at an L/D that it is not for: 1 in A (long: L/D > 2)")
     assert any(text.startswith("Joint A uses up to") and text.endswith("of its clearance.") for text in found)

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, rounded, strongest
+from linkages.files.numbers import rounded
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
 from linkages.system.tree import CORNERS
 

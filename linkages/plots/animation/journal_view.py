@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, Rgba
 
-from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, rounded, strongest
+from linkages.files.numbers import rounded
+from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
 
 Array = NDArray[np.float64]

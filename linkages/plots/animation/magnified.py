@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
+from linkages.files.numbers import rounded
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
@@ -52,11 +53,6 @@ def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
     places = np.searchsorted(steps, edges)
     places[-1] = len(steps)
     return list(zip(places[:-1].tolist(), places[1:].tolist(), strict=True))
-
-
-def rounded(value: float) -> str:
-    """Write a number with three significant digits."""
-    return f"{float(f'{value:.3g}'):g}"
 
 
 def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:

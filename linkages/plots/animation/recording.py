@@ -15,11 +15,12 @@ from pydrake.systems.framework import DiagramBuilder
 
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.errors import AssemblyError
+from linkages.files.numbers import rounded
 from linkages.model.mechanism import Joint
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
-from linkages.plots.animation.magnified import GROUND, View, joint_axes, rounded
+from linkages.plots.animation.magnified import GROUND, View, joint_axes
 from linkages.results.summary import Study
 from linkages.system.ideal_motion import IdealMotion
 
