@@ -2,73 +2,30 @@
 
 import json
 import math
+import os
+import signal
+import time
 
 import numpy as np
 import pytest
+from processes import finish, start
+from wearing_press import CLEARANCE, FORCE, RADIUS, SPRING, write_press
 
 import linkages
 from linkages.cli.main import main
 from linkages.explore.wear.content import content
-from linkages.explore.wear.life import wear_life, worn
-from linkages.explore.wear.measure import wearing
-
-CLEARANCE, RADIUS, LENGTH, SPEED = 1e-4, 0.01, 0.02, 200.0 * math.pi
-
-#: A shaft that turns in a block; the block is pressed onto it and can only slide: a load of constant direction.
-PRESS = """<?xml version="1.0"?>
-<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">
-  <model name="press">
-    <link name="shaft">
-      <inertial><mass>1.0</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>
-    </link>
-    <link name="block">
-      <inertial><mass>0.2</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial>
-    </link>
-    <joint name="O" type="revolute">
-      <parent>world</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis>
-    </joint>
-    <joint name="guide" type="prismatic">
-      <parent>world</parent><child>block</child><axis><xyz>0 1 0</xyz></axis>
-    </joint>
-    <joint name="B" type="revolute">
-      <parent>block</parent><child>shaft</child><axis><xyz>0 0 1</xyz></axis>
-      <linkages:bearing><linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>
-    </joint>
-  </model>
-</sdf>
-"""
-EXPERIMENT = f"""
-mechanism = "press.sdf"
-duration = 0.02
-[drives.O]
-speed = {SPEED!r}
-[joints.B]
-model = "dry"
-clearance = {CLEARANCE}
-[joints.B.contact]
-law = "lankarani-nikravesh"
-restitution = 0.5
-youngs_modulus = 207e9
-[joints.B.wear]
-coefficient = 5e-13
-"""
-FORCE = '[forces.F]\npoint = "block"\nforce = [0.0, -100.0]\n'
-#: The spring is stretched by 40 um when the block rests on the shaft: what is worn off unloads it.
-SPRING = """[springs.S]
-point = "block"
-anchor = [0.0, -0.1]
-stiffness = 2.5e6
-free_length = 0.09986
-damping = 300.0
-"""
+from linkages.explore.wear.jump import worn
+from linkages.explore.wear.life import wear_life
+from linkages.explore.wear.measure import Block, Start, depths_of, wearing
+from linkages.explore.wear.store import Store
+from linkages.laws.wear.profile import node_depths
 
 
 @pytest.fixture
 def press(tmp_path):
     def made(load=FORCE, **values):
-        (tmp_path / "press.sdf").write_text(PRESS)
-        (tmp_path / "press.toml").write_text(EXPERIMENT + load)
-        return linkages.load(tmp_path / "press.toml", {f"joints.B.{key}": value for key, value in values.items()})
+        path = write_press(tmp_path, load)
+        return linkages.load(path, {f"joints.B.{key}": value for key, value in values.items()})
 
     return made
 
@@ -139,14 +96,43 @@ def test_a_life_that_was_killed_goes_on_and_gives_the_same_bytes(press, tmp_path
     assert other.volumes("B")[-1, 0] < 20 * 2e-12 * 7.0  # nothing of the other life
 
 
+@pytest.mark.slow
+def test_a_command_that_was_killed_goes_on_whatever_the_number_of_threads(press, tmp_path):
+    """SIGKILL after two blocks, then another number of threads: the same bytes as in one go."""
+    press(SPRING)
+    settings = ["--set", "joints.B.wear.nodes=120", "--set", "joints.B.wear.coefficient=3e-12", "--tolerance", "2e-7"]
+    words = ["wear", tmp_path / "press.toml", "--cycles", "60", *settings, "--no-plots", "--no-animation", "--out"]
+
+    def begin(name, threads):
+        environment = os.environ | {"NUMBA_NUM_THREADS": str(threads)}
+        return start(*words, tmp_path / name, env=environment)
+
+    killed = begin("parts", 1)
+    blocks = tmp_path / "parts" / "blocks"
+    while killed.poll() is None and len(list(blocks.glob("*.npz"))) < 2:
+        time.sleep(0.001)
+    killed.kill()
+    assert finish(killed)[0] == 128 + signal.SIGKILL
+    assert not (tmp_path / "parts" / "wear.json").exists()
+    left = {path: path.stat().st_mtime_ns for path in blocks.glob("*.npz")}
+    assert finish(begin("parts", 2)) == finish(begin("whole", 1))
+    assert (tmp_path / "parts" / "wear.json").read_bytes() == (tmp_path / "whole" / "wear.json").read_bytes()
+    assert len(left) >= 2
+    assert all(path.stat().st_mtime_ns == then for path, then in left.items())  # they were read, not made again
+
+
 def test_the_life_until_a_limit(press):
     life = wear_life(press(SPRING, **{"wear.coefficient": 3e-12, "wear.nodes": 120}), 100, tolerance=2e-7)
     depths, cycles = life.depths("B"), life.cycles
     middle = 0.5 * (depths[1] + depths[2])
-    assert life.cycles_until("B.depth", middle) == pytest.approx(0.5 * (cycles[1] + cycles[2]))
+    until = life.cycles_until("B.depth", middle)
+    assert cycles[1] < until < cycles[2]
+    one, block = life.stages[1].removed, life.stages[2].block
+    then = worn(life.joints, one, block, until - cycles[1])  # within a jump: what its block wears
+    assert node_depths(depths_of(life.joints[0], then["B"])[0]).max() == pytest.approx(middle, rel=1e-4)
     assert life.cycles_until("B.depth", 1.0) == math.inf
     assert life.play("B")[-1] == pytest.approx(CLEARANCE + life.profiles("B")[-1, 0].mean())
-    with pytest.raises(linkages.InputError, match=r"B.depth, B.play, B.force"):
+    with pytest.raises(linkages.InputError, match=r"B.depth"):
         life.cycles_until("C.depth", 1.0)
     short = wear_life(life.system, 100, tolerance=2e-7, enough=lambda so_far: so_far.depths("B")[-1] > middle)
     assert short.cycles[-1] == cycles[2]
@@ -160,6 +146,34 @@ def test_a_jump_at_held_loads_is_its_parts_together(press):
     once = worn(joints, removed, block, 400.0)["B"][0]
     twice = worn(joints, worn(joints, removed, block, 200.0), block, 200.0)["B"][0]
     assert np.abs(once - twice).max() < 2e-3 * once.max()
+
+
+@pytest.mark.parametrize(("power", "order"), [(1.0, 3.0), (2.0 / 3.0, 5.0 / 3.0)], ids=["worn", "round"])
+def test_the_order_of_a_jump(press, monkeypatch, power, order):
+    """Local errors of a life in closed form: of order 3, and 5/3 where the depth begins as V^(2/3), in a round joint.
+
+    Wear s that is even over the turn, by loads that fall with it, s' = r/(1 + (s/S)^p): s + s^(p+1)/((p+1) S^p) = r n.
+    """
+    rate, scale, system = 1e-9, 1e-3, press(**{"wear.nodes": 120})
+
+    def measure(self, removed, start, scatter, drive, single=False):
+        load = 1.0 / (1.0 + (removed["B"][0, 0] / scale) ** power)
+        samples = {"B": np.array([[0.0, 0.0, 0.0, -CLEARANCE, 0.0, -1.0, load]])}
+        nothing = Start(np.zeros(0), np.zeros(0), 0.0)
+        return Block(samples, {"B": np.array([load])}, {}, 1, nothing, linkages.Status.OK)
+
+    def even(joints, removed, block, cycles):
+        return {"B": removed["B"] + cycles * rate * block.samples["B"][0, -1] * np.array([[1.0], [0.0]])}
+
+    monkeypatch.setattr(Store, "measure", measure)
+    monkeypatch.setattr("linkages.explore.wear.life.worn", even)
+    errors = []
+    for cycles in (25, 50, 100):
+        life = wear_life(system, cycles, tolerance=1.0)
+        assert [stage.cycles for stage in life.stages] == [0, cycles]
+        s = life.stages[-1].removed["B"][0, 0]
+        errors.append(abs((s + s ** (power + 1.0) / ((power + 1.0) * scale**power)) / rate - cycles))
+    assert np.log2(np.array(errors[1:]) / errors[:-1]) == pytest.approx(order, abs=0.15)
 
 
 def test_the_command_writes_the_contract(press, tmp_path, capsys):

@@ -11,7 +11,7 @@ from linkages.errors import InputError, Status
 from linkages.files.writing import OutputFolder, json_text
 
 if TYPE_CHECKING:
-    from linkages.explore.wear.life import Life
+    from linkages.explore.wear.stages import Life
 
 HELP = "wear of journals and bearings over many revolutions: profiles, play, forces"
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from linkages.outputs.registry import IDEAL
 from optim.evaluate.evaluations import NO_VALUE, OK, Evaluations
-from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, joined, run_compiled
-from optim.problem.schema import Quantity, Term
+from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, joined, run_compiled, run_parts
+from optim.problem.schema import LIFE, Quantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
 
 #: From `STATISTICS` by name, (m, nw) each, and lengths of the windows, (nw,) [s].
@@ -89,14 +89,22 @@ class Evaluator:
             for i in range(0, len(designs), size)
         ]
         run: Callable[..., Iterable[Statistics]] = map if self.executor is None else self.executor.map
-        engine = self.engine
-        if any(output.startswith(IDEAL) for output in self.outputs):
-            from optim.evaluate.ideal_runs import run_parts
-
-            engine = partial(run_parts, engine)
-        found = list(run(engine, requests))
+        found = list(run(partial(run_parts, self._engines()), requests))
         each = len(found) // len(self.study.points)
         return [joined(found[i : i + each]) for i in range(0, len(found), each)]
+
+    def _engines(self) -> dict[str, Engine]:
+        """Return what answers for outputs, by what their names begin with."""
+        engines = {"": self.engine}
+        if any(output.startswith(IDEAL) for output in self.outputs):
+            from optim.evaluate.ideal_runs import run_ideal
+
+            engines[IDEAL] = run_ideal
+        if any(output.startswith(LIFE) for output in self.outputs):
+            from optim.evaluate.life_runs import run_lives
+
+            engines[LIFE] = partial(run_lives, lives=self.study.file.lives)
+        return engines
 
     def _request(self, point: OperatingPoint, designs: Array) -> Request:
         values = np.array([self.study.row(design, point) for design in designs])

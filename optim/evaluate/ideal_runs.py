@@ -6,37 +6,17 @@ A journal with play leans where the force presses it; where the direction of the
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from linkages import AssemblyError, Status, System, ideal
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import IDEAL, TURNING
-from optim.evaluate.evaluations import OK
-from optim.evaluate.requests import STATISTICS, Engine, Request, Statistics, run_each, statistics_of, trapezia
+from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each, statistics_of, trapezia
 from optim.problem.study import Array
 
 #: Samples of a window; extremes are those of the samples, so windows should not be much longer than a revolution.
 SAMPLES = 2001
-
-
-def run_parts(engine: Engine, request: Request) -> Statistics:
-    """Have a request answered by an engine, its ideal outputs aside; designs that have no ideal motion fail."""
-    parts = []
-    for wanted, run in ((False, engine), (True, run_ideal)):
-        columns = [k for k, name in enumerate(request.outputs) if name.startswith(IDEAL) == wanted]
-        if columns:
-            outputs = tuple(request.outputs[k] for k in columns)
-            parts.append((columns, run(dataclasses.replace(request, outputs=outputs))))
-    order = np.argsort([k for columns, _ in parts for k in columns])
-    values = np.concatenate([found.values for _, found in parts], axis=3)[..., order]
-    verdicts = [
-        next(((s, r) for s, r in verdict if s != OK), (OK, ""))
-        for verdict in zip(*(zip(found.status, found.reason, strict=True) for _, found in parts), strict=True)
-    ]
-    return Statistics(values, [status for status, _ in verdicts], [reason for _, reason in verdicts])
 
 
 def run_ideal(request: Request) -> Statistics:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from linkages import AssemblyError, InputError, Status, System
-from optim.evaluate.evaluations import OK
+from linkages import AssemblyError, InputError, RunError, Status, System
+from optim.evaluate.evaluations import NO_VALUE, OK
 from optim.problem.study import Array, OperatingPoint
 
 #: What functionals are made of, in this order: the compiled engine's by their names, those of other runs from samples y
@@ -76,6 +77,32 @@ def run_compiled(request: Request) -> Statistics:
     return Statistics(values, [state.value for state in found.status], found.reason)
 
 
+def run_parts(engines: Mapping[str, Engine], request: Request) -> Statistics:
+    """Have a request answered by several engines; a design that fails with one of them has failed.
+
+    Parameters
+    ----------
+    engines : mapping
+        By what the names of their outputs begin with; "": of all others.
+    request : Request
+    """
+    others = [prefix for prefix in engines if prefix]
+    owners = [next(filter(name.startswith, others), "") for name in request.outputs]
+    parts = []
+    for prefix, run in engines.items():
+        columns = [k for k, owner in enumerate(owners) if owner == prefix]
+        if columns:
+            outputs = tuple(request.outputs[k] for k in columns)
+            parts.append((columns, run(dataclasses.replace(request, outputs=outputs))))
+    order = np.argsort([k for columns, _ in parts for k in columns])
+    values = np.concatenate([found.values for _, found in parts], axis=3)[..., order]
+    verdicts = [
+        next(((s, r) for s, r in verdict if s != OK), (OK, ""))
+        for verdict in zip(*(zip(found.status, found.reason, strict=True) for _, found in parts), strict=True)
+    ]
+    return Statistics(values, [status for status, _ in verdicts], [reason for _, reason in verdicts])
+
+
 def run_each(request: Request, statistics: Callable[[int, System], Array]) -> Statistics:
     """Run the designs of a request one after the other; one that fails has a status.
 
@@ -84,7 +111,7 @@ def run_each(request: Request, statistics: Callable[[int, System], Array]) -> St
     request : Request
     statistics : callable
         From a design's number and system to `STATISTICS` of each output in each window, (4, nw, no). It may raise
-        InputError or AssemblyError.
+        InputError or RunError.
     """
     m = len(request.values)
     found = np.full((len(STATISTICS), m, len(request.windows), len(request.outputs)), np.nan)
@@ -97,6 +124,8 @@ def run_each(request: Request, statistics: Callable[[int, System], Array]) -> St
             status[i], reason[i] = Status.BAD_INPUT.value, str(problem)
         except AssemblyError as problem:
             status[i], reason[i] = problem.status.value, str(problem)
+        except RunError as problem:
+            status[i], reason[i] = NO_VALUE, str(problem)
     return Statistics(found, status, reason)
 
 

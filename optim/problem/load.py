@@ -18,7 +18,7 @@ from linkages.errors import nearest
 from linkages.files.toml import leaves, read_toml, validate
 from linkages.outputs.registry import check_output
 from optim.problem.formula import Formula, parse
-from optim.problem.schema import Point, StudyFile, Window
+from optim.problem.schema import LIFE, Point, StudyFile, Term, Window
 from optim.problem.shipped import find_experiment
 from optim.problem.study import Array, OperatingPoint, Study
 
@@ -198,6 +198,23 @@ def _check_quantities(study: Study) -> None:
             if term.window not in windows:
                 near = nearest(term.window, windows)
                 raise InputError(study.source, f"{where}.window", f'"{term.window}" is unknown; {near}')
+            if term.output.startswith(LIFE):
+                _check_life(study, where, term)
+                continue
             for point in study.points:
                 with _within(study.source, where):
                     check_output(point.system, term.output)
+
+
+def _check_life(study: Study, where: str, term: Term) -> None:
+    """Check that there is the life that a term names, and what it ends by."""
+    from linkages.explore.wear.stages import check_life
+
+    name, lives = term.output.removeprefix(LIFE), study.file.lives
+    if name not in lives:
+        raise InputError(study.source, f"{where}.output", f'"{term.output}" is unknown; {nearest(name, lives)}')
+    if term.functional not in ("mean", "min", "max"):
+        raise InputError(study.source, f"{where}.functional", f'is "{term.functional}" of one number; write "mean"')
+    for point in study.points:
+        with _within(study.source, f"lives.{name}"):
+            check_life(point.system, lives[name].until, lives[name].drive)

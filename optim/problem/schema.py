@@ -13,6 +13,9 @@ from optim.problem.formula import CONSTANTS, FUNCTIONS
 FunctionalName = Literal["peak", "max", "min", "range", "mean", "rms", "integral"]
 Aggregate = Literal["max", "mean", "min"]
 
+#: Before the name of a life, where a term names an output.
+LIFE = "life."
+
 
 def _check_bound(value: Any) -> Any:
     """Accept a finite number or a text."""
@@ -52,6 +55,19 @@ class Window(Table):
         return self
 
 
+class Life(Table):
+    """How long a design lasts: cycles until a quantity of its wear exceeds a limit; the output ``life.NAME``."""
+
+    until: str = Field(description="JOINT.depth, JOINT.play [m], or the mean peak in a cycle of JOINT.force, .jitter")
+    limit: Positive = Field(description="in the quantity's unit")
+    cycles: Annotated[float, Field(ge=1, lt=1e15)] = Field(
+        description="most revolutions that are followed; what lasts longer counts as so many"
+    )
+    drive: str | None = Field(None, description="whose revolutions; default: the first of constant speed")
+    tolerance: Positive | None = Field(None, description="of the depth in a jump, as of `linkages wear` [m]")
+    scatter: Positive = Field(0.01, description="of the mean cycle of a block, as of `linkages wear` [1]")
+
+
 class Point(Table):
     """An operating point: the experiment with some values replaced."""
 
@@ -67,7 +83,7 @@ class Term(Table):
     functional: FunctionalName = Field(description="peak: largest magnitude; range: max - min; integral over time")
     output: str = Field(
         description="an output (slider7.ax, A.force, O1.torque; see Outputs), + .jitter: less the ideal linkage's;"
-        " of the ideal linkage, without a run: ideal.NAME, ideal.JOINT.turning_rate"
+        " of the ideal linkage, without a run: ideal.NAME, ideal.JOINT.turning_rate; cycles of a life: life.NAME"
     )
     weight: Finite = Field(1.0, description="factor of this term")
     window: str = Field("run", description='a name in [windows], or "run": all of it')
@@ -128,6 +144,7 @@ class StudyFile(Table):
     variables: Annotated[dict[str, Variable], Field(min_length=1)] = Field(description="design variables by name")
     linked: dict[str, Any] = Field({}, description="formulas of the variables by dotted path")
     windows: dict[str, Window] = Field({}, description="times by name")
+    lives: dict[str, Life] = Field({}, description="how long a design lasts, by name")
     points: dict[str, Point] = Field({}, description="operating points by name; default: the experiment")
     objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(description="what to minimise, by name")
     constraints: dict[str, Constraint] = Field({}, description="what to keep, by name")

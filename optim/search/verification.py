@@ -15,6 +15,7 @@ from optim.evaluate.evaluations import INFEASIBLE, OK, finite
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import in_units
 from optim.evaluate.requests import Request, Statistics
+from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
 
 _TIGHTER = 0.1  # ratio of tolerances between a study's runs and those that check them
@@ -56,6 +57,8 @@ def verify(
     if best["status"] != OK:
         why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"
         return report | {"status": f"the optimum {why}", "phases": None}
+    if any(term.output.startswith(LIFE) for _, _, quantity in study.quantities for term in quantity.terms or ()):
+        return report | {"status": "a life is followed by the compiled engine alone", "phases": None}
     tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
     relative = any(quantity.relative for _, _, quantity in study.quantities)

@@ -24,6 +24,7 @@ DRY = {
     "six_bar_dry": 0.0065,
     "seven_bar_dry": 0.016,
     "slider_crank_dry": 0.0008,
+    "slider_crank_wear": 0.0008,
     "slider_crank_guide": 0.0012,
 }
 
@@ -42,6 +43,7 @@ def test_every_shipped_linkage_is_compared():
 #: Seconds to simulate: long enough for each joint that can touch to do so, from its centre.
 TOUCHING = {
     "slider_crank_dry": 0.0009,
+    "slider_crank_wear": 0.0009,
     "slider_crank_lubricated": 0.002,
     "four_bar_dry": 0.007,
     "five_bar_dry": 0.004,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import brentq
+from wearing_press import CLEARANCE, LENGTH, RADIUS, crescent
 
 from linkages.laws.journal import clearance_force
 from linkages.laws.parameters import MODELS
@@ -16,7 +16,6 @@ from linkages.laws.wear.force import worn_force
 from linkages.laws.wear.overlap import Place, overlap, round_depth, round_overlap
 from linkages.laws.wear.profile import depth_at, depth_of, node_depths, removed_of, volume_of
 
-CLEARANCE, RADIUS, LENGTH = 1e-4, 0.01, 0.02
 RADII = RADIUS, RADIUS - CLEARANCE
 NODES = 360
 ANGLES = 2.0 * np.pi * np.arange(NODES) / NODES
@@ -180,22 +179,6 @@ def test_each_load_is_carried_where_its_moment_is_what_it_was():
     place = Place(one[0, 2], one[0, 3], one[0, 0], one[0, 1], CLEARANCE, RADIUS - CLEARANCE, depths, ROUND)
     found = overlap(place, np.zeros(0), np.zeros(0))
     assert (found.ix, found.iy) == pytest.approx(tuple(one[0, 4:6]), rel=1e-5)
-
-
-def crescent(area):
-    """Depth [m] and half-angle [rad] of the part of the journal's circle, of this area, outside the bearing's."""
-    journal = RADIUS - CLEARANCE
-
-    def half_angle(e):
-        return math.acos((e * e + RADIUS**2 - journal**2) / (2.0 * e * RADIUS))
-
-    def excess(e):
-        about_journal = math.pi - math.acos((e * e + journal**2 - RADIUS**2) / (2.0 * e * journal))
-        kite = e * RADIUS * math.sin(half_angle(e))
-        return journal**2 * about_journal - RADIUS**2 * half_angle(e) + kite - area
-
-    e = brentq(excess, CLEARANCE * (1.0 + 1e-9), 30.0 * CLEARANCE, xtol=1e-18)
-    return e - CLEARANCE, half_angle(e)
 
 
 def test_the_crescent_is_that_of_the_published_row():

@@ -18,6 +18,7 @@ DURATION = {
     "six_bar_dry": 0.005,
     "seven_bar_dry": 0.0125,
     "slider_crank_dry": 0.0006,
+    "slider_crank_wear": 0.0006,
     "slider_crank_guide": 0.00115,
     "seven_bar_mixed": 0.04,
 }

@@ -3,7 +3,9 @@
 | module  | responsibility                                                                     |
 |---------|------------------------------------------------------------------------------------|
 | measure | a block of cycles with the profiles as they are: what wears where, peaks, spread   |
-| life    | jumps of second order from block to block, step control, what a life looks like    |
+| jump    | profiles worn by a block's loads                                                   |
+| stages  | what a life looks like, and when a limit is reached                                |
+| life    | jumps of second order from block to block, step control                            |
 | store   | blocks kept on disk by what they were made of: a life that was killed goes on      |
 
 A *cycle* is a revolution of the drive of constant speed. A block with given profiles gives samples of the loads

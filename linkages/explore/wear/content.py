@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.explore.wear.life import SIDES, Life
+from linkages.explore.wear.stages import SIDES, Life
 from linkages.files.versions import versions
 
 

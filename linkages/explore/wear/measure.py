@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.replay import Steps
-from linkages.errors import Status
+from linkages.errors import InputError, Status
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
@@ -26,6 +26,7 @@ _SETTLING = 2  # cycles after the drive's ramp that are not measured
 _FEW, _SAME = 5, 0.1
 _UNLIKE, _ALIKE = 3.0, 1e-3  # difference of two halves that is too large: in standard errors, and of the mean
 _SAMPLES = 600  # kept of a block, for each joint
+_NOTHING = 1e-30  # depth that is none [m]: an experiment takes no number so small
 _ASPERITIES = 4.0  # standard deviations of the roughness at which asperities carry load
 
 
@@ -97,12 +98,28 @@ def wearing(system: System) -> tuple[Wearing, ...]:
     return tuple(found)
 
 
+def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]:
+    """Return the joints that wear while a drive turns.
+
+    Raises
+    ------
+    InputError
+        If there are none, or the drive has no constant speed.
+    """
+    joints = wearing(system)
+    if not joints:
+        raise InputError(system.experiment.source, "joints", "none wears; give one a table [joints.NAME.wear]")
+    period_of(system.experiment, drive)
+    return joints
+
+
 def worn_system(system: System, removed: Removed) -> System:
     """Return the system with these profiles."""
     values = {}
     for joint in wearing(system):
         for side, radius, lost in zip(("bearing", "journal"), joint.radii, removed[joint.name], strict=True):
-            values[f"joints.{joint.name}.wear.{side}_depth"] = depth_of(lost, radius).tolist()
+            depths = depth_of(lost, radius)
+            values[f"joints.{joint.name}.wear.{side}_depth"] = np.where(depths < _NOTHING, 0.0, depths).tolist()
     return system.replaced(values)
 
 
@@ -123,7 +140,7 @@ def measure(
         The profiles.
     start : Start, optional
         Default the experiment's start: the ramp of the drive and two cycles more are not measured. Later one cycle is
-        not, in which the contacts find the worn profiles.
+        not, in which the contacts find the worn profiles, nor are four more of a motion that does not repeat.
     scatter : float
         Standard error of the mean work over that mean, of each joint, at which it is enough; at most 16 cycles, of
         which those are dropped that come before the motion is steady.
@@ -136,37 +153,39 @@ def measure(
     period = period_of(system.experiment, drive)
     ramp = max((d.ramp for d in system.experiment.drives.values()), default=0.0)
     begin = int(np.ceil(ramp / period)) + _SETTLING  # cycles on the drive's clock at which blocks but the first begin
-    flow = Flow(lasting(worn_system(system, removed), begin + 1 + _MOST, drive))
-    first, lead = 0, begin
+    first, lead = (0, begin) if start is None else (begin, 0 if single else 1)
+    most = lead + (1 if single else _MOST)
+    flow = Flow(lasting(worn_system(system, removed), first + most, drive))
     if start is not None:
         flow.resume(begin * period, start.y, start.memory, start.step)
-        first, lead = begin, 0 if single else 1
-    watched = _watched(flow.system)
+    outputs = watched(system)
     found: dict[str, list[Array]] = {joint.name: [] for joint in joints}
     work: dict[str, list[float]] = {joint.name: [] for joint in joints}
-    peaks: dict[str, list[float]] = {name: [] for name in watched}
-    done = 0
-    while flow.status is Status.OK and done < lead + _MOST:
+    peaks: dict[str, list[float]] = {name: [] for name in outputs}
+    done, dropped = 0, 0
+    while flow.status is Status.OK and done < most:
         piece = flow.advance((first + done + 1) * period)
         if flow.status is not Status.OK:
             break
         done += 1
         if done <= lead:
             continue
-        columns, weights = _sampled(flow, piece, watched, joints)
-        for name in watched:
+        columns, weights = _sampled(flow, piece, outputs, joints)
+        for name in outputs:
             peaks[name].append(float(np.abs(columns[name]).max()))
         for joint in joints:
             cycle = _samples(joint, columns, weights, system)
             found[joint.name].append(cycle)
             work[joint.name].append(float(cycle[:, SAMPLE.index("work")].sum()))
         if any(map(_drifts, work.values())):
-            for joint in joints:
-                half = len(work[joint.name]) // 2
-                del work[joint.name][:half], found[joint.name][:half]
-            for values in peaks.values():
-                del values[: len(values) // 2]
-        if single or all(_known(values, scatter) for values in work.values()):
+            early = (done - lead - dropped) // 2
+        else:
+            early = _FEW - 1 if dropped == 0 and done - lead == _FEW else 0
+        dropped += early
+        for lists in (found, work, peaks):
+            for values in lists.values():
+                del values[:early]
+        if all(_known(values, scatter) for values in work.values()):
             break
     end = Start(flow.y, flow.memory.copy(), flow.step)
     worn = {joint.name: depths_of(joint, removed[joint.name]) for joint in joints}
@@ -185,7 +204,7 @@ def depths_of(joint: Wearing, removed: Array) -> Array:
     return np.array([depth_of(lost, radius) for lost, radius in zip(removed, joint.radii, strict=True)])
 
 
-def _watched(system: System) -> list[str]:
+def watched(system: System) -> list[str]:
     """Name outputs whose peaks are kept: forces in joints, drives' torques, jitter of the experiment's own outputs."""
     drives = system.experiment.drives
     found = [f"{name}.force" for name in system.tree.journals] + [f"{name}.torque" for name in drives]
@@ -196,7 +215,7 @@ def _watched(system: System) -> list[str]:
 
 
 def _sampled(
-    flow: Flow, piece: Steps, watched: list[str], joints: tuple[Wearing, ...]
+    flow: Flow, piece: Steps, outputs: list[str], joints: tuple[Wearing, ...]
 ) -> tuple[dict[str, Array], Array]:
     """Compute outputs at the steps and halfway between them, and Simpson's weights of an integral over time [s]."""
     times = np.unique(piece.times)
@@ -206,7 +225,7 @@ def _sampled(
     weights[:-2:2] += h
     weights[1::2] += 4.0 * h
     weights[2::2] += h
-    wanted = [*watched]
+    wanted = [*outputs]
     for joint in joints:
         wanted += [f"{joint.name}.{what}" for what in ("ex", "ey", "load", "sliding")]
         wanted += [f"{link}.angle" for link in joint.links if link != "world"]
@@ -245,17 +264,16 @@ def _known(values: list[float], scatter: float) -> bool:
 
 
 def _thinned(joint: Wearing, lines: Array, depths: Array, cycles: int) -> Array:
-    """Give samples their moments, and the works of a mean cycle; of many, keep `_SAMPLES` of equal work."""
+    """Give samples the works of a mean cycle, and their moments; of many, keep `_SAMPLES` of equal work."""
     work = lines[:, 6]
     total = float(work.sum()) / cycles
+    if len(lines) > _SAMPLES:
+        reached = np.cumsum(work)
+        aims = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * reached[-1]
+        lines = lines[np.minimum(np.searchsorted(reached, aims), len(lines) - 1)]
+        lines[:, 6] = 1.0
     fill_moments(lines, joint.reach, joint.radius - joint.clearance, depths)
     lines = lines[np.hypot(lines[:, 4], lines[:, 5]) > 0.0]
-    if len(lines) == 0:
-        return lines
-    reached = np.cumsum(lines[:, 6])
-    if len(lines) > _SAMPLES:
-        aims = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * reached[-1]
-        lines = lines[np.minimum(np.searchsorted(reached, aims), len(lines) - 1)].copy()
-        lines[:, 6] = 1.0
-    lines[:, 6] *= total / lines[:, 6].sum()
+    if len(lines):
+        lines[:, 6] *= total / lines[:, 6].sum()
     return lines

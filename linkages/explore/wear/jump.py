@@ -1,0 +1,59 @@
+"""A jump: profiles worn by a block's loads, as often as the jump has cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import RunError
+from linkages.explore.wear.measure import Block, Removed, Wearing, depths_of
+from linkages.laws.wear.archard import FRACTION, wear_away
+
+Array = NDArray[np.float64]
+
+_SWEEPS = (4, 1000)
+_MISSED = 0.01  # part of the work that may be left without a place
+
+
+def mean_work(block: Block, joint: str) -> float:
+    """Integral of N |v_t| dt over a mean cycle of a block [N m]."""
+    return float(block.samples[joint][:, -1].sum()) if joint in block.samples else 0.0
+
+
+def worn(joints: tuple[Wearing, ...], removed: Removed, block: Block, cycles: float) -> dict[str, Array]:
+    """Profiles after so many cycles of a block's loads.
+
+    Raises
+    ------
+    RunError
+        If the places of the journals could not be found.
+    """
+    result = {}
+    for joint in joints:
+        lost, samples = removed[joint.name].copy(), block.samples[joint.name].copy()
+        result[joint.name] = lost
+        if len(samples) == 0:
+            continue
+        k = np.array(joint.coefficients) * cycles
+        # repetitions in which no deposit is more than a part of its overlap, but for a tenth of the work
+        parts = (
+            k.sum() * samples[:, 6] / (FRACTION * joint.radius * joint.length * np.hypot(samples[:, 4], samples[:, 5]))
+        )
+        order = np.argsort(parts)
+        reached = np.cumsum(samples[order, 6])
+        sweeps = int(np.clip(parts[order][np.searchsorted(reached, 0.9 * reached[-1])], *_SWEEPS)) + 1
+        journal = joint.radius - joint.clearance
+        missed = wear_away(samples, joint.reach, (joint.radius, journal), joint.length, (k[0], k[1]), sweeps, lost)
+        if missed > _MISSED:
+            raise RunError(f"joint {joint.name}: no place found for {missed:.0%} of its loads; try more nodes")
+    return result
+
+
+def difference(joints: tuple[Wearing, ...], one: Removed, other: Removed) -> float:
+    """Largest difference of depth between two sets of profiles [m]."""
+    return max(float(np.abs(depths_of(j, one[j.name]) - depths_of(j, other[j.name])).max()) for j in joints)
+
+
+def deepest(joints: tuple[Wearing, ...], removed: Removed) -> float:
+    """Largest depth over the bearing's radius."""
+    return max(float(depths_of(joint, removed[joint.name]).max()) / joint.radius for joint in joints)

@@ -1,0 +1,189 @@
+"""What a life looks like: stages, and when a limit is reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from linkages.errors import InputError, Status, nearest
+from linkages.explore.wear.jump import worn
+from linkages.explore.wear.measure import Block, Removed, Wearing, check_wears, depths_of, watched, wearing
+from linkages.laws.wear.profile import node_depths, volume_of
+from linkages.system import System
+
+Array = NDArray[np.float64]
+
+SIDES = ("bearing", "journal")
+#: What a life can be measured by in a joint that wears: its largest depth, its mean radial clearance.
+SIZES = ("depth", "play")
+
+_CLOSE = 1e-4  # part of a jump to which the cycle of a limit is found
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a life has got to.
+
+    Attributes
+    ----------
+    cycles : int
+    removed : dict of (2, n) arrays
+        Area per angle over the radius [m], bearing then journal, by joint.
+    work : dict of float
+        Integral of N |v_t| dt so far [N m], by joint.
+    middle : float
+        Cycle to which the block belongs.
+    block : Block
+        What was measured in the jump that led here.
+    error : float
+        Largest difference of depth between first and second order in it [m].
+    """
+
+    cycles: int
+    removed: dict[str, Array]
+    work: dict[str, float]
+    middle: float
+    block: Block
+    error: float
+
+
+@dataclass(frozen=True)
+class Life:
+    """How a machine wears.
+
+    Attributes
+    ----------
+    system : System
+        As it was new.
+    stages : tuple of Stage
+        The first is the new machine.
+    status : Status
+    simulated : int
+        Cycles that were simulated.
+    rejected : int
+        Jumps that were not accurate enough.
+    tolerance, scatter : float
+        See `wear_life`.
+    """
+
+    system: System
+    stages: tuple[Stage, ...]
+    status: Status
+    simulated: int
+    rejected: int
+    tolerance: float
+    scatter: float
+
+    @property
+    def joints(self) -> tuple[Wearing, ...]:
+        """Joints that wear."""
+        return wearing(self.system)
+
+    @property
+    def cycles(self) -> Array:
+        """Cycles at each stage, (ns,)."""
+        return np.array([stage.cycles for stage in self.stages])
+
+    def profiles(self, joint: str) -> Array:
+        """Depths of bearing and journal at their nodes at each stage [m], (ns, 2, n)."""
+        return np.array([self._nodes(joint, stage.removed) for stage in self.stages])
+
+    def volumes(self, joint: str) -> Array:
+        """Volume removed from bearing and journal at each stage [m3], (ns, 2)."""
+        owner = self._joint(joint)
+        rows = [zip(stage.removed[joint], owner.radii, strict=True) for stage in self.stages]
+        return np.array([[volume_of(lost, radius, owner.length) for lost, radius in row] for row in rows])
+
+    def depths(self, joint: str) -> Array:
+        """Largest depth of either part at each stage [m], (ns,)."""
+        return self._size(joint, "depth", self.profiles(joint))
+
+    def play(self, joint: str) -> Array:
+        """Mean radial clearance at each stage [m], (ns,): half the journal's mean path through the bearing's centre."""
+        return self._size(joint, "play", self.profiles(joint))
+
+    def peaks(self, output: str) -> tuple[Array, Array]:
+        """Largest magnitude of an output in each block, and the cycles to which they belong; see `Block.peaks`."""
+        at = [stage.middle for stage in self.stages]
+        return np.array([stage.block.peaks[output] for stage in self.stages]), np.array(at)
+
+    def cycles_until(self, quantity: str, limit: float) -> float:
+        """Cycles until a quantity first exceeds a limit; inf if it never does.
+
+        Within a jump depth and play are what its block wears; the peaks of outputs are joined by straight lines.
+
+        Parameters
+        ----------
+        quantity : str
+            ``JOINT.depth`` or ``JOINT.play`` [m], or an output that the blocks have the peaks of, in its unit:
+            ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter``.
+        limit : float
+
+        Raises
+        ------
+        InputError
+            If there is no such quantity.
+        """
+        cycles, values = self.history(quantity)
+        above = np.flatnonzero(values > limit)
+        if len(above) == 0:
+            return float("inf")
+        k = int(above[0])
+        if k == 0:
+            return 0.0
+        joint, _, what = quantity.rpartition(".")
+        if what not in SIZES:
+            return float(np.interp(limit, values[k - 1 : k + 1], cycles[k - 1 : k + 1]))
+        before, block = self.stages[k - 1].removed, self.stages[k].block
+
+        def excess(jump: float) -> float:
+            lost = worn((self._joint(joint),), before, block, jump)
+            return float(self._size(joint, what, self._nodes(joint, lost)[None])[0]) - limit
+
+        jump = float(cycles[k] - cycles[k - 1])
+        return float(cycles[k - 1]) + (brentq(excess, 0.0, jump, xtol=_CLOSE * jump) if jump > 1.0 else 1.0)
+
+    def history(self, quantity: str) -> tuple[Array, Array]:
+        """Cycles and values of a quantity of `cycles_until`."""
+        check_life(self.system, quantity)
+        name, _, what = quantity.rpartition(".")
+        if what in SIZES:
+            return self.cycles.astype(float), self._size(name, what, self.profiles(name))
+        values, at = self.peaks(quantity)
+        return at, values
+
+    def _nodes(self, joint: str, removed: Removed) -> Array:
+        """Depths of bearing and journal at their nodes [m], (2, n)."""
+        return np.array([node_depths(side) for side in depths_of(self._joint(joint), removed[joint])])
+
+    def _size(self, joint: str, what: str, profiles: Array) -> Array:
+        """One of `SIZES` for profiles (ns, 2, n) [m], (ns,)."""
+        if what == "depth":
+            return np.asarray(profiles.max(axis=(1, 2)))
+        return self._joint(joint).clearance + profiles.mean(axis=2).sum(axis=1)
+
+    def _joint(self, name: str) -> Wearing:
+        return next(joint for joint in self.joints if joint.name == name)
+
+
+def check_life(system: System, quantity: str, drive: str | None = None) -> None:
+    """Check that a system wears, and that its life has a quantity, see `Life.cycles_until`.
+
+    Parameters
+    ----------
+    system : System
+    quantity : str
+    drive : str, optional
+        Whose revolutions; default the first of constant speed.
+
+    Raises
+    ------
+    InputError
+        If a joint that wears, a drive that turns, or a quantity of that name is missing.
+    """
+    known = [f"{joint.name}.{what}" for joint in check_wears(system, drive) for what in SIZES] + watched(system)
+    if quantity not in known:
+        raise InputError("argument", quantity, f"is unknown; {nearest(quantity, known)}")
