@@ -7,7 +7,7 @@ import pytest
 from browser import find_browser, open_page
 from machines import PLANES, four_bar, joint, slider_crank
 
-from linkages import Status
+from linkages import Status, Trajectory
 from linkages.cli.main import main
 from linkages.explore.travel import movable, travel
 from linkages.files.shipped import find_file
@@ -15,6 +15,7 @@ from linkages.model.doubts import doubts
 from linkages.model.experiment import nothing_done
 from linkages.model.mechanism import load_mechanism
 from linkages.model.skeleton import skeleton
+from linkages.plots import orbit, pose
 from linkages.plots.drawing import draw, page, svg
 from linkages.plots.drawing.raster import picture, write_moving
 from linkages.plots.drawing.shapes import placed
@@ -108,12 +109,12 @@ def test_every_joint_stays_together_in_every_pose_and_every_link_rigid():
     for slider in drawing.sliders:
         moved = np.abs(np.diff(slider.poses[:, 1:], axis=0)).max()
         assert moved > 1e-3
-        for pose in slider.poses[::10]:
+        for shown in slider.poses[::10]:
             np.testing.assert_allclose(
-                [np.linalg.norm(np.subtract(*placed(at, pose))) for at in bars], lengths, rtol=1e-12
+                [np.linalg.norm(np.subtract(*placed(at, shown))) for at in bars], lengths, rtol=1e-12
             )
             for one, other in ends:
-                np.testing.assert_allclose(placed(one, pose), placed(other, pose), atol=1e-12)
+                np.testing.assert_allclose(placed(one, shown), placed(other, shown), atol=1e-12)
 
 
 FOOT = """<frame name="toe" attached_to="coupler"><pose>0.1 -0.1 0 0 0 0</pose></frame>
@@ -294,3 +295,24 @@ def test_the_slider_moves_the_machine_as_its_loops_close(tmp_path):
     assert seen.seen["shown"] == f"{slider.values[40]:.1f} deg"
     assert seen.requests == []
     assert re.search(r"[1-9]", seen.seen["shown"])
+
+
+def test_pose_draws_the_machine_for_a_notebook(loaded):
+    figure = pose(load(loaded))
+    assert {text.get_text() for text in figure.axes[0].texts} >= {"O", "A", "B", "Q", "crank", "toe", "push"}
+    assert not figure.texts  # facts are the command's
+
+
+def test_orbits_of_runs_share_one_clearance_circle(loaded):
+    system, time = load(loaded), np.linspace(0.0, 1.0, 50)
+    runs = [
+        Trajectory(time, {"time": time, "B.ex": e * np.cos(time), "B.ey": e * np.sin(time)}, Status.OK)
+        for e in (3e-5, 8e-5)
+    ]
+    axis = orbit(system, runs[0], "B")
+    assert orbit(system, runs[1], "B", axis, label="second") is axis
+    (circle,) = axis.patches
+    np.testing.assert_allclose(np.linalg.norm(circle.get_xy(), axis=1), 100.0)  # µm
+    radii = [np.linalg.norm(line.get_xydata(), axis=1) for line in axis.lines]
+    np.testing.assert_allclose(radii, [np.full(50, 30.0), np.full(50, 80.0)])
+    assert [line.get_label() for line in axis.lines] == ["B", "second"]

@@ -9,7 +9,7 @@ from scipy.special import beta
 from shipped import shipped
 
 from linkages import Status, Trajectory, phases, study
-from linkages.plots.journals import orbit
+from linkages.plots.journals import finely
 from linkages.results.impacts import FREE, HERTZ, IMPACT, SUSTAINED_CONTACT
 
 
@@ -66,7 +66,7 @@ def test_the_drawn_path_is_fine_where_steps_are_long():
     found = study(system, "compiled", error_estimate=False)
     clearance = system.experiment.joints["B"].clearance
     steps = np.column_stack([found.run["B.ex"], found.run["B.ey"]])
-    path, phase = orbit(found, "B")
+    path, phase = finely(found, "B")
     assert np.hypot(*np.diff(steps, axis=0).T).max() > 0.3 * clearance
     assert np.hypot(*np.diff(path, axis=0).T).max() < 0.1 * clearance
     assert len(phase) == len(path) - 1
@@ -75,4 +75,4 @@ def test_the_drawn_path_is_fine_where_steps_are_long():
     np.testing.assert_array_equal(path[at], steps)  # the run's own states are on it, in their order
     assert at == sorted(at)
     loaded = replace(found, run=replace(found.run, evaluate=None))
-    np.testing.assert_array_equal(orbit(loaded, "B")[0], steps)
+    np.testing.assert_array_equal(finely(loaded, "B")[0], steps)

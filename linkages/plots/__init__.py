@@ -21,7 +21,9 @@ from linkages.lazy import lazy_names
 if TYPE_CHECKING:
     from linkages.plots.animation.recording import write_animation
     from linkages.plots.attractors import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
+    from linkages.plots.drawing.raster import pose
     from linkages.plots.histories import write_figures
+    from linkages.plots.journals import orbit
     from linkages.plots.style import COLORS, LINES, figure_style
 
 #: Modules and their public names, loaded on first use: the animation needs Drake, the palette nothing.
@@ -30,7 +32,9 @@ __all__, __getattr__ = lazy_names(
     {
         "animation.recording": ("write_animation",),
         "attractors": ("bifurcation_figure", "exponent_figure", "section_figure", "spectrum_figure"),
+        "drawing.raster": ("pose",),
         "histories": ("write_figures",),
+        "journals": ("orbit",),
         "style": ("COLORS", "LINES", "figure_style"),
     },
 )

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from linkages.plots.style import COLORS, add_legend
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.summary import Study, touching
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -45,7 +47,7 @@ def orbits_figure(study: Study) -> Figure:
         peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
         if name in touches:
-            path, phase = orbit(study, name)
+            path, phase = finely(study, name)
             _draw_phases(whole, 1e6 * path, phase)
             whole.plot(ex[0], ey[0], "o", color=_START, ms=3.5)
             _draw_wall(near, 1e6 * path, clearance, phase)
@@ -66,6 +68,37 @@ def orbits_figure(study: Study) -> Figure:
         handles.append(Line2D([], [], color=_START, marker="o", ms=3.5, lw=0.0, label="start"))
         figure.legend(handles=handles, ncols=2, loc="outside lower center")
     return figure
+
+
+def orbit(
+    system: System, run: Trajectory, joint: str, axis: Axes | None = None, color: str = _ORBIT, label: str = ""
+) -> Axes:
+    """Draw the path of a journal's centre in its clearance circle.
+
+    Parameters
+    ----------
+    system : System
+    run : Trajectory
+    joint : str
+        With a journal.
+    axis : Axes, optional
+        Where it is drawn; default a new figure's. The circle is drawn once, so that runs can be compared.
+    color, label : str
+
+    Returns
+    -------
+    Axes
+        Lengths are in micrometres.
+    """
+    if axis is None:
+        axis = Figure(figsize=(4.2, 4.0), layout="constrained").subplots()
+    if not axis.patches:
+        turn = np.linspace(0.0, 2.0 * np.pi, 361)
+        clearance = 1e6 * (system.experiment.joints[joint].clearance or 0.0)
+        axis.fill(clearance * np.cos(turn), clearance * np.sin(turn), facecolor="0.95", edgecolor="0.3", lw=1.2)
+    axis.plot(1e6 * run[f"{joint}.ex"], 1e6 * run[f"{joint}.ey"], color=color, lw=0.9, label=label or joint)
+    axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]", aspect="equal")
+    return axis
 
 
 def contacts_figure(study: Study) -> Figure:
@@ -96,7 +129,7 @@ def contacts_figure(study: Study) -> Figure:
     return figure
 
 
-def orbit(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
+def finely(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
     """Sample the path of a journal that can touch, finely enough to be drawn.
 
     The steps of a free flight may be long: between them the run is evaluated anew, unless there are so many that

@@ -13,9 +13,10 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from linkages.plots.drawing.drawing import Drawing
+from linkages.plots.drawing.drawing import Drawing, draw
 from linkages.plots.drawing.shapes import STYLES, Shape, placed
 from linkages.plots.drawing.svg import notes
+from linkages.system import System
 
 Array = NDArray[np.float64]
 
@@ -23,10 +24,31 @@ _WIDTH = 8.0  # of the figure [inches]
 _LINE = 0.17  # from one line of text to the next [inches]
 
 
-def picture(drawing: Drawing) -> Figure:
-    """Draw the machine at its start, and below it what is to be known of it."""
-    lines = notes(drawing)
-    below = _LINE * (len(lines) + 0.7)
+def pose(system: System) -> Figure:
+    """Draw the machine of a system with ideal joints at its start: links, joints, drives, loads and paths of outputs.
+
+    Parameters
+    ----------
+    system : System
+
+    Returns
+    -------
+    Figure
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.plots import pose
+    >>> figure = pose(linkages.load(linkages.find_file("four_bar_dry.toml")))
+    >>> figure.savefig("four_bar.png")  # doctest: +SKIP
+    """
+    return picture(draw(system), said=False)
+
+
+def picture(drawing: Drawing, said: bool = True) -> Figure:
+    """Draw the machine at its start, and below it, if asked for, what is to be known of it."""
+    lines = notes(drawing) if said else []
+    below = _LINE * (len(lines) + 0.7) if lines else 0.0
     figure, axis = _paper(drawing, below)
     for one in drawing.shapes:
         _put(axis, drawing, one, drawing.pose)
