@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from machines import PLANES, bar, circle_intersection, four_bar, joint, model, slider_crank
+from reference_machines import parallelogram_sdf
 from shipped import NAMES, shipped
 
 from linkages import AssemblyError, InputError, Status, ideal
 from linkages.outputs.columns import columns
+from linkages.system.assembly import independent
 
 SPEED = 7.0
 DRIVE = f"duration = 1.8\n[drives.O]\nspeed = {SPEED}\n"
@@ -200,6 +202,19 @@ def test_a_parallelogram_with_a_redundant_link_still_assembles(system_of):
     np.testing.assert_allclose(found["beam.angle"], 0.0, atol=1e-12)
     np.testing.assert_allclose(found["c2.omega"], 2.0, atol=1e-10)
     assert np.isfinite(found["P1.force"]).all()
+
+
+@pytest.mark.parametrize(
+    "drive", ["speed = 2.0", "speed = 2.0\nangle = 1.0", "torque = 0.1", "torque = 0.1\nspeed = 2.0"]
+)
+def test_a_four_bar_drawn_flat_is_refused(system_of, drive):
+    """All links on one line, where parallelogram and contra-parallelogram meet: one degree of freedom, not two."""
+    system = system_of(parallelogram_sdf(angle=0.0), f"duration = 0.5\n[drives.O]\n{drive}\n")
+    with pytest.raises(AssemblyError, match="two ways to move meet in the drawn pose") as caught:
+        _ = system.assembly
+    assert caught.value.status is Status.SINGULAR
+    tree = system.tree
+    assert tree.size - independent(tree, tree.closure_rows, np.zeros(tree.size)) == 1
 
 
 def test_too_many_drives_are_refused(system_of):

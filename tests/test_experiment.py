@@ -110,6 +110,16 @@ def test_missing_files_are_refused(tmp_path):
         load(path)
 
 
+def test_files_without_an_end_are_refused(tmp_path, experiment_file):
+    """As `/dev/zero`, of which no memory holds the whole."""
+    path = experiment_file(four_bar(), GOOD)
+    for name in ("machine.sdf", "experiment.toml"):
+        with open(tmp_path / name, "r+b") as file:
+            file.truncate(10_000_001)
+        with pytest.raises(InputError, match=f"{name}: is larger than 10 MB"):
+            load(path)
+
+
 def test_a_misspelt_file_gets_the_nearest_name(experiment_file, capsys, monkeypatch):
     path = experiment_file(four_bar(), GOOD)
     monkeypatch.chdir(path.parent)

@@ -266,7 +266,9 @@ def test_a_sweep_over_friction_begins_without_any(tmp_path):
     assert (rough != smooth).all()
 
 
-@pytest.mark.parametrize("vary", ["drives.O.speed", "drives.O.speed=1:2", "drives.O.speed=1:2:1", "=1:2:3"])
+@pytest.mark.parametrize(
+    "vary", ["drives.O.speed", "drives.O.speed=1:2", "drives.O.speed=1:2:1", "drives.O.speed=1:2:1e9", "=1:2:3"]
+)
 def test_a_range_that_is_none_is_refused(vary, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["sweep", "slider_crank_dry.toml", "--vary", vary, "--out", str(out)]) == 2

@@ -23,6 +23,7 @@ _EXAMPLES = """examples:
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
 """
 
+_MOST = 1e6  # values
 _STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 
 
@@ -110,11 +111,11 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     path, _, numbers = text.partition("=")
     try:
         low, high, count = (float(part) for part in numbers.split(":"))
-        if not path or count != int(count) or count < 2 or not np.all(np.isfinite([low, high])):
+        if not path or count != int(count) or not 2 <= count <= _MOST or not np.all(np.isfinite([low, high])):
             raise ValueError
     except (ValueError, OverflowError):
         raise InputError(
-            "--vary", text, "write PATH=LO:HI:N with N of 2 or more, as drives.O.speed=100:600:101"
+            "--vary", text, "write PATH=LO:HI:N with N from 2 to 1e6, as drives.O.speed=100:600:101"
         ) from None
     return path.strip(), np.linspace(low, high, int(count)).tolist()
 

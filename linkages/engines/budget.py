@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-#: Steps of one run; a trajectory of more would hardly find room in memory.
-MOST = 5_000_000
+from linkages.outputs.registry import names
+from linkages.system import System
+
+#: Steps of one run, and the memory that the columns of its trajectory may take [bytes].
+MOST, ROOM = 5_000_000, 2**30
 
 #: Steps in a row by whose pace a run is judged, and how many times `MOST` it may promise for the whole.
 WINDOW, _HOPELESS = 20_000, 1000.0
+
+
+def most(system: System) -> int:
+    """Return how many steps a run of a system may take."""
+    return min(MOST, ROOM // (8 * (1 + len(names(system)))))
 
 
 class Budget:
@@ -14,19 +22,20 @@ class Budget:
 
     Parameters
     ----------
-    duration : float
-        Of the run [s].
+    system : System
+        That runs.
     """
 
-    def __init__(self, duration: float) -> None:
-        self._least = duration * WINDOW / (_HOPELESS * MOST)
+    def __init__(self, system: System) -> None:
+        self._most = most(system)
+        self._least = system.experiment.duration * WINDOW / (_HOPELESS * MOST)
         self._steps = self._judged = 0
         self._time = 0.0
 
     def spent(self, time: float, steps: int = 1) -> bool:
         """Whether the run must end, so many steps further and now at a time [s]."""
         self._steps += steps
-        if self._steps - self._judged < WINDOW:
+        if self._steps - self._judged < min(WINDOW, self._most):
             return False
         advanced, self._judged, self._time = time - self._time, self._steps, time
-        return self._steps >= MOST or advanced < self._least
+        return self._steps >= self._most or advanced < self._least

@@ -15,6 +15,7 @@
 | numbers   | which numbers of a file are plausible, how they are written for readers      |
 | tables    | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF          |
 | shipped   | the machines and experiments that come with the package                      |
+| reading   | files of the user's, read whole                                              |
 | writing   | files and folders that are written whole or not at all                       |
 | lock      | one process at a time                                                        |
 | versions  | of the packages that determine the numbers                                   |

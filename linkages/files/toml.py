@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sized
@@ -18,8 +19,9 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_after_validator_function
 from tomlkit.exceptions import TOMLKitError
 
-from linkages.errors import InputError, nearest, unreadable
+from linkages.errors import InputError, nearest
 from linkages.files.numbers import implausible
+from linkages.files.reading import read_whole
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -48,11 +50,10 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """
     if path.suffix == ".sdf":
         raise InputError(path, "", "is a machine; give the file (.toml) that says what is done with it")
+    data = io.BytesIO(read_whole(path))
     try:
-        document = tomlkit.parse(path.read_text(encoding="utf-8"))
+        document = tomlkit.parse(io.TextIOWrapper(data, "utf-8").read())
         return document.unwrap(), dict(_comments(document))
-    except OSError as problem:
-        raise unreadable(path, problem) from None
     except RecursionError:
         raise InputError(path, "", "is nested too deeply") from None
     except (TOMLKitError, ValueError) as problem:  # ValueError: not UTF-8, or a number with too many digits

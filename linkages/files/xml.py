@@ -10,7 +10,8 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from xml.parsers import expat
 
-from linkages.errors import InputError, unreadable
+from linkages.errors import InputError
+from linkages.files.reading import read_whole
 
 #: Levels of elements, of poses relative to one another and of models in models: reading recurses.
 DEEPEST = 100
@@ -30,13 +31,7 @@ def read_xml(path: Path) -> ET.Element:
         If it cannot be read, is no well-formed XML, nests too deep, declares a document type or an encoding that not
         every reader knows.
     """
-    try:
-        text = path.read_bytes()
-    except OSError as problem:
-        raise unreadable(path, problem) from None
-    except ValueError as problem:  # a name with a null character
-        raise InputError(path, "", f"cannot be read ({problem})") from None
-    return parse_xml(path, text)
+    return parse_xml(path, read_whole(path))
 
 
 def parse_xml(path: Path, text: bytes) -> ET.Element:

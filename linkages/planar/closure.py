@@ -9,6 +9,9 @@ import numpy as np
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.kinematics import (
+    add_row_wrench,
+    add_to_parent,
+    along,
     body_accelerations,
     body_positions,
     body_velocities,
@@ -36,15 +39,22 @@ def closure_error(bodies: Records, rows: Records, offset: Array, q: Array, pose:
 
 @kernel
 def closure_jacobian(bodies: Records, rows: Records, pose: Array, n: int) -> Array:
-    """Exact Jacobian (nr, n) of the closure rows: column i is the rows' rate when only coordinate i moves."""
-    jacobian = np.empty((len(rows), n))
-    unit, vel = np.zeros(n), np.empty((len(bodies), 3))
-    for i in range(n):
-        unit[i] = 1.0
-        body_velocities(bodies, pose, unit, vel)
-        unit[i] = 0.0
-        for k in range(len(rows)):
-            jacobian[k, i] = row_rate(rows[k], pose, vel)
+    """Exact Jacobian (nr, n) of the closure rows: row k is the generalised force of a unit reaction of that row."""
+    jacobian, wrench = np.zeros((len(rows), n)), np.zeros((len(bodies), 3))
+    for k in range(len(rows)):
+        add_row_wrench(rows[k], pose, 1.0, wrench)
+        i, j = rows[k].a.body, rows[k].b.body
+        while i != j:  # where their branches meet, action and reaction balance
+            outer = max(i, j)
+            body = bodies[outer]
+            if body.dof >= 0:
+                jacobian[k, body.dof] = along(body, pose, wrench[outer])
+            add_to_parent(bodies, pose, outer, wrench)
+            for m in range(3):
+                wrench[outer, m] = 0.0
+            i, j = min(i, j), body.mount.body
+        for m in range(3):
+            wrench[i, m] = 0.0
     return jacobian
 
 

@@ -15,9 +15,9 @@ import numpy as np
 
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, inlined_kernel, kernel
-from linkages.planar.kinematics import add_row_wrench, add_to_parent, body_accelerations, row_acceleration
+from linkages.planar.kinematics import add_row_wrench, add_to_parent, along, body_accelerations, row_acceleration
 from linkages.planar.markers import turned
-from linkages.planar.record_types import PRISMATIC, REVOLUTE
+from linkages.planar.record_types import REVOLUTE
 
 
 class Workspace(NamedTuple):
@@ -41,7 +41,6 @@ class Workspace(NamedTuple):
     error: Array
     response: Array
     row_a: Array
-    row_change: Array
     passing: Array  # 1 where accelerations are those of a singular position that is passed, (1,)
 
 
@@ -51,7 +50,7 @@ def make_workspace(nb: int, n: int, nr: int) -> Workspace:
         np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n),
         np.zeros((nb, 5)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(nr),
         np.zeros((nb, 6)), np.zeros((nb, 8)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)),
-        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros((nr, nb, 3)), np.zeros(1),
+        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros(1),
     )  # fmt: skip
 
 
@@ -72,11 +71,8 @@ def generalized_force(bodies: Records, pose: Array, wrench: Array, tau: Array) -
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
     for i in range(len(bodies) - 1, 0, -1):
         body = bodies[i]
-        if body.type == REVOLUTE:
-            tau[body.dof] += body.sign * wrench[i, 0]
-        elif body.type == PRISMATIC:
-            ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
-            tau[body.dof] += ux * wrench[i, 1] + uy * wrench[i, 2]
+        if body.dof >= 0:
+            tau[body.dof] += along(body, pose, wrench[i])
         add_to_parent(bodies, pose, i, wrench)
 
 
@@ -157,7 +153,7 @@ def inertial_load(
 
 @kernel
 def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array) -> None:
-    """Change of the accelerations that given loads cause.
+    """Change of the accelerations that given loads cause; branches without loads cost next to nothing.
 
     Parameters
     ----------
@@ -178,7 +174,11 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
         if not body.moving:
             continue
         f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
-        if body.dof >= 0 and body.driven < 0:
+        is_free = body.dof >= 0 and body.driven < 0
+        axis[i, 7] = 0.0
+        if f0 == 0.0 and f1 == 0.0 and f2 == 0.0 and not (is_free and tau[body.dof] != 0.0):
+            continue
+        if is_free:
             push = tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)
             push *= axis[i, 6]
             axis[i, 7] = push
@@ -194,10 +194,13 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
             continue
         p = body.mount.body
         a0, a1, a2 = 0.0, 0.0, 0.0
-        if bodies[p].moving:
+        if bodies[p].moving and moves(change, p):
             rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
             a0 = change[p, 0]
             a1, a2 = change[p, 1] - a0 * ry, change[p, 2] + a0 * rx
+        elif axis[i, 7] == 0.0:
+            change[i, 0], change[i, 1], change[i, 2] = 0.0, 0.0, 0.0
+            continue
         if body.dof >= 0 and body.driven < 0:
             qdd = axis[i, 7] - axis[i, 6] * (axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2)
             a[body.dof] += qdd
@@ -205,6 +208,12 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
             a1 += axis[i, 1] * qdd
             a2 += axis[i, 2] * qdd
         change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
+
+
+@kernel
+def moves(change: Array, body: int) -> bool:
+    """Whether a body's acceleration is changed."""
+    return change[body, 0] != 0.0 or change[body, 1] != 0.0 or change[body, 2] != 0.0
 
 
 @inlined_kernel
@@ -233,7 +242,7 @@ def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: 
     articulate(bodies, pose, work.inertia, work.axis)
     inertial_load(bodies, pose, vel, acc, gravity, work.wrench, work.load)
     respond(bodies, pose, work.axis, work.load, work.tau, change, work.a)
-    add_change(bodies, 1.0, change, acc)
+    add_change(bodies, change, acc)
     nr = len(rows)
     if nr == 0:
         return 1.0
@@ -241,35 +250,38 @@ def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: 
         work.error[k] = -row_acceleration(rows[k], pose, vel, acc)
     loop_responses(bodies, rows, work)
     margin = solve_semidefinite(work.response, work.error, rank, work.reaction)
+    clear(work.load)
     for k in range(nr):
-        add_change(bodies, work.reaction[k], work.row_change[k], acc)
-        for d in range(len(work.a)):
-            work.a[d] += work.reaction[k] * work.row_a[k, d]
+        add_row_wrench(rows[k], pose, -work.reaction[k], work.load)
+    respond(bodies, pose, work.axis, work.load, work.rest, change, work.a)
+    add_change(bodies, change, acc)
     return margin
 
 
 @kernel
-def add_change(bodies: Records, factor: float, change: Array, acc: Array) -> None:
-    """Add a multiple of what `respond` found to the bodies' accelerations."""
+def add_change(bodies: Records, change: Array, acc: Array) -> None:
+    """Add what `respond` found to the bodies' accelerations."""
     for i in range(1, len(bodies)):
         if bodies[i].moving:
             for k in range(3):
-                acc[i, k] += factor * change[i, k]
+                acc[i, k] += change[i, k]
 
 
 @kernel
 def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
-    """Accelerations that a unit reaction of each row causes: of coordinates, bodies, and rows.
+    """Accelerations that a unit reaction of each row causes: of coordinates and rows.
 
-    Takes `work`'s pose and axis; fills row_a, row_change and response.
+    Takes `work`'s pose and axis; fills row_a and response.
     """
-    nr = len(rows)
-    for k in range(nr):
-        for i in range(len(bodies)):
-            work.load[i, 0], work.load[i, 1], work.load[i, 2] = 0.0, 0.0, 0.0
-        for i in range(len(work.a)):
-            work.row_a[k, i] = 0.0
+    change = work.change
+    clear(work.row_a)
+    clear(work.load)
+    for k in range(len(rows)):
         add_row_wrench(rows[k], work.pose, -1.0, work.load)
-        respond(bodies, work.pose, work.axis, work.load, work.rest, work.row_change[k], work.row_a[k])
-        for m in range(nr):
-            work.response[m, k] = row_acceleration(rows[m], work.pose, work.still, work.row_change[k])
+        respond(bodies, work.pose, work.axis, work.load, work.rest, change, work.row_a[k])
+        clear(work.load)
+        for m in range(k + 1):
+            size = 0.0
+            if moves(change, rows[m].a.body) or moves(change, rows[m].b.body):
+                size = row_acceleration(rows[m], work.pose, work.still, change)
+            work.response[m, k], work.response[k, m] = size, size

@@ -145,6 +145,15 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
 
 
 @kernel
+def along(body: np.record, pose: Array, wrench: Array) -> float:
+    """Part of a wrench (3,) on a body along the coordinate of its joint."""
+    if body.type == REVOLUTE:
+        return body.sign * wrench[0]
+    ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
+    return ux * wrench[1] + uy * wrench[2]
+
+
+@kernel
 def add_to_parent(bodies: Records, pose: Array, i: int, wrench: Array) -> None:
     """Add the wrench of body i to its parent's."""
     p = bodies[i].mount.body

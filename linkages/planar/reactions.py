@@ -9,8 +9,8 @@ from linkages.kernel import Array, Records, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
 from linkages.planar.contacts import add_contact
-from linkages.planar.dynamics import Workspace, generalized_force
-from linkages.planar.kinematics import add_row_wrench
+from linkages.planar.dynamics import Workspace, clear, generalized_force
+from linkages.planar.kinematics import add_row_wrench, along
 from linkages.planar.markers import arm, gap, turned
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
 from linkages.planar.tangent import transmitted
@@ -45,15 +45,20 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
         for k in range(nr):
             work.reaction[k] = found[k]
         return
-    for k in range(nr):  # least squares: as many equations as coordinates, fewer unknowns
+    clear(work.response)  # least squares: as many equations as coordinates, fewer unknowns
+    for k in range(nr):
         work.error[k] = 0.0
-        for i in range(len(free)):
+    filled = np.empty(nr, np.int64)
+    for i in range(len(free)):
+        count = 0
+        for k in range(nr):
+            if jacobian[k, i] != 0.0:
+                filled[count] = k
+                count += 1
+        for k in filled[:count]:
             work.error[k] += jacobian[k, i] * rhs[i]
-        for m in range(k + 1):
-            product = 0.0
-            for i in range(len(free)):
-                product += jacobian[k, i] * jacobian[m, i]
-            work.response[k, m], work.response[m, k] = product, product
+            for m in filled[:count]:
+                work.response[k, m] += jacobian[k, i] * jacobian[m, i]
     solve_semidefinite(work.response, work.error, model.rank, work.reaction)
 
 
@@ -94,8 +99,8 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
                 moment = 0.0
             elif joint.type == PRISMATIC:
                 ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)
-                along = fx * ux + fy * uy
-                fx, fy = fx - along * ux, fy - along * uy
+                free = fx * ux + fy * uy
+                fx, fy = fx - free * ux, fy - free * uy
         elif joint.source == OF_ROWS:
             fx, fy = reaction[at], reaction[at + 1]
             if joint.type == PRISMATIC:
@@ -114,15 +119,6 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
                 moment += (rx - cx) * contacts[i, 3] - (ry - cy) * contacts[i, 2]
         forces[k, 0], forces[k, 1], forces[k, 2] = fx, fy, moment
     for k in range(len(driven)):
-        efforts[k] = _along(bodies[driven[k]], pose, load[driven[k]])
+        efforts[k] = along(bodies[driven[k]], pose, load[driven[k]])
     for k in range(len(powered)):
         efforts[len(driven) + k] = work.tau[bodies[powered[k]].dof]
-
-
-@kernel
-def _along(body: np.record, pose: Array, load: Array) -> float:
-    """Part of a wrench along a joint's coordinate."""
-    if body.type == REVOLUTE:
-        return body.sign * load[0]
-    ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
-    return ux * load[1] + uy * load[2]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -20,7 +20,7 @@ from linkages.results.parting import horizon
 from linkages.results.ranges import outside
 from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import chaotic, rough, singular, undetermined, without_unbounded, without_undetermined
+from linkages.results.warnings import chaotic, meaningless, rough, singular, undetermined
 from linkages.system import System
 
 _COMPARED = 500  # times at which the run and the tighter one are compared
@@ -75,6 +75,11 @@ class Study:
         return indeterminate(*self._ideal_model, self.ideal)
 
     @cached_property
+    def meaningless(self) -> frozenset[str]:
+        """Columns of the run whose peaks mean nothing."""
+        return meaningless(_judged(self.system), self.passages, self.indeterminate)
+
+    @cached_property
     def _ideal_model(self) -> tuple[System, Arrays]:
         """System whose coordinates the motion with ideal joints has, and its arrays."""
         if self.system.determinate:
@@ -115,12 +120,9 @@ def summarize(study: Study) -> dict[str, Any]:
     """
     system, tree = study.system, study.system.tree
     quality = system.assembly.quality
-    numbers = _numbers(system, study.run, study.contacts)
-    ideal_numbers = _numbers(system, study.ideal)
-    without_unbounded(numbers, study.passages)
-    without_unbounded(ideal_numbers, study.ideal_passages)
-    without_undetermined(numbers, study.indeterminate)
-    without_undetermined(ideal_numbers, study.ideal_indeterminate)
+    numbers = _numbers(system, study.run, study.meaningless, study.contacts)
+    ideal_meaningless = meaningless(_judged(system), study.ideal_passages, study.ideal_indeterminate)
+    ideal_numbers = _numbers(system, study.ideal, ideal_meaningless)
     return {
         "engine": study.engine,
         "duration": float(study.run.time[-1]),
@@ -167,7 +169,7 @@ def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
     parted = None
     if study.tighter is not None:
         ended = study.tighter.status is Status.OK
-        finer = peaks_by_key(_numbers(study.system, study.tighter)) if ended else {}
+        finer = peaks_by_key(_numbers(study.system, study.tighter, study.meaningless)) if ended else {}
         for key, value in peak.items():
             other = finer.get(key)
             change[key] = None if value is None or other is None else abs(value - other)
@@ -202,8 +204,17 @@ def touching(system: System) -> list[str]:
     return [label for (_, label), able in zip(system.tree.contacts, system.touching, strict=True) if able]
 
 
-def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] = ()) -> dict[str, Any]:
-    """Collect outputs, joints, drives and applied loads of one trajectory with these contacts."""
+def _judged(system: System) -> list[str]:
+    """Columns of outputs, forces in joints and torques of drives."""
+    experiment = system.experiment
+    forces = [f"{joint.name}.force" for joint in system.mechanism.joints]
+    return [*experiment.outputs, *forces, *(f"{name}.torque" for name in experiment.drives)]
+
+
+def _numbers(
+    system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
+) -> dict[str, Any]:
+    """Collect outputs, joints, drives and applied loads of one trajectory with these contacts; None if meaningless."""
     experiment = system.experiment
     joints = [joint.name for joint in system.mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
@@ -213,14 +224,15 @@ def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] =
         *(f"{name}.torque" for name in experiment.drives),
         *(f"{name}.{_effort(table)}" for table, name in experiment.loads),
     ]
-    extreme, peak = extremes(trajectory, experiment.outputs), peaks(trajectory, judged)
+    extreme = extremes(trajectory, [name for name in experiment.outputs if name not in meaningless])
+    peak = peaks(trajectory, [name for name in judged if name not in meaningless])
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
     for name in experiment.outputs:
-        value = extreme[name]
-        result["outputs"][name] = {"min": value.min, "max": value.max, "peak": value.peak}
+        found = extreme.get(name)
+        result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak")}
     for name in joints:
-        force = peak[f"{name}.force"]
-        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": force.value, "time": force.time}}
+        value, when = peak.get(f"{name}.force", (None, None))
+        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": value, "time": when}}
         if name in play:
             entry["model"] = experiment.joints[name].model
             entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
@@ -230,10 +242,11 @@ def _numbers(system: System, trajectory: Trajectory, touches: Sequence[Impact] =
             entry["impacts"] = len(contacts)
         result["joints"][name] = entry
     for name in experiment.drives:
+        torque, _ = peak.get(f"{name}.torque", (None, None))
         power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
-        torque = peak[f"{name}.torque"].value
         kind = unit(system, f"{name}.torque")
-        result["drives"][name] = {"torque": {"peak": torque}, "unit": kind, "work": integral(trajectory, power)}
+        work = None if torque is None else integral(trajectory, power)
+        result["drives"][name] = {"torque": {"peak": torque}, "unit": kind, "work": work}
     for table, name in experiment.loads:
         effort = _effort(table)
         work = integral(trajectory, trajectory[f"{name}.power"])

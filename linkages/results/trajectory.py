@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_AT_ONCE = 10_000  # times at which a run is evaluated at once
+
 #: Called with the simulated time [s] now and then.
 Progress = Callable[[float], None]
 
@@ -160,11 +162,24 @@ def sample(
     RunError
         If there is nothing before it.
     """
-    columns = evaluate(steps)
-    finite = np.all([np.isfinite(column) for column in columns.values()], axis=0)
+    columns = _in_parts(evaluate, steps)
+    finite = np.ones(len(steps), dtype=bool)
+    for column in columns.values():
+        finite &= np.isfinite(column)
     if not np.all(finite):
         count, status = int(np.argmin(finite)), Status.NOT_FINITE
         if count == 0:
             raise RunError(f"{status.value} at the start; {status.remedy}")
         steps, columns = steps[:count], {name: column[:count] for name, column in columns.items()}
     return Trajectory(steps, columns, status, provenance, evaluate)
+
+
+def _in_parts(evaluate: Callable[[Array], Columns], times: Array) -> Columns:
+    """Evaluate a run at many times with little more memory than the columns take."""
+    columns: Columns = {}
+    for first in range(0, len(times), _AT_ONCE):
+        part = evaluate(times[first : first + _AT_ONCE])
+        for name, values in part.items():
+            column = columns.setdefault(name, np.empty(len(times)))
+            column[first : first + len(values)] = values
+    return columns

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from linkages.errors import Status
@@ -104,32 +104,16 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
     return sorted(found, key=lambda item: -item[1])
 
 
-def without_unbounded(numbers: dict[str, Any], passages: Sequence[Passage]) -> None:
-    """Replace what has no bound in these singular positions by None: forces, torques, accelerations, work."""
-    if not passages:
-        return
+def meaningless(names: Iterable[str], passages: Sequence[Passage], undetermined: Sequence[str]) -> frozenset[str]:
+    """Choose from the columns of outputs, forces and torques those whose peaks mean nothing.
+
+    They have no bound in these singular positions, or are those of these joints and drives, statically indeterminate.
+    """
     bounded = _POSITIONS if any(passage.unique for passage in passages) else _POSITIONS | _VELOCITIES
-    for name, value in numbers["outputs"].items():
-        if not (name.startswith("q.") or name.rpartition(".")[2] in bounded):
-            value.update(dict.fromkeys(value))
-    for owner in (*numbers["joints"].values(), *numbers["drives"].values()):
-        _forget(owner)
-
-
-def without_undetermined(numbers: dict[str, Any], names: Sequence[str]) -> None:
-    """Replace the forces in these joints, and the torques of these drives, by None."""
-    for name in names:
-        for kind in ("joints", "drives"):
-            _forget(numbers[kind].get(name, {}))
-
-
-def _forget(owner: dict[str, Any]) -> None:
-    """Replace the force of a joint, or torque and work of a drive, by None."""
-    for key in ("force", "torque"):
-        if key in owner:
-            owner[key] = dict.fromkeys(owner[key])
-    if "work" in owner:
-        owner["work"] = None
+    unbounded = {
+        name for name in names if passages and not name.startswith("q.") and name.rpartition(".")[2] not in bounded
+    }
+    return frozenset(unbounded | {f"{name}.{what}" for name in undetermined for what in ("force", "torque")})
 
 
 def _kind(key: str) -> str:

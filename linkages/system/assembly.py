@@ -13,7 +13,7 @@ from linkages.planar.closure import close, closure_error, closure_jacobian, clos
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
-from linkages.planar.record_types import ANGLE
+from linkages.planar.record_types import ANGLE, PRISMATIC
 from linkages.system.loads import check_lengths
 from linkages.system.tree import ROWS, Tree
 
@@ -24,6 +24,8 @@ Indices = NDArray[np.int64]
 SINGULAR = 1e-8
 _CONTINUATION = 0.05  # largest step of a drive from the drawn pose to its start angle [rad or m]
 _FARTHEST = 1e3  # start of a drive from the drawn pose [rad or m]
+_CLEAR, _CLEARLY = 1e-9, 1e-6  # singular values of independent rows in parts of the largest entry: at a pose, beside it
+_ASIDE, _TRIED = 0.05, 4  # how far beside it [rad, or in parts of the linkage's length], and how often
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,8 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
         if not close(tree.bodies, rows, none, free, size, q):
             at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the drawn pose"
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
+        if fraction == 0.0 and _is_flat(tree, rows, q):
+            raise AssemblyError(Status.SINGULAR, "two ways to move meet in the drawn pose; draw it in another one")
     mobility = _mobility(tree, tree.closure_rows, q)
     _check_count(tree, experiment, len(held), mobility)
     offset = np.zeros(len(rows))
@@ -91,7 +95,7 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
     if through_play:
         rows, free = tree.loop_rows, np.setdiff1d(free, moved)
     consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
-    if determined and quality < SINGULAR:
+    if (determined and quality < SINGULAR) or _is_flat(tree, tree.closure_rows, q):
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
@@ -131,16 +135,43 @@ def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int)
 
 
 def _mobility(tree: Tree, rows: NDArray[np.record], q: Array) -> int:
-    """Degrees of freedom at q with these closure rows: coordinates less independent rows."""
+    """Degrees of freedom with these closure rows: coordinates less independent rows."""
     return tree.size - independent(tree, rows, q)
 
 
+def _is_flat(tree: Tree, rows: NDArray[np.record], q: Array) -> bool:
+    """Whether fewer rows are independent at q than beside it, as with all links of a four-bar on one line."""
+    return _rank(_jacobian(tree, rows, q), _CLEAR) < independent(tree, rows, q)
+
+
 def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices | None = None) -> int:
-    """Count the independent rows at q, in all coordinates or in some."""
-    if len(rows) == 0:
-        return 0
+    """Count the independent rows at q and where the linkage can go from there, in all coordinates or in some."""
+    jacobian = _jacobian(tree, rows, q)
+    columns = np.arange(tree.size) if columns is None else columns
+    found = _rank(jacobian[:, columns], _CLEAR)
+    if found == min(len(rows), len(columns)):
+        return found
+    ways = np.linalg.svd(jacobian)[2][_rank(jacobian, _CLEAR) :]
+    none, every, dice = np.zeros(len(rows)), np.arange(tree.size), np.random.default_rng(0)
+    scale = np.ones(tree.size)
+    scale[tree.bodies["dof"][tree.bodies["type"] == PRISMATIC]] = tree.extent
+    for _ in range(_TRIED if len(ways) else 0):
+        way = dice.standard_normal(len(ways)) @ ways
+        beside = q + _ASIDE * way / np.abs(way / scale).max()
+        if close(tree.bodies, rows, none, every, tree.extent, beside):
+            found = max(found, _rank(_jacobian(tree, rows, beside)[:, columns], _CLEARLY))
+    return found
+
+
+def _jacobian(tree: Tree, rows: NDArray[np.record], q: Array) -> Array:
+    """Jacobian of the rows at q, in all coordinates."""
     pose = np.empty((len(tree.bodies), 5))
     body_positions(tree.bodies, q, pose)
-    jacobian = closure_jacobian(tree.bodies, rows, pose, tree.size)
-    jacobian = jacobian if columns is None else jacobian[:, columns]
-    return int(np.linalg.matrix_rank(jacobian, tol=1e-9 * np.abs(jacobian).max(initial=0.0)))
+    return closure_jacobian(tree.bodies, rows, pose, tree.size)
+
+
+def _rank(jacobian: Array, part: float) -> int:
+    """Count the singular values above a part of the largest entry."""
+    if not jacobian.size:
+        return 0
+    return int(np.linalg.matrix_rank(jacobian, tol=part * np.abs(jacobian).max()))

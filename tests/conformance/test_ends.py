@@ -1,6 +1,8 @@
 """How runs end: journals that leave their films, linkages that lock or cannot be closed, interruption; repetition."""
 
 import json
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -120,6 +122,31 @@ def test_a_run_of_too_many_steps_is_ended(engine, monkeypatch):
     assert "check the units" in result.status.remedy
     assert 0.0 < result.time[-1] < 0.1
     assert len(result.time) == pytest.approx(160, abs=40)
+
+
+MANY_STEPS = """
+import resource
+import linkages
+from linkages.engines import budget
+
+def held():
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.01})
+linkages.simulate(system, "compiled")  # whatever it takes to run at all
+before, budget.ROOM = held(), 40_000_000
+run = linkages.simulate(system.replaced({"duration": 1.0, "solver.max_step": 1e-6}), "compiled")
+print(run.status.value, sum(column.nbytes for column in run.columns.values()), held() - before)
+"""
+
+
+def test_memory_for_a_run_of_many_steps_is_bounded():
+    """Here 40 MB for the trajectory, to the next 20,000 steps, and not as much again to make it."""
+    done = subprocess.run([sys.executable, "-c", MANY_STEPS], capture_output=True, text=True, check=True)
+    status, size, held = done.stdout.split()
+    assert status == "too-many-steps"
+    assert 40e6 < int(size) < 80e6
+    assert int(held) < 1.8 * int(size)
 
 
 def test_a_run_whose_end_is_out_of_reach_is_ended():

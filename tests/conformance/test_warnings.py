@@ -44,6 +44,22 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
     json.dumps(summary, allow_nan=False)
 
 
+def test_peaks_without_a_bound_are_not_looked_for(system_of):
+    """To evaluate a run beside a singular position is dear."""
+    found = study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), "compiled", error_estimate=False)
+    asked = {}
+    for which in ("run", "ideal"):
+        motion, asked[which] = getattr(found, which), []
+
+        def counted(times, motion=motion, asked=asked[which]):
+            asked.extend(times)
+            return motion.evaluate(times)
+
+        found = replace(found, **{which: replace(motion, evaluate=counted)})
+    summarize(found)
+    assert all(len(times) < 20 for times in asked.values()), {which: len(times) for which, times in asked.items()}
+
+
 def test_report_and_figures_of_a_run_through_change_points(experiment_file, tmp_path):
     path, out = experiment_file(parallelogram_sdf(), DRIVEN.format(0.5)), str(tmp_path / "out")
     assert main(["simulate", str(path), "--engine", "compiled", "--quiet", "--no-animation", "--out", out]) == 0

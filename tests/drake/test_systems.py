@@ -1,6 +1,8 @@
 """The Drake engine itself: ports, caching, diagrams of the user's, steps."""
 
 import numpy as np
+import pytest
+from machines import four_bar
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
@@ -8,7 +10,7 @@ from shipped import run as run_shipped
 from shipped import shipped
 
 import linkages.engines.drake.clearance as clearance_module
-from linkages import Status, simulate
+from linkages import InputError, Status, simulate
 from linkages.engines.drake import add_linkage, build_diagram, simulation
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 
@@ -100,3 +102,12 @@ def test_a_step_that_throws_the_journal_through_the_wall_ends_with_a_status():
     assert run.status is Status.STEP_SIZE_COLLAPSE
     assert run.time[-1] > 0.001
     assert np.isfinite(run["A.force"]).all()
+
+
+def test_a_visual_that_drake_refuses_is_bad_input_and_nothing_else_is_said(system_of, caplog):
+    """Drake raises and logs."""
+    sphere = '<visual name="v"><geometry><sphere><radius>x1</radius></sphere></geometry></visual>'
+    text = four_bar().replace("</inertial>", f"</inertial>{sphere}", 1)
+    with pytest.raises(InputError, match=r"<visual>: Drake refuses it: .*radius"):
+        simulate(system_of(text, "duration = 0.1\n"), "drake")
+    assert not caplog.records

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linkages.engines.budget import MOST
+from linkages.engines.budget import most
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.errors import AssemblyError, InputError, Status
@@ -209,7 +209,7 @@ def _run(
         return Status.BAD_INPUT, str(problem), 0
     except AssemblyError as problem:
         return problem.status, str(problem), 0
-    record = runner.run(0.0, runner.start, runner.first_step, MOST)
+    record = runner.run(0.0, runner.start, runner.first_step, most(system))
     status = cause(STATUS.get(record.status, Status.TOO_MANY_STEPS), system, float(record.times[-1]))
     if status is not Status.OK:
         where = f"ended at t = {record.times[-1]:.6g} s"

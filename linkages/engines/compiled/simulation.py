@@ -44,7 +44,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     started = clock.perf_counter()
     runner = Runner(system)
     t, y, step, status = 0.0, runner.start, runner.first_step, Status.OK
-    parts, budget = [], Budget(system.experiment.duration)
+    parts, budget = [], Budget(system)
     totals = np.zeros(3, dtype=np.int64)
     try:
         while True:

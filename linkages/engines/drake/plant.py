@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,13 +90,29 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
         If Drake refuses a ``<visual>``, which it is given as it stands in the user's file.
     """
     try:
-        (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
+        with _unheard(logging.ERROR):
+            (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
     except RuntimeError as problem:
         raise InputError(tree.mechanism.source, "<visual>", f"Drake refuses it: {problem}") from None
     for name in tree.index:
         if name != "world" and name not in tree.edges:
             _add_floating(plant, instance, tree, name)
     return instance
+
+
+@contextmanager
+def _unheard(level: int) -> Iterator[None]:
+    """Keep Drake's own log of this level from the terminal: what it says is raised as well."""
+
+    def other(record: logging.LogRecord) -> bool:
+        return record.levelno != level
+
+    log = logging.getLogger("drake")
+    log.addFilter(other)
+    try:
+        yield
+    finally:
+        log.removeFilter(other)
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,7 @@ class _Watch:
         system = linkage.system
         self.status = Status.OK
         self.loop_error = 0.0
-        self.steps, self.budget = _Steps(system), Budget(system.experiment.duration)
+        self.steps, self.budget = _Steps(system), Budget(system)
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []

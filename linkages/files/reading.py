@@ -1,0 +1,31 @@
+"""Files that users write, read whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from linkages.errors import InputError, unreadable
+
+_MOST = 10_000_000  # bytes; a machine or an experiment has thousands
+
+
+def read_whole(path: Path) -> bytes:
+    """Read a file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or has no end (`/dev/zero`).
+    """
+    try:
+        with open(path, "rb") as file:
+            data = file.read(_MOST + 1)
+    except OSError as problem:
+        raise unreadable(path, problem) from None
+    except ValueError as problem:  # a name with a null character
+        raise InputError(path, "", f"cannot be read ({problem})") from None
+    if len(data) > _MOST:
+        raise InputError(
+            path, "", f"is larger than {_MOST // 1_000_000} MB; give the text of a machine or an experiment"
+        )
+    return data
