@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from reference_machines import parallelogram_sdf
 from shipped import shipped
 
 from linkages import Status, compare
@@ -82,3 +83,14 @@ def test_bad_input_is_refused_in_one_line(tmp_path, capsys):
     assert main(["compare", "slider_crank_dry.toml", "--accuracy", "2", "--out", str(out)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert not out.exists()
+
+
+def test_what_has_no_bound_is_not_compared(experiment_file, tmp_path, capsys):
+    """The parallelogram passes a flat position at 0.36 s: beside it forces and accelerations are as large as one likes."""
+    outputs = '["follower.angle", "follower.alpha"]'
+    path = experiment_file(parallelogram_sdf(), f"duration = 0.5\noutputs = {outputs}\n[drives.O]\nspeed = 6.0\n")
+    assert main(["compare", str(path), "--accuracy", "1e-8", "--out", str(tmp_path / "out")]) == 0
+    rows = json.loads((tmp_path / "out" / "compare.json").read_text())
+    assert rows["O.torque"] == rows["follower.alpha"] == {"max_difference": None, "relative": None}
+    assert rows["follower.angle"]["max_difference"] < 1e-5
+    assert "singular" in capsys.readouterr().out

@@ -22,15 +22,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import toy_optimisation
-from mutants import EXPERIMENTS, Mutator, write
+from mutants import EXPERIMENTS, MACHINES, Mutator, write
 
 import linkages
 import optim
 from linkages.cli.main import main
 from linkages.errors import InputError, RunError
 
-COUNTS = {"load": 400, "study": 100, "store": 100, "compiled": 40}  # mutants of every run of the tests
-SHARES = {"load": 4, "study": 2, "store": 2, "compiled": 11, "drake": 1}  # of the script's
+COUNTS = {"load": 400, "study": 100, "store": 100, "import": 200, "compiled": 40}  # mutants of every run of the tests
+SHARES = {"load": 4, "study": 2, "store": 2, "import": 2, "compiled": 11, "drake": 1}  # of the script's
 LONGEST = 20  # s of the processor for one mutant
 STUCK = 1800  # s after which the script gives up
 
@@ -113,6 +113,38 @@ def store(mutator: Mutator, folder: Path) -> str:
     return "taken" if status == 0 else "refused"
 
 
+#: Of another program, with a loop in it.
+URDF = b"""<robot name="four_bar">
+<link name="world"/>
+<link name="crank"><inertial><origin xyz="0.05 0 0" rpy="0 0 0.1"/><mass value="0.2"/>
+<inertia ixx="0" iyy="2e-4" izz="2e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="coupler"><inertial><origin xyz="0.125 0 0"/><mass value="0.2"/>
+<inertia ixx="0" iyy="1e-3" izz="1e-3"/></inertial><visual><geometry><box size="0.2 0.01 0.01"/></geometry></visual></link>
+<link name="follower"><inertial><mass value="0.2"/><inertia ixx="0" iyy="1e-3" izz="1e-3"/></inertial></link>
+<joint name="O" type="continuous"><parent link="world"/><child link="crank"/><axis xyz="0 0 1"/></joint>
+<joint name="A" type="continuous"><origin xyz="0.1 0 0" rpy="0 0 0.5"/><parent link="crank"/><child link="coupler"/>
+<axis xyz="0 0 1"/></joint>
+<joint name="Q" type="revolute"><origin xyz="0.3 0 0" rpy="0 0 1.2"/><parent link="world"/><child link="follower"/>
+<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+<loop_joint name="B" type="continuous"><axis xyz="0 0 1"/><link1 link="coupler" xyz="0.25 0 0" rpy="0 0 0"/>
+<link2 link="follower" xyz="0.2 0 0" rpy="0 0 0"/></loop_joint></robot>"""
+
+
+def importing(mutator: Mutator, folder: Path) -> str:
+    """Import a mutant of another program's file: what is written loads, and has finite numbers."""
+    source, out = folder / "theirs.xml", folder / "ours.sdf"
+    out.unlink(missing_ok=True)
+    given = [path.read_bytes() for path in MACHINES]
+    source.write_bytes(mutator.mutant(mutator.dice.choice([*given, *[URDF] * len(given)])))
+    status, _, _ = command("import", source, "--out", out)
+    assert out.exists() == (status == 0)
+    if status:
+        return "refused"
+    machine = linkages.load_mechanism(out)
+    assert all(np.isfinite([link.mass, link.inertia, *link.com]).all() for link in machine.links)
+    return "taken"
+
+
 def simulate(engine: str, mutator: Mutator, folder: Path) -> str:
     """Simulate a mutant: every number of a run that is ok is finite."""
     file, settings = write(mutator, folder, mutator.dice.choice(("machine", "experiment", "setting")))
@@ -134,7 +166,7 @@ def simulate(engine: str, mutator: Mutator, folder: Path) -> str:
     return summary["status"]
 
 
-TRIALS = {"load": load, "study": study, "store": store}
+TRIALS = {"load": load, "study": study, "store": store, "import": importing}
 TRIALS |= {engine: lambda *given, engine=engine: simulate(engine, *given) for engine in ("compiled", "drake")}
 
 

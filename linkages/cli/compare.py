@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     rows = {
         name: {"max_difference": row.max_difference, "relative": row.relative}
         for name, row in result.differences.items()
-    }
+    } | {name: {"max_difference": None, "relative": None} for name in sorted(result.meaningless)}
     with (outputs := OutputFolder(out)) as folder:
         (folder / "compare.json").write_text(json_text(rows, 1), encoding="utf-8")
         (folder / "warnings.json").write_text(json_text(result.warnings, 1), encoding="utf-8")
@@ -81,6 +81,7 @@ def format_comparison(result: Comparison, system: System) -> str:
     for name, row in result.differences.items():
         label = f"{name} [{unit(system, name)}]"
         lines.append(f"{label:28s}{row.max_difference:20.3e}{row.relative:11.1e}{row.time:13.6g}{row.peak:13.6g}")
+    lines += [f"{f'{name} [{unit(system, name)}]':28s}{'-':>20s}{'-':>11s}" for name in sorted(result.meaningless)]
     if result.contacts:
         lines += [
             "",

@@ -18,7 +18,7 @@ from linkages.engines.study import simulate
 from linkages.model.experiment import Experiment
 from linkages.results.impacts import Impact, impacts
 from linkages.results.parting import PARTED, dense, horizon
-from linkages.results.summary import touching, warnings_of
+from linkages.results.summary import meaningless_of, touching, warnings_of
 from linkages.results.trajectory import Progress, Trajectory
 from linkages.system import System
 
@@ -49,12 +49,14 @@ class Comparison:
 
     An engine's horizon is the time up to which its runs at two tolerances stay together [s]; the run's end if
     nothing touches. Differences and contacts are those up to `until`; contacts are the first of each joint,
-    in pairs of both engines. Warnings, by engine, are those of its run as in ``summary.json``.
+    in pairs of both engines. Columns that are meaningless, as forces in a singular position, have no difference.
+    Warnings, by engine, are those of its run as in ``summary.json``.
     """
 
     runs: dict[str, Trajectory]
     horizons: dict[str, float]
     differences: dict[str, Difference]
+    meaningless: frozenset[str]
     contacts: list[tuple[Impact, Impact]]
     warnings: dict[str, list[dict[str, Any]]]
 
@@ -108,11 +110,13 @@ def compare(system: System, progress: Callable[[str], Progress] | None = None) -
         if system.touching.any():
             other = simulate(looser(system), engine, stage(f"{engine}, looser"))
             horizons[engine] = horizon(runs[engine], other, system)
-    until = min(horizons.values())
-    found = differences(runs["compiled"], runs["drake"], names(system), until)
+    until, every = min(horizons.values()), names(system)
+    none = frozenset().union(*(meaningless_of(system, run, every) for run in runs.values()))
+    given = [name for name in every if name not in none]
+    found = differences(runs["compiled"], runs["drake"], given, until)
     met = {engine: impacts(run, touching(system)) for engine, run in runs.items()}
     warnings = {engine: warnings_of(system, run, met[engine]) for engine, run in runs.items()}
-    return Comparison(runs, horizons, found, _contacts(met["compiled"], met["drake"], until), warnings)
+    return Comparison(runs, horizons, found, none, _contacts(met["compiled"], met["drake"], until), warnings)
 
 
 def looser(system: System) -> System:

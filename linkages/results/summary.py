@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -188,6 +188,12 @@ def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
 def _when(run: Trajectory, key: str) -> float:
     """Time of a peak by its key [s], to a step."""
     return float(run.time[np.argmax(np.abs(run[key.removesuffix(".peak")]))])
+
+
+def meaningless_of(system: System, run: Trajectory, names: Iterable[str]) -> frozenset[str]:
+    """Choose from columns of one run those whose values mean nothing, see `linkages.results.warnings.meaningless`."""
+    found = passages(system.tree, system.arrays, run), indeterminate(system, system.arrays, run)
+    return meaningless(names, *found) & frozenset(names)
 
 
 def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> list[dict[str, Any]]:

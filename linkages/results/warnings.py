@@ -14,7 +14,8 @@ _NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding 
 _NAMED = 4  # most peaks, joints or times in a sentence
 
 #: Outputs that stay bounded in a singular position, and those that do where two branches cross.
-_POSITIONS, _VELOCITIES = frozenset({"x", "y", "angle"}), frozenset({"vx", "vy", "omega", "rate"})
+_POSITIONS = frozenset({"x", "y", "angle", "eccentricity_ratio"})
+_VELOCITIES = frozenset({"vx", "vy", "omega", "rate"})
 
 
 def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, Any]:
