@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
+
 import linkages
 from linkages.files.shipped import data_folder
 from linkages.outputs import registry
 
 #: Experiments with a linkage; the flexible robot has a command of its own.
 NAMES = sorted(path.stem for path in data_folder().glob("*.toml") if not path.name.startswith("three_rrr"))
+
+_ANGLES = 2.0 * np.pi * np.arange(120) / 120
+#: Both parts of the joint of `slider_crank_wear`, worn all around: two pockets and three.
+WORN = {
+    "joints.B.wear.bearing_depth": (3e-5 * (1.0 + np.cos(2.0 * _ANGLES - 0.4))).tolist(),
+    "joints.B.wear.journal_depth": (1e-5 * (1.0 + np.sin(3.0 * _ANGLES))).tolist(),
+}
 
 
 def shipped(name: str, **overrides) -> linkages.System:

@@ -19,6 +19,7 @@ from linkages.explore.wear.life import wear_life
 from linkages.explore.wear.measure import Block, Start, depths_of, wearing
 from linkages.explore.wear.store import Store
 from linkages.laws.wear.profile import node_depths
+from linkages.report.tables import number
 
 
 @pytest.fixture
@@ -199,6 +200,16 @@ def test_the_command_writes_the_contract(press, tmp_path, capsys):
     assert joint["volume"] == pytest.approx(5e-13 * joint["load_distance"], rel=1e-12)
     assert found["blocks"][-1]["cycles"] == 20
     assert "20 cycles" in capsys.readouterr().out
+    assert main(["report", str(out)]) == 0
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert number(1e9 * joint["volume"]) in page
+    assert page.count("data:image/png;base64,") == 2
+    assert '<iframe title="Growing pockets"' in page
+    (out / "wear.json").write_text('{"cycles": 20}')
+    assert main(["report", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert "give the --out folder of `linkages wear`" in error
+    assert error.count("\n") == 1
 
 
 @pytest.mark.parametrize(

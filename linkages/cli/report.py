@@ -16,16 +16,18 @@ _EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("folder", type=Path, metavar="DIR", help="folder that `linkages simulate` wrote")
+    parser.add_argument("folder", type=Path, metavar="DIR", help="what `linkages simulate` or `linkages wear` wrote")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page; default: DIR/report.html")
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the page; returns the exit status."""
-    from linkages.report import load_results, write_report
+    from linkages.report import CONTENT, load_results, write_report, write_wear_report
 
-    results = load_results(options.folder)
     path = options.out or options.folder / "report.html"
-    write_report(results, path)
+    if (options.folder / CONTENT).is_file():
+        write_wear_report(options.folder, path)
+    else:
+        write_report(load_results(options.folder), path)
     print(f"written: {path}, {path.stat().st_size / 1e6:.1f} MB, needs no network")
     return 0

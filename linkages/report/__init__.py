@@ -6,6 +6,7 @@
 | words    | the question and the answer in sentences, the commands that repeat the run            |
 | tables   | the tables: headings and cells, numbers as text                                       |
 | page     | template, style and script -> ``report.html``                                         |
+| wear     | a folder written by ``linkages wear`` -> ``report.html``                              |
 | terminal | a summary -> lines of text                                                            |
 
 The page holds its figures and its animation as data. A content security policy in its head forbids the browser to fetch
@@ -14,5 +15,6 @@ anything else, so that what is read in ten years is what is read today.
 
 from linkages.report.page import write_report
 from linkages.report.results import Results, load_results
+from linkages.report.wear import CONTENT, write_wear_report
 
-__all__ = ["Results", "load_results", "write_report"]
+__all__ = ["CONTENT", "Results", "load_results", "write_report", "write_wear_report"]

@@ -6,7 +6,7 @@ import base64
 from importlib.resources import files
 from pathlib import Path
 
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from linkages.files.writing import whole
@@ -36,16 +36,21 @@ def write_report(results: Results, path: Path) -> None:
         partial.write_text(text, encoding="utf-8")
 
 
-def render(results: Results) -> str:
-    """Return the page as text."""
+def template(name: str) -> Template:
+    """Return a template of this package, which can show tables."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
+    return environment.from_string(own("table.html") + own(name))
+
+
+def render(results: Results) -> str:
+    """Return the page as text."""
     versions = results.summary["provenance"]["versions"]
     elsewhere = ("python", "linkages")  # not installed as the other packages are
-    return environment.from_string(_own("page.html")).render(
-        style=Markup(_own("page.css")),
-        script=Markup(_own("page.js")),
+    return template("page.html").render(
+        style=Markup(own("page.css")),
+        script=Markup(own("page.js")),
         title=results.title,
         question=words.question(results),
         answer=words.answer(results),
@@ -53,7 +58,7 @@ def render(results: Results) -> str:
         estimated=bool(results.summary["error"]),
         dry=any(joint["model"] == "dry" for joint in results.play.values()),
         impacts=tables.impacts(results),
-        drawing=_data_uri(results.drawing, "svg+xml") if results.drawing else None,
+        drawing=data_uri(results.drawing, "svg+xml") if results.drawing else None,
         figures=[_figure(path) for path in results.figures],
         animation=results.animation.read_text(encoding="utf-8") if results.animation else None,
         parameters=tables.parameters(results),
@@ -74,14 +79,14 @@ def _figure(path: Path) -> dict[str, str]:
     caption = FIGURES.get(path.stem, path.stem)
     if output != path.stem:
         caption = f"{output} over time, ideal joints beside clearance; below, their difference."
-    return {"caption": caption, "source": _data_uri(path, "png")}
+    return {"caption": caption, "source": data_uri(path, "png")}
 
 
-def _data_uri(path: Path, kind: str) -> str:
+def data_uri(path: Path, kind: str) -> str:
     """Make a picture a part of the page."""
     return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
 
 
-def _own(name: str) -> str:
+def own(name: str) -> str:
     """Read a file that comes with this package."""
     return (files("linkages.report") / name).read_text(encoding="utf-8")

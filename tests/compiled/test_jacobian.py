@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from machines import bar, four_bar, joint, model, slider_crank
+from shipped import WORN, shipped
 from shipped import run as shipped_run
 
 from linkages import Status, simulate
@@ -169,6 +170,12 @@ def deepest(result, names):
 
 def test_dry_contact_of_a_journal():
     result = shipped_run("compiled", "slider_crank_dry", duration=4e-4)
+    check(result, deepest(result, ["B"]), reach=5e-3)
+
+
+def test_dry_contact_of_a_worn_journal_in_a_worn_bearing():
+    """The profiles turn with their parts: the force depends on the angles too."""
+    result = simulate(shipped("slider_crank_wear", duration=6e-4, **WORN), "compiled")
     check(result, deepest(result, ["B"]), reach=5e-3)
 
 

@@ -3,18 +3,10 @@
 import numpy as np
 import pytest
 from measures import worst
-from shipped import run_compiled, shipped
+from shipped import WORN, run_compiled, shipped
 from slider_crank_impacts import table
 
 from linkages import Status, impacts, simulate
-
-NODES = 120
-ANGLES = 2.0 * np.pi * np.arange(NODES) / NODES
-#: Two pockets all around, one of them where the journal strikes first.
-WORN = {
-    "joints.B.wear.bearing_depth": (3e-5 * (1.0 + np.cos(2.0 * ANGLES - 0.4))).tolist(),
-    "joints.B.wear.journal_depth": (1e-5 * (1.0 + np.sin(3.0 * ANGLES))).tolist(),
-}
 
 
 @pytest.mark.slow

@@ -1,0 +1,118 @@
+"""A folder that ``linkages wear`` wrote, for readers: ``report.html``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from linkages.errors import InputError
+from linkages.files.writing import whole
+from linkages.report.page import data_uri, own, template
+from linkages.report.tables import Table, number
+
+#: What a life leaves in its folder.
+CONTENT = "wear.json"
+
+_HINT = "give the --out folder of `linkages wear`"
+
+
+def write_wear_report(folder: Path, path: Path) -> None:
+    """Write the page of a life, whole or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+        The ``--out`` folder of ``linkages wear``.
+    path : Path
+        The HTML file.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no life, or the file cannot be written.
+    """
+    source = folder / CONTENT
+    try:
+        found = json.loads(source.read_text(encoding="utf-8"))
+        text = _render(found, folder)
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as problem:
+        raise InputError(str(source), "", f"cannot be read ({problem!r}); {_HINT}") from None
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def _render(found: dict[str, Any], folder: Path) -> str:
+    animation = folder / "wear.html"
+    return template("wear.html").render(
+        style=Markup(own("page.css")),
+        title=found["title"] or found["experiment"],
+        answer=_answer(found),
+        results=[_joints(found), _peaks(found), _stages(found)],
+        animation=animation.read_text(encoding="utf-8") if animation.is_file() else None,
+        figures=[
+            {"caption": _caption(figure.stem), "source": data_uri(figure, "png")}
+            for figure in sorted(folder.glob("wear_*.png"))
+        ],
+    )
+
+
+def _answer(found: dict[str, Any]) -> list[str]:
+    """Say in sentences how far the joints have worn."""
+    told = [
+        f"After {found['cycles']:,} cycles the joint {name} has lost {1e9 * joint['volume']:.3g} mm³; its deepest place"
+        f" is {1e6 * joint['depth']:.3g} µm, its play {1e6 * joint['play']:.4g} µm instead of"
+        f" {1e6 * joint['clearance']:.4g} µm."
+        for name, joint in found["joints"].items()
+    ]
+    if found["status"] != "ok":
+        told.append(f"The life ended there: {found['status']}.")
+    told.append(
+        f"{found['simulated_cycles']} cycles were simulated, in {len(found['blocks'])} blocks; what a jump between them"
+        f" may err in the depth was held below {1e6 * found['tolerance']:.3g} µm."
+    )
+    return told
+
+
+def _joints(found: dict[str, Any]) -> Table:
+    rows = [
+        (
+            name,
+            *(number(scale * joint[key]) for key, scale in (*_LENGTHS, ("coefficient", 1e9), ("load_distance", 1.0))),
+        )
+        for name, joint in found["joints"].items()
+    ]
+    head = ("joint", "volume [mm³]", "depth [µm]", "play [µm]", "k [mm³/(N m)]", "load times path [N m]")
+    return Table("Joints that wear", head, rows)
+
+
+def _peaks(found: dict[str, Any]) -> Table:
+    new, last = (found["blocks"][k]["peaks"] for k in (0, -1))
+    rows = [(name, number(value), number(last[name])) for name, value in new.items()]
+    return Table("Mean peaks of a cycle", ("output", "new", "worn"), rows)
+
+
+def _stages(found: dict[str, Any]) -> Table:
+    rows = [
+        (
+            f"{block['cycles']:,}",
+            name,
+            *(number(scale * joint[key]) for key, scale in _LENGTHS),
+            number(1e6 * block["error"]),
+        )
+        for block in found["blocks"]
+        for name, joint in block["joints"].items()
+    ]
+    head = ("cycles", "joint", "volume [mm³]", "depth [µm]", "play [µm]", "error of the jump [µm]")
+    return Table("The life", head, rows, frozenset({0, 1}))
+
+
+_LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
+
+
+def _caption(stem: str) -> str:
+    if stem == "wear_history":
+        return "Worn volume, depth and play; peaks of forces, torques and jitter over those of the new machine."
+    return f"Joint {stem.removeprefix('wear_')}: profiles over the life, round with the wear enlarged, and unrolled."
