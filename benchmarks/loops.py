@@ -10,6 +10,7 @@ import argparse
 import statistics
 import sys
 import tempfile
+import time
 import timeit
 from pathlib import Path
 
@@ -48,7 +49,12 @@ def forces(system):
             columns(system, run.time, *states, names=names)
 
     often()
-    return 1e6 * statistics.median(timeit.repeat(often, repeat=REPEAT, number=1)) / count / len(run.time)
+    return (
+        1e6
+        * statistics.median(timeit.repeat(often, timer=time.process_time, repeat=REPEAT, number=1))
+        / count
+        / len(run.time)
+    )
 
 
 def main() -> None:

@@ -173,7 +173,7 @@ def test_equal_slider_crank_passes_its_singular_positions(run, engine, accuracy)
     ],
 )
 def test_windows_fall_through_their_flat_positions(run, engine, n, accuracy, duration):
-    """Six flat positions in 10 s, n branches crossing at each; the error follows the tolerance down to round-off."""
+    """Ten flat positions in 10 s, n branches crossing at each; the error follows the tolerance down to round-off."""
     found = run(windows_sdf(n), f"duration = {duration}\n{WINDOWS}", accuracy)
     angle, rate = windows_angle(n, found.time)
     assert np.sum(np.diff(np.sign(np.sin(angle))) != 0) >= duration / 2
