@@ -1,15 +1,14 @@
-"""Methods on the patent's design problem: ``python benchmarks/fourbar_methods.py [RESULTS.json]``.
+"""Methods on the patent's design problem: ``python benchmarks/fourbar_methods.py [--anew]``, two hours.
 
 Every method solves `fourbar_jitter` with three objectives, each within the same number of evaluations.
 The optima are scored again where they were not searched: ten other start angles, and the search's own at a ten times
 tighter tolerance. Writes docs/fourbar_methods.md after each objective, and the best design by the patent's objective
-into docs/replication/designs/. Runs that the results file holds are not made again.
+into docs/replication/designs/. Runs that docs/replication/measured/ holds are made again only ``--anew``.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import json
 import sys
 import time
 from collections.abc import Iterable
@@ -18,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from replication.claims import table
+from replication.measured import keep, read
 from replication.patent_designs import UNSEEN, started_at
 from replication.recorded import write_record
 
@@ -25,6 +25,7 @@ from optim import Evaluations, Evaluator, Progress, Screened, Study, find_study,
 from optim.algorithms.registry import read_settings
 
 PAGE = Path(__file__).parents[1] / "docs" / "fourbar_methods.md"
+RESULTS = "fourbar_methods"
 TIGHTER = 0.1
 HEAD = """# Methods on the patent's design problem
 
@@ -32,7 +33,8 @@ CN106055749A (Bai, Zhao and Sun, 2016) lowers the departure of the acceleration 
 lengths of a double crank with a dry joint, with a generalised reduced gradient. It prints 77.5 %. Its data and the
 bounds of the lengths are lost with its tables, and are assumed here: a third to thrice the nominal ones
 (`optim/studies/fourbar_jitter.toml`); between half and double no method reaches what is printed. Written by
-`python benchmarks/fourbar_methods.py`. Each method had the same budget of runs (designs that violate a constraint
+`python benchmarks/fourbar_methods.py` from what it measured, in `docs/replication/measured/` (earlier searches with the
+digits that are printed here). Each method had the same budget of runs (designs that violate a constraint
 need none); *reduction* is that of the objective it minimised, the columns after it that of the same quantity where
 nobody searched. [The problem from above](fourbar_landscape.md) shows how the objectives run along a line, and what the
 lost bounds decide.
@@ -114,9 +116,8 @@ def score(study: Study, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return reductions(*(started_at(alone, angle) for angle in UNSEEN)), reductions(tight)
 
 
-def measure(path: Path) -> dict[str, dict]:
-    """Make the runs that the results file does not hold, then score what was found; by "study/method/seed"."""
-    found: dict[str, dict] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+def measure(found: dict[str, dict]) -> None:
+    """Make the runs that are not among those found, then score what was found; by "study/method/seed"."""
     for objective in OBJECTIVES:
         study = load_study(find_study(objective.study))
         keys = []
@@ -128,17 +129,16 @@ def measure(path: Path) -> dict[str, dict]:
                 keys.append(key)
                 if key not in found:
                     found[key] = solve(study, method, seed, objective.budget, objective.step)
-                    path.write_text(json.dumps(found, indent=1), encoding="utf-8")
+                    keep(RESULTS, found)
                     print(f"{key}: {found[key]}", flush=True)
         if any("unseen" not in found[key] for key in keys):
             unseen, tighter = score(study, np.array([found[key]["x"] for key in keys]))
             for key, *scores in zip(keys, unseen, tighter, strict=True):
                 found[key] |= dict(zip(("unseen", "tighter"), map(float, scores), strict=True))
-            path.write_text(json.dumps(found, indent=1), encoding="utf-8")
-        if objective is OBJECTIVES[0]:
-            record(study, found, keys)
+            keep(RESULTS, found)
+            if objective is OBJECTIVES[0]:
+                record(study, found, keys)
         PAGE.write_text(page(found), encoding="utf-8")
-    return found
 
 
 def record(study: Study, found: dict[str, dict], keys: list[str]) -> None:
@@ -188,5 +188,4 @@ def cells(row: dict[str, Any], lengths: Iterable[float]) -> list[str]:
 
 
 if __name__ == "__main__":
-    results = Path(sys.argv[1] if len(sys.argv) > 1 else "fourbar_methods.json")
-    measure(results)
+    measure({} if "--anew" in sys.argv else read(RESULTS))

@@ -1,32 +1,41 @@
 """Write recorded designs in docs/replication/designs/: ``python docs/make_designs.py [NAME...]``, each some minutes.
 
 Solves shipped studies, each with its own algorithm and seed. The pages that speak of these designs start from the
-files: run the pages' scripts afterwards. ``--drake NAME`` adds the objectives by Drake to a record that there is.
+files: run the pages' scripts afterwards. ``--drake NAME`` adds the objectives by Drake to a record that there is,
+``--spread NAME`` the range of its one objective over tolerances.
 """
 
 from __future__ import annotations
 
 import sys
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
-from replication.recorded import load_record, save, write_record
+from replication.recorded import generations, load_record, save, write_record
 
 from optim import Evaluator, find_study, load_study, optimise
 from optim.evaluate.drake_runs import run_on_drake
 
-STUDIES = ("sevenbar_force", "sevenbar_acceleration", "fourbar_kept", "fivebar_jitter")
+STUDIES = (
+    "sevenbar_force", "sevenbar_acceleration", "sevenbar_spike", "sevenbar_robust", "fourbar_kept", "fivebar_jitter",
+    "sixbar_jitter", "sevenbar_jitter",
+)  # fmt: skip
 
 
 def main(names: Sequence[str]) -> None:
     """Solve the named studies, or all of `STUDIES`."""
-    if names[:1] == ["--drake"]:
+    if names and (added := {"--drake": add_drake, "--spread": add_spread}.get(names[0])):
         for name in names[1:]:
-            add_drake(name)
+            added(name)
         return
     for name in names or STUDIES:
         study = load_study(find_study(name))
-        write_record(study, optimise(study), f"python docs/make_designs.py {name}")
+        with tempfile.TemporaryDirectory() as folder:
+            store = Path(folder) / "study.sqlite"
+            result = optimise(study, store)
+            write_record(study, result, f"python docs/make_designs.py {name}", generations(study, store))
 
 
 def add_drake(name: str) -> None:
@@ -38,6 +47,18 @@ def add_drake(name: str) -> None:
     found = np.where(relative, after / before, after)
     drake = dict(zip(study.file.objectives, map(float, found), strict=True))
     save(record.model_copy(update={"drake": drake}))
+
+
+def add_spread(name: str) -> None:
+    """Evaluate the one objective of a recorded design at tolerances down to a hundredth, and keep the range."""
+    record, study = load_record(name), load_study(find_study(name))
+    designs, found = np.array([study.nominal, record.design(study)]), []
+    (quantity,) = study.file.objectives.values()
+    for part in (1.0, 0.5, 0.1, 0.01):
+        tight = {"solver.accuracy": part * study.points[0].system.experiment.solver.accuracy}
+        before, after = Evaluator(study.replaced(lambda _, tight=tight: tight))(designs).objectives[:, 0]
+        found.append(float(after / before if quantity.relative else after))
+    save(record.model_copy(update={"spread": [min(found), max(found)]}))
 
 
 if __name__ == "__main__":

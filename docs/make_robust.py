@@ -1,7 +1,7 @@
-"""Writes the table of the robust design in docs/optimisation.md: ``python docs/make_robust.py``, some minutes.
+"""Writes the table of the robust design in docs/optimisation.md: ``python docs/make_robust.py``.
 
-Solves the press's force problem at its one operating point and in the worst case over wear and temperature, and
-evaluates each answer in both.
+Evaluates the recorded answers to the press's force problem, at its one operating point and in the worst case over wear and
+temperature (``python docs/make_designs.py sevenbar_force sevenbar_robust`` searches for them), each in both.
 """
 
 from __future__ import annotations
@@ -9,18 +9,24 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from replication.recorded import load_record
 
-from optim import Evaluator, find_study, load_study, optimise
+from optim import Evaluator, find_study, load_study
 
 PAGE = Path(__file__).with_name("optimisation.md")
 MARK = "| design | force, one point [N] | force, worst case [N] | least film, worst case [um] |\n|---|---|---|---|\n"
 
 
-def table() -> str:
-    """Rows of the table."""
+def page(text: str) -> str:
+    """Return the page with its table written anew."""
+    head, rest = text.split(MARK)
+    return head + MARK + _rows() + "\n" + rest.partition("\n\n")[2]
+
+
+def _rows() -> str:
     one, worst = (load_study(find_study(name)) for name in ("sevenbar_force", "sevenbar_robust"))
     assert one.paths == worst.paths
-    best = [np.array([*optimise(study)["best"]["variables"].values()]) for study in (one, worst)]
+    best = [load_record(study.source.stem).design(study) for study in (one, worst)]
     paper = load_study(find_study("sevenbar_pareto")).designs["paper's design 2"]
     designs = {
         "nominal": one.nominal,
@@ -35,7 +41,4 @@ def table() -> str:
 
 
 if __name__ == "__main__":
-    text = PAGE.read_text(encoding="utf-8")
-    head, rest = text.split(MARK)
-    after = "\n" + rest.partition("\n\n")[2] if rest.startswith("|") else rest
-    PAGE.write_text(head + MARK + table() + after, encoding="utf-8")
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -123,13 +123,10 @@ def gamma(q, v):
     return g
 
 
-def joints(q, v, data, approach=(None, None)):
-    """Eccentricities, rates, and forces on the journals A (on link 2) and B (on link 3), with bodies and lever arms.
-
-    `approach` has the speeds at which the contacts began [m/s], None without contact.
-    """
+def gaps(q, v):
+    """Eccentricities of the journals A (on link 2) and B (on link 3) and their rates, with bodies and lever arms."""
     result = []
-    for joint, (bearing, length_b, journal, length_j) in enumerate(((0, L1 - S1, 1, S2), (3, L4 - S4, 2, S3))):
+    for bearing, length_b, journal, length_j in ((0, L1 - S1, 1, S2), (3, L4 - S4, 2, S3)):
         pb, pj = q[3 * bearing : 3 * bearing + 2], q[3 * journal : 3 * journal + 2]
         ab, aj = q[3 * bearing + 2], q[3 * journal + 2]
         wb, wj = v[3 * bearing + 2], v[3 * journal + 2]
@@ -138,8 +135,20 @@ def joints(q, v, data, approach=(None, None)):
         turn = lambda w, r: w * np.array([-r[1], r[0]])  # noqa: E731
         e = pj + rj - pb - rb
         relative = v[3 * journal : 3 * journal + 2] + turn(wj, rj) - v[3 * bearing : 3 * bearing + 2] - turn(wb, rb)
-        force, couple = data.law(data, joint, e, relative, wb, wj, approach[joint])
-        result.append((e, relative, force, couple, bearing, rb + e, journal, rj))
+        result.append((e, relative, bearing, rb + e, journal, rj))
+    return result
+
+
+def joints(q, v, data, approach=(None, None)):
+    """Add forces on the journals to the `gaps`: e, rate, force, couple, bearing, its arm, journal, its arm.
+
+    `approach` has the speeds at which the contacts began [m/s], None without contact. A film has no force where
+    a journal has left its bearing.
+    """
+    result = []
+    for joint, (e, rate, bearing, arm_b, journal, arm_j) in enumerate(gaps(q, v)):
+        force, couple = data.law(data, joint, e, rate, v[3 * bearing + 2], v[3 * journal + 2], approach[joint])
+        result.append((e, rate, force, couple, bearing, arm_b, journal, arm_j))
     return result
 
 

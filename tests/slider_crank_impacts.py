@@ -13,7 +13,7 @@ RADIUS, CLEARANCE = 0.01, 0.5e-3
 def slider_crank_impacts(friction, end, count, limit=1.0):
     """First impacts of the dry slider-crank in two coordinates (rod angle, slider), written apart from the package.
 
-    Lankarani and Nikravesh with restitution 0.9, Hertz stiffness of Bai 2016 [0043], Ambrosio's ramp; DOP853 with
+    Lankarani and Nikravesh with restitution 0.9, Hertz's stiffness (journal in a bearing), Ambrosio's ramp; DOP853 with
     event location; the damping's ratio of speeds is clipped to +-limit. Returns rows start, approach, tangential speed,
     duration, peak force, peak penetration, separation, peak of the normal force.
     """

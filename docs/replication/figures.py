@@ -150,3 +150,27 @@ def write_spike(plain: Columns, patched: Mapping[str, Columns], printed: Mapping
         whole.set_ylabel("acceleration [m/s²]")
         start.set_title("start; thin: printed sizes", fontsize=9)
         whole.legend(frameon=False, fontsize=8)
+
+
+def write_generations(searches: Mapping[str, tuple[str, Mapping[str, Any]]], path: Path) -> None:
+    """Draw the best and the mean objective of each generation; searches are a label with its unit, and the generations, by title."""
+    with _figure(path, (7.5, 3.0), 1, len(searches)) as (_, axes):
+        for ax, (title, (label, found)) in zip(axes, searches.items(), strict=True):
+            for key, look in (("mean", {"color": COLORS[1], "linestyle": "--"}), ("best", {"color": COLORS[0]})):
+                ax.plot(np.arange(1, 1 + len(found[key])), found[key], label=key, **look)
+            ax.set_title(title, fontsize=9)
+            ax.set(xlabel="generation", ylabel=label)
+        axes[0].legend(frameon=False)
+
+
+def write_map(found: Mapping[str, Any], marked: Mapping[str, tuple[float, float]], path: Path) -> None:
+    """Draw the miss of all printed numbers over the speeds of both cranks, with some guesses by name."""
+    values = np.exp(np.array(found["mismatch"], dtype=float))
+    with _figure(path, (5.6, 4.4), 1, 1) as (figure, ax):
+        shades = ax.pcolormesh(found["speeds"], found["speeds"], values, cmap="viridis_r", vmin=1.0, shading="nearest")
+        figure.colorbar(shades, label="root mean square of the misses, a factor")
+        for (name, at), marker in zip(marked.items(), "o^sDv", strict=False):
+            ax.plot(*at, marker, color="#D55E00", markeredgecolor="white", label=name)
+        ax.set(xlabel="ω₁ [rad/s]", ylabel="ω₄ [rad/s]", aspect="equal")
+        ax.grid(visible=False)
+        figure.legend(loc="outside lower center", ncols=1, frameon=False, fontsize=8)

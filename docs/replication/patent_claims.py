@@ -9,6 +9,7 @@ from replication.recorded import load_record
 from replication.verdicts import Claim, Number, parts
 
 PRINTED = -77.5  # %, [0087]: largest departure of the acceleration
+SIZE = "follower_B.acceleration"
 LOST = "tables 1 and 2 and formula (8), which are lost in the text"
 
 
@@ -19,7 +20,7 @@ def _number(found: float) -> list[Number]:
 def gain() -> list[Claim]:
     """[0087], as we read it, and as it could be read."""
     pair, record = designs.pair("fourbar_jitter"), load_record("fourbar_jitter")
-    linear, drake = pair.accelerations(), 100.0 * (record.drake["jitter"] - 1.0)
+    linear, drake = pair.peaks(SIZE), 100.0 * (record.drake["jitter"] - 1.0)
     mean, later = designs.change_of_the_mean(pair.name), designs.change_after_the_start(pair.name)
     return [
         Claim(
@@ -36,7 +37,8 @@ def gain() -> list[Claim]:
         Claim(
             "the same design, if eq. (8) means the size of a_c itself, of B on the follower", f"{PRINTED} %",
             f"{change(*linear):+.1f} % ({linear[0]:.0f} -> {linear[1]:.0f} m/s²)", _number(change(*linear)),
-            "the follower is three times as long: its angular acceleration falls more than that of its end", LOST,
+            "the follower is three times as long: its angular acceleration falls more than that of its end. Who reads (8) so"
+            f" minimises the output `{SIZE}`", LOST,
         ),
         Claim(
             "the same from ten other start angles", "not asked", f"{mean:+.1f} %", [],
@@ -56,7 +58,7 @@ def kept() -> list[Claim]:
     return [
         Claim(
             "largest departure of the acceleration where the machine still does its work", f"{PRINTED} %",
-            f"{pair.gain:+.1f} % (size of a_c {change(*pair.accelerations()):+.1f} %)", _number(pair.gain),
+            f"{pair.gain:+.1f} % (size of a_c {pair.change(SIZE):+.1f} %)", _number(pair.gain),
             "study `fourbar_kept`: Freudenstein's ratios of the lengths within 5 %, the joint's largest force no larger"
             f" ({pair.change('B.force'):+.1f} %; fastest follower {slow:.1f} -> {fast:.1f} rad/s); lengths {pair.lengths} mm", LOST,
         )
@@ -112,20 +114,33 @@ def peaks() -> list[Claim]:
 
 def others() -> list[Claim]:
     """[0082]: linkages with more bars."""
-    listed = {"five-bar, two driven cranks": "fivebar_jitter"}
+    listed = {
+        "five-bar, two driven cranks": "fivebar_jitter",
+        "six-bar, Watt's": "sixbar_jitter",
+        "seven-bar, two dry joints": "sevenbar_jitter",
+    }
     found = []
     for what, name in listed.items():
-        pair, record = designs.pair(name), load_record(name)
-        forces = ", ".join(f"F_{joint} {pair.change(f'{joint}.force'):+.0f} %" for joint in pair.joints)
-        before, after = map(len, pair.impacts)
+        record = load_record(name)
         found.append(
             Claim(
-                f"for other linkages as well, [0082]: {what}", "no numbers",
-                f"largest departure {pair.gain:+.1f} %; {forces}; contacts {before} -> {after}", [],
-                f"study `{name}`, lengths within bounds of ours; {record.evaluations} designs, seed {record.seed}",
+                f"for other linkages as well, [0082]: {what}", "no numbers", _gained(name, record.spread), [],
+                f"study `{name}`, lengths within bounds of ours; {record.evaluations} designs, seed {record.seed}"
+                + ("; the nominal run has no digits, its blows hang on all before them" if record.spread else ""),
             )
         )  # fmt: skip
     return found
+
+
+def _gained(name: str, spread: list[float] | None) -> str:
+    """Say what a recorded design gains: where a run has no digits, over which range."""
+    if spread is not None:
+        least, most = (100.0 * (value - 1.0) for value in sorted(spread, reverse=True))
+        return f"largest departure {least:+.1f} to {most:+.1f} %, as recorded at four tolerances"
+    pair = designs.pair(name)
+    forces = ", ".join(f"F_{joint} {pair.change(f'{joint}.force'):+.0f} %" for joint in pair.joints)
+    before, after = map(len, pair.impacts)
+    return f"largest departure {pair.gain:+.1f} %; {forces}; contacts {before} -> {after}"
 
 
 SECTIONS = {"gain": gain, "kept": kept, "price": price, "peaks": peaks, "others": others}

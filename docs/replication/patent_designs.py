@@ -74,10 +74,6 @@ class Pair:
         """Largest magnitudes of an output in either run, or of the ideal linkages."""
         return [extremes(run, [output])[output].peak for run in (self.ideals if perfect else self.runs)]
 
-    def accelerations(self) -> list[float]:
-        """Largest size of the acceleration of B on the follower in either run [m/s2]."""
-        return [float(np.hypot(run["follower_B.ax"], run["follower_B.ay"]).max()) for run in self.runs]
-
     def change(self, output: str) -> float:
         """Change of an output's largest magnitude [%]."""
         return change(*self.peaks(output))

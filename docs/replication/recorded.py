@@ -7,6 +7,7 @@ and all numbers about it are computed from there.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,16 @@ from linkages import InputError
 from linkages.files.toml import Finite, Table, read_toml, validate
 from linkages.files.versions import versions
 from linkages.files.writing import whole
-from optim import Study
+from optim import Study, read_store
 
 Array = NDArray[np.float64]
+
+
+class Generations(Table):
+    """Objective of the best design of each generation, and its mean over the generation's survivors."""
+
+    best: list[Finite] = Field(description="in the order of the generations")
+    mean: list[Finite] = Field(description="the same")
 
 
 class Record(Table):
@@ -36,6 +44,10 @@ class Record(Table):
     versions: dict[str, str] = Field(description="of the packages that determine the numbers")
     objectives: dict[str, Finite] = Field(description="when it was found, as the study means them")
     variables: dict[str, Finite] = Field(description="by dotted path, SI units")
+    generations: Generations | None = Field(None, description="of a genetic algorithm, from its store")
+    spread: list[Finite] | None = Field(
+        None, description="least and largest objective at other tolerances, where a run has no three digits"
+    )
     drake: dict[str, Finite] = Field(
         {}, description="objectives by Drake, which takes minutes, where they were computed"
     )
@@ -70,7 +82,23 @@ def load_record(name: str) -> Record:
     return validate(Record, read_toml(path)[0], path)
 
 
-def write_record(study: Study, result: Mapping[str, Any], command: str) -> Path:
+def generations(study: Study, path: Path) -> Generations | None:
+    """Read the generations of a genetic algorithm of one objective from its store; None of another algorithm."""
+    with read_store(path) as store:
+        designs, found = store.evaluations()
+        states = [json.loads(row.state) for row in store.iterations()]
+    if not all("pool" in state for state in states):
+        return None
+    value = dict(zip(map(bytes, designs), found.objectives[:, 0], strict=True))
+    width = study.upper - study.lower
+    values = []
+    for state in states:
+        survivors = np.clip(study.lower + np.array(state["pool"]) * width, study.lower, study.upper)
+        values.append([float(value[bytes(design)]) for design in survivors])
+    return Generations(best=[row[0] for row in values], mean=[float(np.mean(row)) for row in values])
+
+
+def write_record(study: Study, result: Mapping[str, Any], command: str, passed: Generations | None = None) -> Path:
     """Keep the best design of a shipped study.
 
     Parameters
@@ -80,10 +108,14 @@ def write_record(study: Study, result: Mapping[str, Any], command: str) -> Path:
         ``best``, ``algorithm``, ``seed`` and ``evaluations`` as in ``result.json``.
     command : str
         What searched for it.
+    passed : Generations, optional
+        Of the search.
     """
     given = {key: result[key] for key in ("algorithm", "seed", "evaluations")}
     best = {key: result["best"][key] for key in ("objectives", "variables")}
-    record = Record(study=study.source.stem, command=command, versions=versions("pygad"), **given, **best)
+    record = Record(
+        study=study.source.stem, command=command, versions=versions("pygad"), generations=passed, **given, **best
+    )
     return save(record)
 
 
@@ -91,7 +123,7 @@ def save(record: Record) -> Path:
     """Write a record to its file."""
     document = tomlkit.document()
     document.add(tomlkit.comment(f"Written by `{record.command}`."))
-    document.update({key: value for key, value in record.model_dump().items() if value != {}})
+    document.update({key: value for key, value in record.model_dump(exclude_none=True).items() if value != {}})
     path = path_of(record.study)
     with whole(path) as partial:
         partial.write_text(tomlkit.dumps(document), encoding="utf-8")

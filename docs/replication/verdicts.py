@@ -39,6 +39,8 @@ from typing import NamedTuple
 WITHIN = 0.05
 #: A number shows the trend within this factor of the printed one.
 FACTOR = 2.0
+#: What would change the verdict of a claim without numbers.
+SAID = "a number in the source"
 #: Module of each source's `SECTIONS`.
 SOURCES = {"press": "replication.press_claims", "patent": "replication.patent_claims", "robot": "replication.three_rrr"}
 
@@ -121,7 +123,7 @@ class Claim(NamedTuple):
     @property
     def otherwise(self) -> str:
         """What would change the verdict: another number of ours, and what could make it."""
-        return "; ".join(filter(None, (self._worst.otherwise if self.numbers else "", self.unless)))
+        return "; ".join(filter(None, (self._worst.otherwise if self.numbers else "", self.unless))) or SAID
 
     @property
     def _worst(self) -> Number:

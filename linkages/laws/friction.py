@@ -47,7 +47,8 @@ def ambrosio(v: float, bristle: float, joint: np.record) -> float:
 def cubic(v: float, bristle: float, joint: np.record) -> float:
     """Cubic steps: up to mu_s at v_0 > 0, down to mu_d at v_1, then constant; continuous slope.
 
-    Source: Bai 2016 [0051]-[0055], modified Coulomb friction (v_0 = v_s, v_1 = v_d).
+    Source: Bai 2016 [0051]-[0055], modified Coulomb friction (v_0 = v_s, v_1 = v_d); its formulas are lost in the text
+    that is known, which names the steps' speeds and coefficients: our reading.
     """
     speed, mu_s, mu_d = abs(v), joint.mu_s, joint.mu_d
     if speed >= joint.v_1:
@@ -123,7 +124,7 @@ FRICTIONS = {
     ),
     "cubic": Friction(
         cubic, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
-        "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055]",
+        "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055], formulas lost: our reading",
     ),
     "coulomb": Friction(
         coulomb, "mu_d tanh(v/v_1)",

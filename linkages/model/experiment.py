@@ -47,6 +47,7 @@ QUANTITIES = {
     "ax": "acceleration along x_P [m/s2]",
     "ay": "acceleration along y_P [m/s2]",
     "alpha": "angular acceleration [rad/s2]",
+    "acceleration": "size of the point's acceleration [m/s2]",
 }
 
 

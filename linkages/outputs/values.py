@@ -87,10 +87,10 @@ def point_value(output: np.record, pose: Array, vel: Array, acc: Array) -> float
         return vx if what == 3 else vy
     if what == 5:
         return vel[b, 0]
-    if what < 8:
-        ax, ay = marker_acceleration(vel, acc, b, rx, ry)
-        return ax if what == 6 else ay
-    return acc[b, 0]
+    if what == 8:
+        return acc[b, 0]
+    ax, ay = marker_acceleration(vel, acc, b, rx, ry)
+    return math.hypot(ax, ay) if what == 9 else (ax if what == 6 else ay)
 
 
 @kernel

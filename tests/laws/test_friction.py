@@ -53,7 +53,7 @@ def test_ambrosio_is_the_ramp_of_chen_2025():
 
 
 def test_cubic_peaks_at_the_static_coefficient_and_is_smooth():
-    """Bai et al. (2016): mu_s at v_s and mu_d at v_d, both with zero slope."""
+    """What Bai et al. (2016) name, formulas lost: mu_s at v_s, mu_d at v_d; zero slope at both is our reading."""
     assert mu("cubic", V_0) == pytest.approx(MU_S)
     assert mu("cubic", V_1) == pytest.approx(MU_D)
     for v in (V_0, V_1):

@@ -3,8 +3,9 @@
 import numpy as np
 import paper_formulation
 import pytest
-from paper_formulation import Data, gamma, jacobian, start
+from paper_formulation import Data, film, gamma, jacobian, start
 from replication.press_equations import printed
+from replication.press_steps import STABLE, STEP, explicit, fastest
 
 from linkages.laws.film.closed_form import pinkus_sternlicht
 
@@ -25,6 +26,18 @@ def test_the_printed_film_is_ours_but_for_the_sign_of_eq_11(rate):
     ours = pinkus_sternlicht(eps, rate, eps * spin, 1.0)
     assert tangential == pytest.approx(ours[1], rel=1e-12)
     assert normal == pytest.approx(np.sign(rate) * ours[0], rel=1e-12)
+
+
+@pytest.mark.filterwarnings("error")
+def test_steps_of_the_papers_size_leave_the_bearing():
+    """In two steps of 0.1 ms, beyond the method's stability; no force is asked for where the film has none.
+
+    The least time constant is that of a crank's end against the film, whose mass is less than the crank's.
+    """
+    assert explicit() == pytest.approx(2 * STEP)
+    damping = -film(Data(), 0, np.zeros(2), np.array([1.0, 0.0]), 0.0)[0]
+    assert fastest() < STEP / STABLE
+    assert 0.01 < fastest() * damping / min(Data().mass) < 1.0
 
 
 def test_l_s5_of_eq_17_is_l_5():

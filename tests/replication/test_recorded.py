@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from replication import recorded
+from replication.measured import read
 from replication.recorded import load_record, path_of, write_record
 
 from linkages import InputError
+from optim import optimise, read_store
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluator import Evaluator
 from optim.evaluate.limits import problem_of, values_of
@@ -24,13 +26,14 @@ def shipped(name):
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_the_design_is_worth_what_its_record_says(name):
-    """To a tenth of a per cent, in which runs at the studies' tolerances agree with tighter ones."""
+    """To a tenth of a per cent, in which runs at the studies' tolerances agree with tighter ones, or as far as they do not."""
     record, (study, evaluator, nominal) = load_record(name), shipped(name)
     x = record.design(study)
     assert np.all((study.lower <= x) & (x <= study.upper))
     values = values_of(study, evaluator(x[None]), nominal)
     assert values.feasible(1e-6)[0]
-    assert values.objectives[0].tolist() == pytest.approx(list(record.objectives.values()), rel=1e-3)
+    low, high = record.spread or (next(iter(record.objectives.values())),) * 2
+    assert values.objectives[0, 0] == pytest.approx(0.5 * (low + high), rel=1e-3, abs=1.5 * (high - low))
     assert values.objectives[0, 0] < values_of(study, nominal, nominal).objectives[0, 0]
 
 
@@ -60,6 +63,27 @@ def test_a_record_comes_back_as_it_was_written(tmp_path, monkeypatch):
     assert (record.seed, record.evaluations, record.algorithm["population"]) == (7, 12, 4)
 
 
+def test_generations_are_those_of_the_survivors(tmp_path):
+    """Elitists never lose: the best falls to the result; a mean is that of designs which compete from children to children."""
+    study = load_study(find_study("sevenbar_force"))
+    settings = {"name": "ga", "population": 4, "generations": 3, "elites": 4}
+    result = optimise(study, tmp_path / "study.sqlite", algorithm=settings)
+    found = recorded.generations(study, tmp_path / "study.sqlite")
+    assert found.best[-1] == result["best"]["objectives"]["force"]
+    assert sorted(found.best, reverse=True) == found.best
+    assert sorted(found.mean, reverse=True) == found.mean
+    with read_store(tmp_path / "study.sqlite") as store:
+        first = store.evaluations()[1].objectives[:4, 0]  # the nominal design is the first of the first four
+    assert found.mean[0] == pytest.approx(first.mean(), rel=1e-12)
+    assert found.mean[-1] > found.best[-1]
+
+
+def test_other_algorithms_have_no_generations(tmp_path):
+    study = load_study(find_study("sevenbar_force"))
+    optimise(study, tmp_path / "study.sqlite", algorithm={"name": "grg", "iterations": 1})
+    assert recorded.generations(study, tmp_path / "study.sqlite") is None
+
+
 def test_a_record_of_other_variables_is_refused():
     with pytest.raises(InputError, match="are not those of the recorded fourbar_jitter"):
         load_record("fourbar_jitter").design(load_study(find_study("sevenbar_force")))
@@ -76,11 +100,12 @@ def test_no_record():
     [
         # nearly the recorded 17 %, in half the generations
         ("sevenbar_force", "ga", {"generations": 25}, 0.16),
-        ("fourbar_jitter", "grg", {"step": 1e-5, "iterations": 8}, 0.65),  # 73 to 88 % from starts 1e-7 apart
+        # what docs/fourbar_landscape.md claims for any start: the least from starts 1e-7 apart, as printed
+        ("fourbar_jitter", "grg", {"step": 1e-5, "iterations": 8}, min(read("fourbar_landscape")["nearby"]) - 1e-3),
     ],
 )
 def test_searching_again_reaches_as_much(name, algorithm, settings, reached):
-    """A property, no digits: where a search ends depends on the rounding."""
+    """Where a search ends depends on the rounding, but not below what is claimed."""
     study, evaluator, nominal = shipped(name)
     found = minimise(algorithm, problem_of(study, evaluator, nominal), settings, seed=1)
     before = values_of(study, nominal, nominal).objectives[0, 0]

@@ -44,6 +44,7 @@ def test_the_worst_number_decides():
     assert claim(parts([True, False, False])).verdict == "not reproduced"
     assert claim().verdict == "nothing to compare"
     assert claim().otherwise == "the data"
+    assert claim()._replace(unless="").otherwise == "a number in the source"
 
 
 def test_more_than_all_is_not_asked_for():

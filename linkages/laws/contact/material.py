@@ -1,8 +1,8 @@
 """From material and geometry to the constants of the contact laws; and what restitution they really give.
 
 Units are SI. Journal and bearing are elastic, with Young's modulus E and Poisson's ratio nu; E' is the
-contact modulus, 1/E' = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j. (Bai 2016 [0043] and many papers divide each
-term by pi, and then have pi in the stiffness too: it cancels.)
+contact modulus, 1/E' = (1 - nu_b^2)/E_b + (1 - nu_j^2)/E_j. (Many papers divide each term by pi, and then have
+pi in the stiffness too: it cancels. The formula of Bai 2016, [0043]-[0046], is lost in the text that is known.)
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def hertz_stiffness(radius_b: float, radius_j: float, modulus: float) -> float:
     ValueError
         If the journal is not smaller than the bearing.
 
-    Source: Bai 2016 [0043]; Johnson, Contact Mechanics, 1985, eq. (4.23).
+    Source: Johnson, Contact Mechanics, 1985, eq. (4.23); Bai 2016 [0043] asks for it, its formula is lost.
     """
     _check_radii(radius_b, radius_j)
     return 4.0 / 3.0 * modulus * math.sqrt(radius_b * radius_j / (radius_b - radius_j))

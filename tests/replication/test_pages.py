@@ -1,0 +1,76 @@
+"""Pages whose numbers take long are those of what was measured, and a row of each is measured again."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from replication.claims import differences
+from replication.measured import read
+from replication.recorded import load_record
+from replication.verdicts import SOURCES
+
+from optim import Evaluator, find_study, load_study
+
+ROOT = Path(__file__).parents[2]
+
+
+def program(path):
+    spec = importlib.util.spec_from_file_location(Path(path).stem, ROOT / path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def methods():
+    return program("benchmarks/fourbar_methods.py")
+
+
+@pytest.mark.parametrize("name", ["fourbar_methods", "fourbar_landscape"])
+def test_page_is_that_of_its_measurements(name):
+    """Regenerate with ``python benchmarks/NAME.py``."""
+    maker = program(f"benchmarks/{name}.py")
+    assert maker.PAGE.read_text(encoding="utf-8") == maker.page(read(name))
+
+
+@pytest.mark.slow
+def test_a_row_of_the_methods_is_measured_again(methods):
+    """The recorded design at the page's three places, to the digits printed: objective, unseen starts, tighter tolerance."""
+    record, study = load_record("fourbar_jitter"), load_study(find_study("fourbar_jitter"))
+    row = read("fourbar_methods")["fourbar_jitter/grg, one start/1"]
+    x = np.array(row["x"])
+    assert np.array_equal(x, record.design(study))
+    before, after = Evaluator(study)(np.array([study.nominal, x])).objectives[:, 0]
+    unseen, tighter = methods.score(study, x[None])
+    again = {"value": after / before, "unseen": unseen[0], "tighter": tighter[0]}
+    assert methods.cells(row | again, x / study.nominal) == methods.cells(row, x / study.nominal)
+
+
+@pytest.mark.slow
+def test_a_row_of_the_landscape_is_measured_again():
+    """The surrogate's answer by the patent's objective, to the digits printed."""
+    part, study = read("fourbar_landscape")["surrogate"], load_study(find_study("fourbar_jitter"))
+    before, after = Evaluator(study)(np.array([study.nominal, part["x"]])).objectives[:, 0]
+    assert 1.0 - after / before == pytest.approx(part["fourbar_jitter"], abs=1e-3)
+
+
+def test_table_of_the_robust_design_is_fresh():
+    """Regenerate with ``python docs/make_robust.py``."""
+    maker = program("docs/make_robust.py")
+    text = maker.PAGE.read_text(encoding="utf-8")
+    assert differences(text, maker.page(text)) == []
+
+
+@pytest.mark.parametrize(("page", "sources"), [("replication", {"press", "patent"}), ("replication_3rrr", {"robot"})])
+def test_every_row_names_a_command_and_every_command_has_rows(page, sources, capsys):
+    assert program("docs/replicate.py").main([]) == 0
+    listed = {name for name in capsys.readouterr().out.split() if name.partition(".")[0] in sources}
+    lines = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("| claim |"))
+    rows = [line for line in lines[start:] if line.startswith("| ") and line.count(" | ") == lines[start].count(" | ")]
+    named = [re.search(r"\| `python docs/replicate\.py (\S+)` \|$", line) for line in rows if line != lines[start]]
+    assert all(named)
+    assert {found[1] for found in named} == listed
+    assert set(SOURCES) >= sources
