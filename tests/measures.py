@@ -6,7 +6,16 @@ import numpy as np
 
 #: Columns of one kind are measured by the largest of them in the linkage: a moment that vanishes, or a component, has
 #: the rounding errors of what it is made of.
-_KINDS = {"ax": "a", "ay": "a", "vx": "v", "vy": "v", "fx": "force", "fy": "force", "moment": "torque"}
+_KINDS = {
+    "ax": "a",
+    "ay": "a",
+    "acceleration": "a",
+    "vx": "v",
+    "vy": "v",
+    "fx": "force",
+    "fy": "force",
+    "moment": "torque",
+}
 _KINDS |= {"x": "length", "y": "length", "tilt": "angle"}
 _KINDS |= {name: name for name in ("force", "torque", "power", "alpha", "omega", "angle")}
 

@@ -62,7 +62,8 @@ def test_a_crank_that_locks_ends_the_run_where_geometry_says(engine, experiment_
     assert main([*words, "--no-plots"]) == 1
     told = capsys.readouterr().err
     assert "the run ended" in told
-    assert f"the ideal linkage ended at t = {motion.time[-1]:.6g} s: {motion.status.value}" in told
+    end = motion.time[-1]
+    assert f"the ideal linkage ended at t = {end:.6g} s, O = {speed * end:.4g} rad: {motion.status.value}" in told
     summary = json.loads((out / "summary.json").read_text())
     assert summary["status"] == summary["ideal"]["status"] == "locked"
     assert summary["duration"] == pytest.approx(locked, abs=1e-4)
