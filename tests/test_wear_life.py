@@ -237,3 +237,17 @@ def test_bad_input_is_one_line(press, tmp_path, capsys, words, message):
 def test_a_machine_without_wear_is_refused(tmp_path, capsys):
     assert main(["wear", "slider_crank_dry.toml", "--cycles", "5", "--out", str(tmp_path / "out")]) == 2
     assert "none wears; give one a table [joints.NAME.wear]" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_slider_crank_of_the_literature_wears_in_two_zones_along_the_sliders_way():
+    """Where the rod pulls and where it pushes, as the published profiles of worn slider-cranks have it."""
+    life = wear_life(linkages.load(linkages.find_file("slider_crank_wear.toml")), 100_000)
+    profile = life.profiles("B")[-1, 0]
+    deep = profile > 0.2 * profile.max()
+    assert np.sum(deep & ~np.roll(deep, 1)) == 2
+    along = np.cos(2.0 * np.pi * np.arange(len(profile)) / len(profile))
+    for side in (along, -along):
+        pocket = np.where(side > 0.0, profile, 0.0)
+        assert pocket.max() > 0.5 * profile.max()
+        assert side[np.argmax(pocket)] > math.cos(math.radians(30.0))
