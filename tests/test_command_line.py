@@ -117,6 +117,7 @@ def test_quiet_prints_nothing_and_verbose_says_how(experiment_file, tmp_path, ca
 
 
 def test_compilation_is_announced_once(capsys):
+    progress.announce_compilation.cache_clear()  # a command of another test may have done so
     progress.announce_compilation()
     for function in (lambda x: x + 1, lambda x: x + 2):
         numba.njit(function)(1)

@@ -130,7 +130,7 @@ def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_p
     names = {path.name for path in out.iterdir()}
     assert names == {
         "summary.json", "trajectory.npz", "animation.html", "output_follower.omega.png", "orbits.png",
-        "joint_forces.png", "drive_torques.png",
+        "drawing.svg", "joint_forces.png", "drive_torques.png",
     }  # fmt: skip
     summary = json.loads((out / "summary.json").read_text())
     a = summary["joints"]["A"]
