@@ -17,6 +17,10 @@ from optim.problem.shipped import find_study
 
 RECORDS = sorted(path.stem for path in path_of("any").parent.glob("*.toml"))
 
+#: The patched start gives a spike that rounding moves: the same design has 5.356 m/s2 with Python 3.11 and 5.375 with 3.13,
+#: whose compilers order sums differently. Why it is so sensitive is not known.
+ROUNDING = {"sevenbar_spike": 5e-3}
+
 
 def shipped(name):
     study = load_study(find_study(name))
@@ -33,7 +37,9 @@ def test_the_design_is_worth_what_its_record_says(name):
     values = values_of(study, evaluator(x[None]), nominal)
     assert values.feasible(1e-6)[0]
     low, high = record.spread or (next(iter(record.objectives.values())),) * 2
-    assert values.objectives[0, 0] == pytest.approx(0.5 * (low + high), rel=1e-3, abs=1.5 * (high - low))
+    assert values.objectives[0, 0] == pytest.approx(
+        0.5 * (low + high), rel=ROUNDING.get(name, 1e-3), abs=1.5 * (high - low)
+    )
     assert values.objectives[0, 0] < values_of(study, nominal, nominal).objectives[0, 0]
 
 
