@@ -9,6 +9,7 @@ _HEAD = """# Experiment files
 
 An experiment is a TOML file that names a mechanism and says what is done with it. `sdf/seven_bar.toml` is an example.
 
+- Numbers are in SI units, or texts with their [unit](describe.md#units): `clearance = "0.1 mm"`, `speed = "300 r/min"`.
 - The comment behind a value is kept as its **source** and goes into `summary.json`: `clearance = 3e-4  # m, section 3.3`.
 - **Any value can be replaced by its dotted path**: `--set joints.A.clearance=2e-4` on the command line,
   `linkages.load("seven_bar.toml", {"joints.A.clearance": 2e-4})` or `system.replaced({...})` in Python;

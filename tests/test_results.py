@@ -249,7 +249,7 @@ def test_an_interrupted_run_is_written_and_its_exit_status_names_the_signal(
 
 
 def test_importing_the_package_loads_no_engine():
-    code = "import sys, linkages; print([m for m in ('pydrake', 'numba', 'matplotlib', 'scipy') if m in sys.modules])"
+    code = "import sys, linkages; print([m for m in ('pydrake', 'numba', 'matplotlib', 'scipy', 'pint') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 

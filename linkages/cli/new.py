@@ -7,13 +7,14 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
-from linkages.errors import InputError
+from linkages.errors import InputError, nearest
 
 HELP = "write a commented machine (.sdf) and experiment (.toml) to begin with"
 
 _EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
   linkages new press --model dry --out machines
+  linkages new jansen --from leg.toml                      from points, links and parameters
 """
 
 _NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat keeps "world" for itself
@@ -22,7 +23,15 @@ _NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat keeps "
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("name", metavar="NAME", help="name of both files and of the machine")
+    parser.add_argument(
+        "name",
+        nargs="?",
+        metavar="NAME",
+        help="name of both files and of the machine; default: that of the description",
+    )
+    parser.add_argument(
+        "--from", dest="source", type=Path, metavar="FILE", help="description of the machine: points, links, parameters"
+    )
     parser.add_argument(
         "--model",
         choices=("lubricated", "dry"),
@@ -34,18 +43,23 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the files; returns the exit status."""
-    name: str = options.name
+    source: Path | None = options.source
+    name: str | None = source.name.partition(".")[0] if source and options.name is None else options.name
+    if name is None:
+        raise InputError("name", "", "is missing; write linkages new NAME, or linkages new --from FILE")
     if not _NAME.fullmatch(name):
         raise InputError(
             "name", name, "must begin with a letter, contain only letters, digits, - and _, and not be world"
         )
-    machine, experiment = write_files(name, options.model, options.out)
-    print(f"written: {machine}, {experiment}\nrun it:  linkages simulate {experiment}")
+    texts, facts = described_files(name, source) if source else (template_files(name, options.model), "")
+    machine, experiment = write_files(name, texts, options.out)
+    print(f"written: {machine}, {experiment}{facts}\ndraw it: linkages draw {experiment}")
+    print(f"run it:  linkages simulate {experiment}")
     return 0
 
 
-def write_files(name: str, model: str, folder: Path) -> tuple[Path, Path]:
-    """Write NAME.sdf and NAME.toml, both or neither.
+def template_files(name: str, model: str) -> tuple[str, str]:
+    """Return the texts of a machine and an experiment to begin with.
 
     Parameters
     ----------
@@ -53,6 +67,71 @@ def write_files(name: str, model: str, folder: Path) -> tuple[Path, Path]:
         Replaces ``@NAME@`` in the templates.
     model : str
         "lubricated" or "dry".
+    """
+    templates = files("linkages") / "templates"
+    texts = ((templates / file).read_text(encoding="utf-8") for file in ("four_bar.sdf", f"{model}.toml"))
+    machine, experiment = (text.replace("@NAME@", name) for text in texts)
+    return machine, experiment
+
+
+def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
+    """Return the texts of a described machine and of its experiment, and what is to be known of them.
+
+    Parameters
+    ----------
+    name : str
+    source : Path
+        The description (`linkages.files.description`).
+
+    Raises
+    ------
+    InputError
+        With file, key and reason.
+    """
+    import tomlkit
+
+    from linkages.files.description import KEYS, described
+    from linkages.files.reading import read_whole
+    from linkages.files.sdf import read_root
+    from linkages.files.sdf_text import sdf_text
+    from linkages.files.toml import read_toml
+    from linkages.files.xml import parse_xml
+    from linkages.model.experiment import Experiment, experiment_of
+    from linkages.model.mechanism import planar
+    from linkages.system import System
+
+    data, sources = read_toml(source)
+    if "mechanism" in data:
+        raise InputError(source, "mechanism", "names a machine; a description has points and links instead")
+    known = (*KEYS, *Experiment.model_fields)
+    for key in data:
+        if key not in known:
+            raise InputError(source, key, f"unknown key; {nearest(key, known)}")
+    drawn = described(source, name, {key: value for key, value in data.items() if key in KEYS})
+    rest = {key: value for key, value in data.items() if key not in KEYS}
+    machine = sdf_text(drawn.model, [f"made by `linkages new --from {source.name}`"], drawn.text)
+    mechanism = planar(source, read_root(source, parse_xml(source, machine.encode())), {})
+    system = System(mechanism, experiment_of(source, {"mechanism": f"{name}.sdf"} | rest, sources))
+    document = tomlkit.parse(read_whole(source).decode())
+    for key in KEYS:
+        if key in document:
+            document.remove(key)
+    experiment = f'mechanism = "{name}.sdf"\n{tomlkit.dumps(document)}'
+    counts = f"{len(mechanism.links)} links, {len(mechanism.joints)} joints"
+    freedoms = f"{system.assembly.mobility} degree{'s' * (system.assembly.mobility != 1)} of freedom"
+    named = ", ".join(f"sdf.{key} = {value:.6g}" for key, value in drawn.parameters.items())
+    facts = f"\n{counts}, {freedoms}" + (f"\nparameters, SI: {named}" if named else "")
+    return (machine, experiment), facts
+
+
+def write_files(name: str, content: tuple[str, str], folder: Path) -> tuple[Path, Path]:
+    """Write NAME.sdf and NAME.toml, both or neither.
+
+    Parameters
+    ----------
+    name : str
+    content : (str, str)
+        Texts of the two files.
     folder : Path
 
     Returns
@@ -65,24 +144,19 @@ def write_files(name: str, model: str, folder: Path) -> tuple[Path, Path]:
     InputError
         If one of them exists, or the folder cannot be written.
     """
-    templates = files("linkages") / "templates"
-    texts = {
-        folder / f"{name}.sdf": (templates / "four_bar.sdf").read_text(encoding="utf-8"),
-        folder / f"{name}.toml": (templates / f"{model}.toml").read_text(encoding="utf-8"),
-    }
-    for path in texts:
+    machine, experiment = (folder / f"{name}{end}" for end in (".sdf", ".toml"))
+    for path in (machine, experiment):
         if path.exists():
             raise InputError(str(path), "", "already exists; choose another name, or remove it")
     begun: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for path, text in texts.items():
+        for path, text in zip((machine, experiment), content, strict=True):
             with open(path, "x", encoding="utf-8") as file:
                 begun.append(path)
-                file.write(text.replace("@NAME@", name))
+                file.write(text)
     except OSError as problem:
         for path in begun:
             path.unlink(missing_ok=True)
         raise InputError("--out", str(folder), f"cannot be written ({problem.strerror})") from None
-    machine, experiment = texts
     return machine, experiment

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from linkages.errors import InputError
+from linkages.files.units import is_quantity, si
 
 if TYPE_CHECKING:
     from linkages.system import System
@@ -31,11 +32,16 @@ def add_set(parser: argparse.ArgumentParser) -> None:
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Add ``--set``, ``--duration``, ``--out``, ``--quiet`` and ``--verbose``."""
     add_set(parser)
-    parser.add_argument("--duration", type=float, metavar="SECONDS", help="replace the experiment's duration")
+    parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
     add_out(parser)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")
     group.add_argument("--verbose", "-v", action="store_true", help="say what is done, how, and how long it takes")
+
+
+def seconds(text: str) -> float:
+    """Read a time, as ``0.02`` or ``20 ms`` [s]; a ValueError, which argparse expects, if it is none."""
+    return si(text, "s") if is_quantity(text) else float(text)
 
 
 def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | None = None) -> System:

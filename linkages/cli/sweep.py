@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 HELP = "run over the values of one variable: bifurcation diagram, peaks with their spread"
 
 _EXAMPLES = """examples:
-  linkages sweep seven_bar.toml --vary joints.A.clearance=1e-4:4e-4:31 --revolutions 2
+  linkages sweep seven_bar.toml --vary joints.A.clearance=0.1mm:0.4mm:31 --revolutions 2
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
 """
 
@@ -108,9 +108,13 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     """
     import numpy as np
 
+    from linkages.files.units import is_quantity, read_either
+    from linkages.model.experiment import value_unit
+
     path, _, numbers = text.partition("=")
     try:
-        low, high, count = (float(part) for part in numbers.split(":"))
+        parts = [read_either(part, value_unit(path)) if is_quantity(part) else part for part in numbers.split(":")]
+        low, high, count = map(float, parts)
         if not path or count != int(count) or not 2 <= count <= _MOST or not np.all(np.isfinite([low, high])):
             raise ValueError
     except (ValueError, OverflowError):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -45,7 +45,8 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
     overrides : mapping of str to float, optional
         Values that replace those of the file, by dotted path: ``links.NAME.mass`` [kg],
         ``links.NAME.com.x|y|z`` [m], ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad],
-        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m].
+        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m]; of a machine that was
+        written from a description, ``parameters.NAME``.
 
     Raises
     ------
@@ -57,8 +58,15 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
 
 def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
     """Read what stands in an SDFormat file, as `read_sdf`."""
-    model = flattened(path, find_model(path, root))
-    return without_massless(path, read_model(path, model, overrides))
+    model, values = flattened(path, find_model(path, root)), dict(overrides or {})
+    parameters: dict[str, float] = {}
+    if (description := model.findtext("linkages:description")) is not None:
+        from linkages.files.description import redrawn  # which few files need
+
+        own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
+        model, parameters = redrawn(path, model, description, own)
+    raw = without_massless(path, read_model(path, model, values))
+    return replace(raw, values=raw.values | parameters)
 
 
 def read_model(path: Path, model: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:

@@ -11,7 +11,7 @@ import numpy as np
 from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
 
 
-def sdf_text(model: RawModel, remarks: Sequence[str] = ()) -> str:
+def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = "") -> str:
     """Write a machine, every pose in world axes, so that `linkages.files.sdf.read_sdf` reads the same again.
 
     Parameters
@@ -19,6 +19,8 @@ def sdf_text(model: RawModel, remarks: Sequence[str] = ()) -> str:
     model : RawModel
     remarks : sequence of str
         For the comment at its head, an item each.
+    description : str
+        What the machine is drawn from, if it is kept (`linkages.files.description`).
 
     Returns
     -------
@@ -32,6 +34,8 @@ def sdf_text(model: RawModel, remarks: Sequence[str] = ()) -> str:
     taken = {name for part in (model.links, model.joints) for name in (each.name for each in part)} | set(model.frames)
     for joint in model.joints:
         body += _joint(joint, taken)
+    if description:
+        body += ["<linkages:description>", *escape(description).splitlines(), "</linkages:description>"]
     lines = ["<!--", *comment, "-->"] if comment else []
     lines += ['<sdf version="1.9" xmlns:linkages="urn:linkages:sdf">', f"  <model name={quoteattr(model.name)}>"]
     return "\n".join(['<?xml version="1.0"?>', *lines, *(f"    {line}" for line in body), "  </model>", "</sdf>", ""])

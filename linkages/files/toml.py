@@ -6,20 +6,16 @@ import io
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sized
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, ValidationError
-from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema
-from pydantic_core.core_schema import no_info_after_validator_function
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.errors import InputError, nearest
+from linkages.files.keys import UnitError, in_si, inner_table, names_taken
 from linkages.files.numbers import implausible
 from linkages.files.reading import read_whole
 
@@ -32,9 +28,13 @@ _LONGEST = 80  # characters of a wrong value that are shown
 
 
 class Table(BaseModel):
-    """A table of a TOML file: unknown keys are errors, values keep their types and do not change."""
+    """A table of a TOML file: unknown keys are errors, values keep their types and do not change.
+
+    Numbers may be written with a unit, in quotes, where the key's description gives one in brackets.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    of_any_joint: ClassVar[bool] = False  # whether what has rad in its unit may be of a sliding joint, in m
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
@@ -103,7 +103,10 @@ def validate(
     for where, problem in _implausible(data):
         raise InputError((origins or {}).get(where, source), where, problem)
     try:
-        return model.model_validate(dict(data))
+        return model.model_validate(in_si(model, data))
+    except UnitError as problem:
+        where = problem.args[0]
+        raise InputError((origins or {}).get(where, source), where, problem.args[1]) from None
     except ValidationError as problem:
         # a misspelt key often leaves another one missing: name the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
@@ -123,87 +126,6 @@ def check_history(times: list[float] | None, values: Sized | None, name: str) ->
         raise ValueError("times must increase")
     if times[0] > 0.0:
         raise ValueError("times must start at 0 or before")
-
-
-@dataclass(frozen=True)
-class OneOf:
-    """Validates a name against those of a registry, as it is then: what is registered later can be named too."""
-
-    registry: Mapping[str, object]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return no_info_after_validator_function(self._check, handler(source))
-
-    def _check(self, name: str) -> str:
-        if name not in self.registry:
-            raise ValueError(f'"{name}" is unknown; {nearest(name, self.registry)}')
-        return name
-
-
-def table_keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Every key of a table and of the tables in it, by dotted path, with its meaning and unit."""
-    return ((path, info.description or "") for path, info in _fields(model, prefix))
-
-
-def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
-    """Every key with its meaning, whether it is required, its default, and the values that it takes."""
-    for path, info in _fields(model):
-        yield path, "; ".join(filter(None, [info.description, *_rules(info)]))
-
-
-def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """Fields of a table and of the tables in it by dotted path."""
-    for name, info in model.model_fields.items():
-        inner = _inner(info)
-        named = str(info.annotation).startswith("dict") and inner is not None
-        path = f"{prefix}{name}" + (".NAME" if named else "")
-        yield path, info
-        if inner is not None:
-            yield from _fields(inner, path + ".")
-
-
-def _rules(info: FieldInfo) -> Iterator[str]:
-    """Say what a key takes."""
-    if choices := _choices(info):
-        yield f"one of {', '.join(choices)}"
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    limits = [
-        f"{sign} {getattr(rule, key):g}"
-        for rule in _metadata(info)
-        for key, sign in signs.items()
-        if isinstance(getattr(rule, key, None), int | float)
-    ]
-    if limits:
-        yield " and ".join(dict.fromkeys(limits))
-    if info.is_required():
-        yield "required"
-    elif isinstance(info.default, bool | int | float) or (info.default and isinstance(info.default, str)):
-        shown = info.default if isinstance(info.default, str) else tomlkit.item(info.default).as_string()
-        yield f"default {shown}"
-
-
-def _choices(info: FieldInfo) -> list[str]:
-    """Names that a key takes; none if it takes others too."""
-    kinds, found = [info.annotation], []
-    while kinds:
-        kind = kinds.pop(0)
-        found += [str(name) for name in get_args(kind) if get_origin(kind) is Literal]
-        kinds += [] if get_origin(kind) is Literal else get_args(kind)
-    return found + [name for rule in _metadata(info) if isinstance(rule, OneOf) for name in sorted(rule.registry)]
-
-
-def _metadata(info: FieldInfo) -> Iterator[Any]:
-    """Find what is asked of a key's values, of one among other kinds too."""
-    kinds: list[Any] = [*info.metadata, info.annotation]
-    for kind in kinds:  # which becomes longer meanwhile
-        if isinstance(kind, FieldInfo):
-            kinds += kind.metadata
-        elif get_origin(kind) is Annotated:
-            kinds += kind.__metadata__
-        elif get_origin(kind) in (Union, UnionType):
-            kinds += get_args(kind)
-        else:
-            yield kind
 
 
 def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
@@ -258,7 +180,7 @@ def _explain(model: type[BaseModel], error: Any) -> str:
     field = table.model_fields.get(str(loc[-1])) if loc else None
     meaning = f" ({field.description})" if field is not None and field.description else ""
     if kind == "missing":
-        choices = _choices(field) if field is not None else []
+        choices = names_taken(field) if field is not None else []
         return f"is missing{meaning}" + (f"; give one of {', '.join(choices)}" if choices else "")
     if kind == "value_error":
         return str(error["ctx"]["error"])
@@ -275,16 +197,5 @@ def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:
     for part in loc:
         info = model.model_fields.get(str(part))
         if info is not None:  # else a name in a table of names
-            model = _inner(info) or model
+            model = inner_table(info) or model
     return model
-
-
-def _inner(info: Any) -> type[BaseModel] | None:
-    """Find the table that a key holds, or holds a list or table of, if it does."""
-    kinds = [info.annotation]
-    while kinds:
-        kind = kinds.pop(0)
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            return kind
-        kinds += get_args(kind)
-    return None

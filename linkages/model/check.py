@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from linkages.errors import InputError, nearest
+from linkages.files.keys import unit_of
+from linkages.files.units import SLIDING, read
 from linkages.laws import CONTACTS
 from linkages.model.experiment import QUANTITIES, Experiment
 from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
@@ -60,6 +62,15 @@ class _Check:
             self.refuse("", "a fixed joint cannot be driven")
         if name in self.experiment.play:
             self.refuse("", "a joint with clearance cannot be driven; make it ideal")
+        slides = self.mechanism.joint[name].type == "prismatic"
+        for path, text in self.experiment.texts.items():
+            key = path.removeprefix(f"{self.where}.")
+            if key in Drive.model_fields:
+                unit = unit_of(Drive.model_fields[key])
+                try:
+                    read(text, SLIDING.get(unit, unit) if slides else unit)
+                except ValueError as problem:
+                    self.refuse(key, str(problem))
         self.covers(drive.times)
 
     def play(self, name: str, model: JointModel) -> None:

@@ -15,18 +15,9 @@ from typing import Annotated, Any
 from pydantic import Field, PrivateAttr
 
 from linkages.errors import InputError
-from linkages.files.toml import (
-    Finite,
-    Positive,
-    Table,
-    described_keys,
-    leaves,
-    read_toml,
-    replace_values,
-    table_keys,
-    validate,
-    value_at,
-)
+from linkages.files.keys import bracketed, described_keys, table_keys
+from linkages.files.toml import Finite, Positive, Table, leaves, read_toml, replace_values, validate, value_at
+from linkages.files.units import read
 from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
 from linkages.model.tables import Drive, JointModel, Solver
 
@@ -81,6 +72,7 @@ class Experiment(Table):
 
     _source: Path = PrivateAttr(Path("experiment"))
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
+    _texts: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @property
     def source(self) -> Path:
@@ -93,6 +85,11 @@ class Experiment(Table):
         return dict(self._sources)
 
     @property
+    def texts(self) -> dict[str, Any]:
+        """What is written as text, or as lists, by dotted path: values with units among it."""
+        return dict(self._texts)
+
+    @property
     def mechanism_path(self) -> Path:
         """The SDFormat file."""
         return self._source.parent / self.mechanism
@@ -102,11 +99,15 @@ class Experiment(Table):
         """Values that replace those of the SDF file, by dotted path without the leading ``sdf.``."""
         result = {}
         for path, value in leaves(self.sdf):
-            if isinstance(value, bool) or not isinstance(value, int | float):
-                given = self._sources.get(f"sdf.{path}")
-                source = given if given in (ARGUMENT, COMMAND_LINE) else self._source
+            given = self._sources.get(f"sdf.{path}")
+            source = given if given in (ARGUMENT, COMMAND_LINE) else self._source
+            try:
+                number = read(value, _OF_MACHINE.get(path.rpartition(".")[2], ""))
+            except ValueError as problem:
+                raise InputError(source, f"sdf.{path}", str(problem)) from None
+            if isinstance(number, bool) or not isinstance(number, int | float):
                 raise InputError(source, f"sdf.{path}", "must be a number")
-            result[path] = float(value)
+            result[path] = float(number)
         return result
 
     @property
@@ -178,6 +179,17 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     return _build(path, data, sources, overrides or {}, origin)
 
 
+def experiment_of(path: Path, data: Mapping[str, Any], sources: Mapping[str, str]) -> Experiment:
+    """Return an experiment with the values of nested tables; `path` and `sources` as `load_experiment` has them.
+
+    Raises
+    ------
+    InputError
+        If a value is not valid.
+    """
+    return _build(path, dict(data), sources, {}, ARGUMENT)
+
+
 def nothing_done(
     path: Path,
     overrides: Mapping[str, Any] | None = None,
@@ -234,7 +246,7 @@ def value_unit(path: str) -> str:
     named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
     known = dict(keys())
     meaning = known.get(path, known.get(named, ""))
-    return meaning.partition(" [")[2].partition("]")[0] if " [" in meaning else ""
+    return bracketed(meaning)
 
 
 def _build(
@@ -244,5 +256,6 @@ def _build(
     replaced = dict.fromkeys(overrides, origin)
     experiment = validate(Experiment, data, source, replaced)
     experiment._source = source
+    experiment._texts = {path: value for path, value in leaves(data) if isinstance(value, str | list)}
     experiment._sources = dict(sources) | replaced
     return experiment

@@ -6,7 +6,8 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, model_validator
 
-from linkages.files.toml import Finite, NonNegative, OneOf, Positive, Table, check_history
+from linkages.files.keys import OneOf
+from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.planar import motion
 from linkages.planar.motion import Pieces
@@ -24,6 +25,8 @@ class Drive(Table):
     Coordinates are those of the SDF joint: zero in the drawn pose, positive about (along) its axis. For a
     prismatic joint read m for rad and N for N m.
     """
+
+    of_any_joint = True
 
     angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
     speed: Finite | None = Field(None, description="constant speed [rad/s]; of a torque drive, speed at t = 0")

@@ -15,9 +15,11 @@ import numpy as np
 
 from linkages import Experiment, InputError, System, load
 from linkages.errors import nearest
+from linkages.files.formula import Formula, parse
 from linkages.files.toml import leaves, read_toml, validate
+from linkages.files.units import is_quantity, read_either
+from linkages.model.experiment import value_unit
 from linkages.outputs.registry import check_output
-from optim.problem.formula import Formula, parse
 from optim.problem.schema import LIFE, Point, StudyFile, Term, Window
 from optim.problem.shipped import find_experiment
 from optim.problem.study import Array, OperatingPoint, Study
@@ -94,7 +96,12 @@ def _variable(path: Path, file: StudyFile, name: str, system: System) -> tuple[f
         nominal = system.value(variable.path) if variable.nominal is None else variable.nominal
     found = []
     for side, bound in (("lower", variable.lower), ("upper", variable.upper)):
-        if isinstance(bound, str):
+        if isinstance(bound, str) and is_quantity(bound):
+            try:
+                bound = read_either(bound, value_unit(variable.path))
+            except ValueError as wrong:
+                raise InputError(path, f"{where}.{side}", str(wrong)) from None
+        elif isinstance(bound, str):
             bound = _formula(path, f"{where}.{side}", bound, file.constants)(file.constants)
             if math.isnan(bound):
                 raise InputError(path, f"{where}.{side}", "has no finite value")

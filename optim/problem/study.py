@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import System
-from optim.problem.formula import Formula
+from linkages.files.formula import Formula
 from optim.problem.schema import Constraint, Objective, StudyFile
 
 Array = NDArray[np.float64]

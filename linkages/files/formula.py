@@ -1,4 +1,4 @@
-"""Formulas of study files: arithmetic on named numbers, parsed and never executed as code."""
+"""Formulas in files: arithmetic on named numbers, parsed and never executed as code."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Formula:
 
 
 def parse(text: str) -> Formula:
-    """Read a formula: numbers, names, ``+ - * / **``, parentheses and `FUNCTIONS`.
+    """Read a formula: numbers, names (``a``, ``A.x``), ``+ - * / **``, parentheses and `FUNCTIONS`.
 
     Raises
     ------
@@ -94,6 +94,8 @@ def _check(node: ast.expr, names: set[str], depth: int = 0) -> None:
                 raise ValueError("has a number that is too large") from None
         case ast.Name(id=name):
             names.add(name)
+        case ast.Attribute(value=ast.Name(id=owner), attr="x" | "y" as part):
+            names.add(f"{owner}.{part}")
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
             _check(operand, names, depth + 1)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
@@ -117,6 +119,8 @@ def _value(node: ast.expr, values: Mapping[str, float]) -> float:
             return float(value)  # type: ignore[arg-type]
         case ast.Name(id=name):
             return float(values[name])
+        case ast.Attribute(value=ast.Name(id=owner), attr=part):
+            return float(values[f"{owner}.{part}"])
         case ast.UnaryOp(op=op, operand=operand):
             return _OPERATORS[type(op)](_value(operand, values))
         case ast.BinOp(left=left, op=op, right=right):

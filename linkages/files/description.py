@@ -1,0 +1,309 @@
+"""A machine in a few lines of TOML: points, links, sliders, parameters and formulas with units.
+
+A file of an experiment that, instead of naming a machine, describes it by the keys of `Description`.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import tomlkit
+from pydantic import Field
+
+from linkages.errors import InputError, nearest
+from linkages.files.drafting import Array, Body, DraftError, Numbers, body, upright
+from linkages.files.raw_model import Bearing, RawJoint, RawLink, RawModel, Slot
+from linkages.files.sdf_text import sdf_text
+from linkages.files.shorthand import written_out
+from linkages.files.toml import Table, validate
+from linkages.files.units import without_units
+from linkages.files.xml import parse_xml
+
+GROUND = "ground"
+_Pair = Annotated[list[Any], Field(min_length=2, max_length=2)]
+
+
+class LinkTable(Table):
+    """A link with values of its own."""
+
+    points: str = Field(description="as a link's text")
+    section: _Pair | None = Field(None, description="of its bars, instead of the machine's [m]")
+    density: Any = Field(None, description="instead of the machine's [kg/m3]")
+    mass: Any = Field(None, description="instead of that of its bars, whose shape it keeps [kg]")
+    inertia: Any = Field(None, description="about the mass centre, instead of that of its bars [kg m2]")
+
+
+class Description(Table):
+    """A machine in a few lines. Values are numbers (SI), quantities such as "0.1 mm", or formulas of parameters."""
+
+    parameters: dict[str, Any] = Field({}, description="names for formulas; they can be replaced, and optimised")
+    points: dict[str, list[Any]] = Field(
+        description="places in the drawing [m]: [x, y]; [point, distance, angle, or point to go towards];"
+        " [point, distance, point, distance], on the left of the way from the first point to the second"
+    )
+    links: dict[str, str | LinkTable] = Field(
+        description='points that a link joins, "A B C"; those in parentheses lie on it, joined to nothing;'
+        ' a slider: "A along LINK", or "A along LINK at ANGLE" from the link\'s first two points (x on the ground);'
+        f' the link "{GROUND}" stands still'
+    )
+    section: _Pair = Field(description="of all bars: width in the plane, thickness across it [m]")
+    density: Any = Field(None, description="of all bars; needed by links that give no mass [kg/m3]")
+    bearing: _Pair | None = Field(
+        None, description="radius and length of all pins; default: a quarter of the width, the thickness [m]"
+    )
+
+
+#: Keys that describe the machine; the other keys are those of an experiment.
+KEYS = tuple(Description.model_fields)
+
+
+class Described(NamedTuple):
+    """A described machine.
+
+    Attributes
+    ----------
+    model : RawModel
+    text : str
+        The description in SI units and without repetitions, which `redrawn` reads.
+    parameters : dict of str to float
+        By dotted path, in SI units.
+    """
+
+    model: RawModel
+    text: str
+    parameters: dict[str, float]
+
+
+def described(path: Path, name: str, data: Mapping[str, Any]) -> Described:
+    """Draw a machine from its description.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    name : str
+        Of the machine.
+    data : mapping
+        Values of the keys `KEYS`.
+
+    Raises
+    ------
+    InputError
+        With file, key and reason.
+    """
+    try:
+        plain = written_out(validate(Description, data, path).model_dump(exclude_unset=True))
+        description = validate(Description, plain, path)
+        numbers = Numbers(description.parameters, description.points)
+        model = _Drawing(name, description, numbers).model()
+        values = {f"parameters.{key}": numbers.named(key, "parameters") for key in description.parameters}
+    except DraftError as problem:
+        raise InputError(path, *problem.args) from None
+    return Described(model, tomlkit.dumps(plain), values)
+
+
+def redrawn(
+    path: Path, model: ET.Element, text: str, overrides: Mapping[str, float]
+) -> tuple[ET.Element, dict[str, float]]:
+    """Draw a machine's model anew with other parameters.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    model : Element
+        As the file has it; it must be what its description draws.
+    text : str
+        Its description.
+    overrides : mapping of str to float
+        By the paths ``parameters.NAME``.
+
+    Returns
+    -------
+    (Element, dict of str to float)
+        The model, and all parameters by path.
+
+    Raises
+    ------
+    InputError
+        If there is no such parameter, nothing can be drawn with it, or the file has been changed since.
+    """
+    name, data = model.get("name", ""), tomlkit.parse(text).unwrap()
+    drawn = described(path, name, data)
+    for key in overrides:
+        if key not in drawn.parameters:
+            raise InputError(path, f"sdf.{key}", f"there is no such parameter; {nearest(key, drawn.parameters)}")
+    if not overrides:
+        return model, drawn.parameters
+    if _content(_element(path, drawn)) != _content(model):
+        problem = "the machine was changed since it was drawn; make it anew with `linkages new --from`"
+        raise InputError(path, "<linkages:description>", f"{problem}, or replace values of its links instead")
+    own = {key.partition(".")[2]: value for key, value in overrides.items()}
+    drawn = described(path, name, data | {"parameters": data.get("parameters", {}) | own})
+    return _element(path, drawn), drawn.parameters
+
+
+def _element(path: Path, drawn: Described) -> ET.Element:
+    return parse_xml(path, sdf_text(drawn.model, (), drawn.text).encode())[0]
+
+
+def _content(element: ET.Element) -> tuple[Any, ...]:
+    """Return what an element holds, however it is set out."""
+    return element.tag, element.attrib, (element.text or "").split(), [_content(part) for part in element]
+
+
+# -- the drawing -------------------------------------------------------------------------------------------------------
+
+
+class _Link(NamedTuple):
+    """A link's text, read: points that pins may join, points that only lie on it, the link that it slides on, angle."""
+
+    pins: list[str]
+    others: list[str]
+    rail: str
+    turn: str
+
+    @classmethod
+    def of(cls, text: str, where: str, names: set[str]) -> _Link:
+        points, along, rest = text.partition(" along ")
+        rail, _, turn = rest.partition(" at ")
+        words = points.split()
+        if not words or (along and not rail.strip()):
+            raise DraftError(where, f'is "{text}"; write points "A B C", or "A along LINK at ANGLE"')
+        others = [word[1:-1] for word in words if word.startswith("(") and word.endswith(")")]
+        try:
+            angle = without_units(turn.strip() or "0", names)
+        except ValueError as problem:
+            raise DraftError(where, str(problem)) from None
+        return cls([word for word in words if not word.startswith("(")], others, rail.strip(), angle)
+
+    @property
+    def points(self) -> list[str]:
+        return [*self.pins, *self.others]
+
+
+class _Drawing:
+    """The links, pins and guides of a description."""
+
+    def __init__(self, name: str, description: Description, numbers: Numbers) -> None:
+        self.name, self.description, self.numbers = name, description, numbers
+        names = set(description.parameters)
+        self.links = {
+            key: _Link.of(link if isinstance(link, str) else link.points, f"links.{key}", names)
+            for key, link in description.links.items()
+        }
+        if GROUND not in self.links and not any(link.rail == GROUND for link in self.links.values()):
+            raise DraftError("links", f'has no "{GROUND}"; name the points that stand still')
+        self.turning: list[str] = []
+
+    def model(self) -> RawModel:
+        links = tuple(self._link(name) for name in self.links if name != GROUND)
+        return RawModel(self.name, links, (*self._pins(), *self._guides()), dict(self._frames()), {})
+
+    def _place(self, point: str, where: str) -> Array:
+        return np.array(self.numbers.place(point, where))
+
+    def _angle(self, name: str) -> float:
+        """Angle of a link's x axis: from its first point to its second; a slider's that of its way [rad]."""
+        if name == GROUND and name not in self.links:
+            return 0.0
+        where = f"links.{name}"
+        if name not in self.links:
+            raise DraftError(f"links.{self.turning[-1]}", f'there is no link "{name}"; {nearest(name, self.links)}')
+        if name in self.turning:
+            raise DraftError(where, "slides along itself; break the circle")
+        link = self.links[name]
+        self.turning.append(name)
+        angle = 0.0
+        if link.rail:
+            angle = self._angle(link.rail) + self.numbers.number(link.turn, where)
+        elif len(link.points) > 1 and name != GROUND:
+            way = self._place(link.points[1], where) - self._place(link.points[0], where)
+            angle = math.atan2(way[1], way[0])
+        self.turning.pop()
+        return angle
+
+    def _section(self, name: str) -> tuple[float, float]:
+        own = self.description.links.get(name, "")
+        section = self.description.section if isinstance(own, str) or own.section is None else own.section
+        width, thickness = (self._positive(value, "section") for value in section)
+        return width, thickness
+
+    def _positive(self, value: Any, where: str) -> float:
+        number = self.numbers.number(value, where)
+        if not number > 0.0:
+            raise DraftError(where, f"is {number:g}; it must be positive")
+        return number
+
+    def _link(self, name: str) -> RawLink:
+        where, link, own = f"links.{name}", self.links[name], self.description.links[name]
+        table = LinkTable.model_validate({"points": own}) if isinstance(own, str) else own
+        density, angle = self.description.density if table.density is None else table.density, self._angle(name)
+        if density is None and table.mass is None:
+            raise DraftError(where, "has no mass; give density, or a mass of its own")
+        points = np.array([self._place(point, where) for point in link.points])
+        weighed = body(
+            points, angle, self._section(name), self._positive(1.0 if density is None else density, "density")
+        )
+        if not weighed.mass:
+            raise DraftError(where, "has no length; its points are one place")
+        weighed = self._given(weighed, table, where)
+        pose = upright(angle, points[0])
+        turn, centre = pose.rotation, np.array([*weighed.centre, 0.0])
+        local = turn.T @ (centre - pose.translation), turn.T @ weighed.inertia @ turn
+        return RawLink(name, weighed.mass, turn, pose.translation, *local, ())
+
+    def _given(self, weighed: Body, table: LinkTable, where: str) -> Body:
+        """Return a body with the mass and the moment of inertia that are given."""
+        mass, inertia = weighed.mass, weighed.inertia
+        if table.mass is not None:
+            mass = self._positive(table.mass, f"{where}.mass")
+            inertia = inertia * (mass / weighed.mass)
+        if table.inertia is not None:
+            inertia = inertia * (self._positive(table.inertia, f"{where}.inertia") / inertia[2, 2])
+        return Body(mass, weighed.centre, inertia)
+
+    def _pins(self) -> Iterator[RawJoint]:
+        """Join all links that share a point to the first of them, the ground before all."""
+        order = sorted(self.links, key=lambda name: name != GROUND)
+        used = {point for link in self.links.values() for point in link.points}
+        for point in self.description.points:
+            on = [name for name in order if point in self.links[name].pins]
+            for count, other in enumerate(on[1:]):
+                name = point if not count else f"{point}_{other}"
+                width, thickness = self._section(on[0])
+                given = self.description.bearing or [width / 4.0, thickness]
+                radius, length = (self._positive(value, "bearing") for value in given)
+                place = np.array([*self._place(point, f"links.{other}"), 0.0])
+                parent = "world" if on[0] == GROUND else on[0]
+                axis = np.array([0.0, 0.0, 1.0])
+                yield RawJoint(name, "revolute", parent, other, axis, place, place, Bearing(radius, length), None)
+        for point in self.description.points:
+            named = {name.partition(".")[0] for name in self.numbers.found}
+            if point not in used and point not in named:
+                raise DraftError(f"points.{point}", "is on no link; name it in [links], or remove it")
+
+    def _guides(self) -> Iterator[RawJoint]:
+        for name, link in self.links.items():
+            if not link.rail:
+                continue
+            angle, (width, _) = self._angle(name), self._section(name)
+            place = np.array([*self._place(link.points[0], f"links.{name}"), 0.0])
+            rail = "world" if link.rail == GROUND else link.rail
+            axis = np.array([math.cos(angle), math.sin(angle), 0.0])
+            slot = Slot(2.0 * width, width)
+            yield RawJoint(f"{name}_guide", "prismatic", rail, name, axis, place, place, None, slot)
+
+    def _frames(self) -> Iterator[tuple[str, tuple[str, Any]]]:
+        """Name the points of links: LINK_POINT, or POINT alone where no other link has it."""
+        for name, link in self.links.items():
+            for k, point in enumerate(link.points if name != GROUND else ()):
+                alone = sum(point in other.points for other in self.links.values()) == 1
+                if k or alone:
+                    place = self._place(point, f"links.{name}")
+                    yield point if alone else f"{name}_{point}", (name, upright(self._angle(name), place.tolist()))

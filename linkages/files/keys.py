@@ -1,0 +1,166 @@
+"""Keys of tables: what each takes, in which unit; values with units replaced by numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import tomlkit
+from pydantic import BaseModel, GetCoreSchemaHandler
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema
+from pydantic_core.core_schema import no_info_after_validator_function
+
+from linkages.errors import nearest
+from linkages.files.units import read, read_either
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Validates a name against those of a registry, as it is then: what is registered later can be named too."""
+
+    registry: Mapping[str, object]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return no_info_after_validator_function(self._check, handler(source))
+
+    def _check(self, name: str) -> str:
+        if name not in self.registry:
+            raise ValueError(f'"{name}" is unknown; {nearest(name, self.registry)}')
+        return name
+
+
+def table_keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Every key of a table and of the tables in it, by dotted path, with its meaning and unit."""
+    return ((path, info.description or "") for path, info in _fields(model, prefix))
+
+
+def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
+    """Every key with its meaning, whether it is required, its default, and the values that it takes."""
+    for path, info in _fields(model):
+        yield path, "; ".join(filter(None, [info.description, *_rules(info)]))
+
+
+def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """Fields of a table and of the tables in it by dotted path."""
+    for name, info in model.model_fields.items():
+        inner = inner_table(info)
+        named = is_named(info) and inner is not None
+        path = f"{prefix}{name}" + (".NAME" if named else "")
+        yield path, info
+        if inner is not None:
+            yield from _fields(inner, path + ".")
+
+
+def _rules(info: FieldInfo) -> Iterator[str]:
+    """Say what a key takes."""
+    if choices := names_taken(info):
+        yield f"one of {', '.join(choices)}"
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    limits = [
+        f"{sign} {getattr(rule, key):g}"
+        for rule in _metadata(info)
+        for key, sign in signs.items()
+        if isinstance(getattr(rule, key, None), int | float)
+    ]
+    if limits:
+        yield " and ".join(dict.fromkeys(limits))
+    if info.is_required():
+        yield "required"
+    elif isinstance(info.default, bool | int | float) or (info.default and isinstance(info.default, str)):
+        shown = info.default if isinstance(info.default, str) else tomlkit.item(info.default).as_string()
+        yield f"default {shown}"
+
+
+def names_taken(info: FieldInfo) -> list[str]:
+    """Names that a key takes; none if it takes others too."""
+    kinds, found = [info.annotation], []
+    while kinds:
+        kind = kinds.pop(0)
+        found += [str(name) for name in get_args(kind) if get_origin(kind) is Literal]
+        kinds += [] if get_origin(kind) is Literal else get_args(kind)
+    return found + [name for rule in _metadata(info) if isinstance(rule, OneOf) for name in sorted(rule.registry)]
+
+
+def _metadata(info: FieldInfo) -> Iterator[Any]:
+    """Find what is asked of a key's values, of one among other kinds too."""
+    kinds: list[Any] = [*info.metadata, info.annotation]
+    for kind in kinds:  # which becomes longer meanwhile
+        if isinstance(kind, FieldInfo):
+            kinds += kind.metadata
+        elif get_origin(kind) is Annotated:
+            kinds += kind.__metadata__
+        elif get_origin(kind) in (Union, UnionType):
+            kinds += get_args(kind)
+        else:
+            yield kind
+
+
+def inner_table(info: Any) -> type[BaseModel] | None:
+    """Find the table that a key holds, or holds a list or table of, if it does."""
+    kinds = [info.annotation]
+    while kinds:
+        kind = kinds.pop(0)
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            return kind
+        kinds += get_args(kind)
+    return None
+
+
+class UnitError(Exception):
+    """A dotted path, and what is wrong with the unit there."""
+
+
+def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Replace what is written with a unit by its number, in a table and the tables in it."""
+    found = dict(data)
+    for key, value in data.items():
+        info, path = model.model_fields.get(key), f"{prefix}{key}"
+        inner = inner_table(info) if info is not None else None
+        if info is None:
+            continue
+        if inner is not None and isinstance(value, Mapping):
+            tables = value if is_named(info) else {"": value}
+            read_ones = {
+                name: in_si(inner, table, f"{path}.{name}.".replace("..", ".")) if isinstance(table, Mapping) else table
+                for name, table in tables.items()
+            }
+            found[key] = read_ones if is_named(info) else read_ones[""]
+        elif _is_number(info):
+            try:
+                found[key] = (read_either if getattr(model, "of_any_joint", False) else read)(value, unit_of(info))
+            except ValueError as problem:
+                raise UnitError(path, str(problem)) from None
+    return found
+
+
+def _is_number(info: FieldInfo) -> bool:
+    """Whether a key takes numbers, or lists of them, and no text."""
+    kinds: list[Any] = [info.annotation]
+    for kind in kinds:  # which becomes longer meanwhile
+        kinds += get_args(kind)[:1] if get_origin(kind) is Annotated else get_args(kind)
+    return (float in kinds or int in kinds) and str not in kinds
+
+
+def is_named(info: FieldInfo) -> bool:
+    """Whether a key holds tables by names of the user's."""
+    return str(info.annotation).startswith("dict")
+
+
+def unit_of(info: FieldInfo) -> str:
+    """Return the unit that a key's description has in brackets; empty without one."""
+    return bracketed(info.description or "")
+
+
+def bracketed(meaning: str) -> str:
+    """Return the unit in a key's meaning; empty without one.
+
+    Examples
+    --------
+    >>> from linkages.files.keys import bracketed
+    >>> bracketed("radial clearance c [m]")
+    'm'
+    """
+    return meaning.partition("[")[2].partition("]")[0]

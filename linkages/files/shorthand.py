@@ -1,0 +1,85 @@
+"""Shorthand of descriptions written out: one entry for many links, values with units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from linkages.files.drafting import DraftError
+from linkages.files.formula import CONSTANTS, FUNCTIONS, parse
+from linkages.files.units import without_units
+
+_RANGE = re.compile(r"\{(\w+)=(-?\d+)\.\.(-?\d+)\}")
+_MOST = 1000  # names that one line stands for
+_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+def written_out(data: dict[str, Any]) -> dict[str, Any]:
+    """Write out repetitions, and replace quantities by numbers in SI units.
+
+    Raises
+    ------
+    DraftError
+        If a name, a repetition or a unit is wrong.
+    """
+    for kind in ("parameters", "points", "links"):
+        if kind in data:
+            data[kind] = dict(_repeated(kind, data[kind]))
+            for name in data[kind]:
+                if not _NAME.fullmatch(name) or name in CONSTANTS or name in FUNCTIONS or name == "world":
+                    raise DraftError(
+                        f"{kind}.{name}", "cannot be a name; use letters, digits and _, no word of formulas"
+                    )
+    names = set(data.get("parameters", {}))
+    if both := names & set(data["points"]):
+        raise DraftError(f"points.{min(both)}", "is also a parameter; choose another name")
+    links = {
+        name: {**link, **_si({k: v for k, v in link.items() if k != "points"}, names, f"links.{name}")}
+        if isinstance(link, dict)
+        else link
+        for name, link in data["links"].items()
+    }
+    return {key: links if key == "links" else _si(value, names, key) for key, value in data.items()}
+
+
+def _repeated(where: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Write out ``"P{k=0..6}" = ...{k}...`` as one entry for each k."""
+    for key, value in table.items():
+        found = _RANGE.search(key)
+        if found is None:
+            yield key, value
+            continue
+        index, first, last = found[1], int(found[2]), int(found[3])
+        if not 0 <= last - first < _MOST:
+            raise DraftError(f"{where}.{key}", f"must count upwards, {_MOST} names at most")
+        for count in range(first, last + 1):
+            yield _RANGE.sub(str(count), key), _counted(value, index, count, f"{where}.{key}")
+
+
+def _counted(value: Any, index: str, count: int, where: str) -> Any:
+    """Replace ``{k}``, ``{k-1}`` in texts by their values."""
+
+    def number(found: re.Match[str]) -> str:
+        try:
+            return f"{parse(found[1])({index: count}):g}"
+        except (ValueError, KeyError):
+            raise DraftError(where, f'"{found[0]}" is no formula of {index}') from None
+
+    if isinstance(value, dict):
+        return {key: _counted(item, index, count, where) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_counted(item, index, count, where) for item in value]
+    return re.sub(r"\{([^{}]*)\}", number, value) if isinstance(value, str) else value
+
+
+def _si(value: Any, names: set[str], where: str) -> Any:
+    """Replace quantities by numbers."""
+    if isinstance(value, dict):
+        return {key: _si(item, names, f"{where}.{key}") for key, item in value.items()}
+    if isinstance(value, list):
+        return [_si(item, names, where) for item in value]
+    try:
+        return without_units(value, names) if isinstance(value, str) else value
+    except ValueError as problem:
+        raise DraftError(where, str(problem)) from None

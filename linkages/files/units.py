@@ -1,0 +1,136 @@
+"""Values with units, "0.1 mm" or "300 r/min", in SI units; pint is imported where a file has one, and not before."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Any
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NAME = r"[A-Za-zµμ°%]+"
+_FACTOR = rf"{_NAME}(?:\^?-?\d)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
+_IN_FORMULA = re.compile(rf"(?<![\w.])(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)\s*({_FACTOR})(?![\w.(])")
+
+#: What a sliding joint has where a turning one has this.
+SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
+
+
+def is_quantity(text: str) -> bool:
+    """Tell whether a text is a number with a unit behind it.
+
+    Examples
+    --------
+    >>> from linkages.files.units import is_quantity
+    >>> is_quantity("0.1 mm"), is_quantity("0.1"), is_quantity("2*a")
+    (True, False, False)
+    """
+    return _QUANTITY.fullmatch(text) is not None
+
+
+def si(text: str, unit: str = "") -> float:
+    """Read a number with its unit.
+
+    Parameters
+    ----------
+    text : str
+        Such as "0.1 mm", "300 r/min", "7850 kg/m3"; a division is by the next unit alone.
+    unit : str
+        What the number must be measured in, such as "rad/s"; default: whatever it is, in SI units. Angles are no
+        pure numbers here: "50 Hz" is no speed of rotation, "50 r/s" is one.
+
+    Returns
+    -------
+    float
+        In `unit`.
+
+    Raises
+    ------
+    ValueError
+        One sentence: what is wrong, and what would be right.
+
+    Examples
+    --------
+    >>> from linkages.files.units import si
+    >>> si("0.1 mm", "m"), si("300 r/min", "rad/s")
+    (0.0001, 31.41592653589793)
+    """
+    found = _QUANTITY.fullmatch(text)
+    if found is None:
+        raise ValueError(f'is "{text}"; give a number, or a number with its unit such as "0.1 mm"')
+    units = _registry()
+    try:
+        given = units.Quantity(float(found[1]), units.parse_units(_for_pint(found[2])))
+    except AttributeError:  # pint's for a unit that it does not know
+        raise ValueError(f'is "{text}"; the unit "{found[2]}" is unknown') from None
+    try:
+        return float((given.to(units.parse_units(_for_pint(unit))) if unit else given.to_base_units()).magnitude)
+    except (TypeError, ValueError, AttributeError):  # pint's for other dimensions, and for what is no unit to it
+        raise ValueError(f'is "{text}"; it must be measured in {unit}, or a unit of the same kind') from None
+
+
+def read(value: Any, unit: str) -> Any:
+    """Replace every quantity in a value, or in a list of them, by its number in `unit`; the rest stays as it is."""
+    if isinstance(value, list):
+        return [read(item, unit) for item in value]
+    return si(value, unit) if isinstance(value, str) and is_quantity(value) else value
+
+
+def read_either(value: Any, unit: str) -> Any:
+    """Read as `read`, of a turning joint or of a sliding one: m where `unit` has rad, N for N m."""
+    try:
+        return read(value, unit)
+    except ValueError as problem:
+        if unit not in SLIDING:
+            raise
+        try:
+            return read(value, SLIDING[unit])
+        except ValueError:
+            raise problem from None
+
+
+def without_units(formula: str, names: set[str]) -> str:
+    """Replace each ``5 mm`` in a formula by its number in SI units.
+
+    Parameters
+    ----------
+    formula : str
+        With single units only, such as "2*a + 5 mm".
+    names : set of str
+        Of the formula's values: "2 a" is a forgotten ``*`` where there is an ``a``, and not two years.
+
+    Raises
+    ------
+    ValueError
+        If a unit is unknown, or a ``*`` is missing.
+    """
+
+    def number(found: re.Match[str]) -> str:
+        if re.match(_NAME, found[2])[0] in names:  # type: ignore[index]  # it begins with a name
+            raise ValueError(
+                f'"{found[0]}" is a quantity, or lacks a *; write {found[1]}*{found[2]}, or rename a value'
+            )
+        return repr(si(found[0]))
+
+    whole = _QUANTITY.fullmatch(formula)
+    return number(whole) if whole else _IN_FORMULA.sub(number, formula)
+
+
+def _for_pint(unit: str) -> str:
+    """Write ``m2`` as ``m**2``."""
+    return re.sub(rf"({_NAME})\^?(-?\d)", r"\1**\2", unit.replace("·", " "))
+
+
+@cache
+def _registry() -> Any:
+    """Make the units known; the radian is a dimension of its own, so that no frequency passes for a speed."""
+    import pint  # takes a second to import
+
+    units: Any = pint.UnitRegistry(on_redefinition="ignore")
+    for line in (
+        "radian = [angle] = rad",
+        "@alias revolution = rev = r",
+        "turns_per_minute = revolution / minute = rpm",
+    ):
+        units.define(line)
+    return units

@@ -1,0 +1,217 @@
+"""Machines described in a few lines: those of the documentation, their geometry, mass and mobility; values with units."""
+
+import re
+from math import cos, hypot, pi, radians, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from machines import four_bar, slider_crank
+
+import linkages
+from linkages import InputError, load
+from linkages.cli.main import main
+from linkages.cli.options import seconds
+from linkages.cli.sweep import parse_range
+from linkages.files.drafting import body
+from linkages.files.units import si
+
+PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
+TEXTS = {
+    re.search('title += "(.*?)"', text)[1].split()[0]: text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL)
+}
+MACHINES = {"Quick": (5, 7), "Leg": (7, 10), "Scissor": (15, 22), "Six-bar": (5, 7), "Toggle": (5, 7)}
+SIMPLE = """duration = 1.0
+section = [0.02, 0.01]
+density = 7850.0
+parameters = { a = "100 mm" }
+links = { ground = "O", bar = "O A" }
+points = { O = [0, 0], A = ["O", "a", 0] }
+"""
+
+
+@pytest.fixture
+def made(tmp_path, capsys):
+    """Makes a machine of a description; returns its experiment's file."""
+
+    def make(text, name="made"):
+        source = tmp_path / f"{name}.machine.toml"
+        source.write_text(text, encoding="utf-8")
+        assert main(["new", "--from", str(source), "--out", str(tmp_path)]) == 0, capsys.readouterr().err
+        return tmp_path / f"{name}.toml"
+
+    return make
+
+
+@pytest.mark.parametrize("title", MACHINES)
+def test_the_machines_of_the_page_have_one_degree_of_freedom_and_close_as_drawn(title, made):
+    """Gruebler's count: 3 for each link, less 2 for each pin or guide."""
+    system = load(made(TEXTS[title]))
+    links, joints = MACHINES[title]
+    assert (len(system.mechanism.links), len(system.mechanism.joints)) == (links, joints)
+    assert 3 * links - 2 * joints == system.assembly.mobility == 1
+    gaps = [joint.on_parent - joint.on_child for joint in system.mechanism.joints]
+    assert np.abs(gaps).max() < 1e-12
+    assert np.abs(system.assembly.q).max() < 1e-9  # nothing to close
+    lines = [
+        line for line in TEXTS[title].splitlines() if not re.match("title|duration|outputs|drives|gravity|forces", line)
+    ]
+    assert len(lines) <= 15
+
+
+def test_a_scissor_lift_rises_as_pythagoras_says(made):
+    system = load(made(TEXTS["Scissor"]), {"duration": 2.0})
+    motion = linkages.ideal(system)
+    foot = 0.6 * cos(radians(20)) - 0.05 * motion.time
+    assert np.allclose(motion["platform.y"], 6 * np.sqrt(0.36 - foot**2), atol=1e-9)
+
+
+def test_a_quick_return_moves_as_its_lever_points(made):
+    motion = linkages.ideal(load(made(TEXTS["Quick"])))
+    crank = radians(30) + pi * motion.time
+    lever = np.arctan2(0.2 + 0.08 * np.sin(crank), 0.08 * np.cos(crank))
+    assert np.allclose(
+        motion["ram.x"], 0.45 * np.cos(lever) + np.sqrt(0.18**2 - (0.44 - 0.45 * np.sin(lever)) ** 2), atol=1e-9
+    )
+
+
+def test_a_leg_has_the_lengths_that_are_published(made):
+    """Jansen's eleven bars, in mm."""
+    mechanism = load(made(TEXTS["Leg"])).mechanism
+    pins = {joint.name: joint.on_child for joint in mechanism.joints}
+    pins |= {name: mechanism.point[name].origin for name in ("toe",)}
+    bars = {"OA": 15, "AC": 50, "BC": 41.5, "BD": 40.1, "CD": 55.8, "AE": 61.9, "BE": 39.3, "DF": 39.4, "EF": 36.7}
+    for (first, second), length in bars.items():
+        assert hypot(*(pins[first] - pins[second])) == pytest.approx(length * 1e-3)
+    assert hypot(*(pins["E"] - pins["toe"])) == pytest.approx(0.049)
+    assert pins["toe"][1] < pins["E"][1] < pins["B"][1] < pins["C"][1]  # it stands on its toe
+
+
+def test_a_triangle_of_bars_weighs_what_a_triangle_of_bars_weighs():
+    """Three bars of mass m and length a: m a^2 / 2 about the middle, and the width of the bars; polar = sum of both."""
+    corners = np.array([[0.0, 0.0], [0.3, 0.0], [0.15, 0.3 * sqrt(0.75)]])
+    found, part = body(corners, 0.0, (0.02, 0.01), 7850.0), 7850.0 * 0.02 * 0.01 * 0.3
+    assert found.mass == pytest.approx(3 * part)
+    assert np.allclose(found.centre, corners.mean(axis=0))
+    assert found.inertia[2, 2] == pytest.approx(part * 0.3**2 / 2 + 3 * part * 0.02**2 / 12)
+    assert found.inertia[0, 0] == pytest.approx(found.inertia[1, 1])  # no axis is preferred
+    block = body(corners[:1], 0.7, (0.02, 0.01), 7850.0)
+    assert block.inertia[2, 2] == pytest.approx(block.mass * (0.04**2 + 0.02**2) / 12)
+
+
+def test_lengths_and_masses_follow_a_parameter(made):
+    file = made(TEXTS["Quick"])
+    longer = load(file, {"sdf.parameters.R": "500 mm"})
+    anew = load(made(TEXTS["Quick"].replace('R = "450 mm"', 'R = "500 mm"'), "anew"))
+    assert longer.value("sdf.parameters.R") == 0.5
+    assert longer.value("sdf.links.lever.mass") == pytest.approx(7850 * 0.03 * 0.012 * 0.5)
+    assert longer.mechanism.values == anew.mechanism.values
+    assert load(file).value("sdf.links.lever.mass") == pytest.approx(7850 * 0.03 * 0.012 * 0.45)
+    assert longer.replaced({"sdf.links.lever.mass": 2.0}).value("sdf.parameters.R") == 0.5
+
+
+def test_a_machine_that_was_edited_takes_no_other_parameters(made):
+    file = made(SIMPLE)
+    machine = file.with_suffix(".sdf")
+    machine.write_text(machine.read_text().replace("<mass>", "<mass>1"))
+    assert load(file).value("sdf.parameters.a") == 0.1
+    with pytest.raises(InputError, match="was changed since it was drawn"):
+        load(file, {"sdf.parameters.a": 0.2})
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('a = "100 mm"', 'a = "2*b", b = "a"', "made of itself"),
+        ('a = "100 mm"', 'a = "2 a"', r'parameters\.a: "2 a" is a quantity, or lacks a \*'),
+        ('"100 mm"', '"100 blah"', 'the unit "blah" is unknown'),
+        ("bar =", "sin =", "cannot be a name"),
+        ('bar = "O A"', 'bar = "O B"', r'there is no point "B"'),
+        ('bar = "O A"', 'bar = "O"', r"points\.A: is on no link"),
+        ('bar = "O A"', 'bar = "O A along rail"', 'there is no link "rail"'),
+        ('["O", "a", 0]', '["O", "a", "O", 0.05]', "no point is 0.1 m from O and 0.05 m from O"),
+        ('["O", "a", 0]', '["A", "a", 0]', "placed by itself"),
+        ('["O", "a", 0]', '["O"]', r"give \[x, y\]"),
+        ("density = 7850.0\n", "", "has no mass; give density"),
+        ("[0.02, 0.01]", "[0.02, -0.01]", "section: is -0.01; it must be positive"),
+        ('ground = "O", ', "", 'has no "ground"'),
+        ("duration = 1.0\n", "", "duration: is missing"),
+        ("duration", "duratoin", 'did you mean "duration"'),
+        ("density", "desnity", "desnity: unknown key"),
+        ('O = [0, 0]', '"O{k=2..1}" = [0, 0]', "must count upwards"),
+    ],
+)  # fmt: skip
+def test_a_wrong_description_gets_one_line(old, new, problem, tmp_path, capsys):
+    assert old in SIMPLE
+    source = tmp_path / "wrong.toml"
+    source.write_text(SIMPLE.replace(old, new))
+    assert main(["new", "made", "--from", str(source), "--out", str(tmp_path)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("error: wrong.toml: ")
+    assert re.search(problem, error)
+    assert "\n" not in error
+    assert [*tmp_path.iterdir()] == [source]
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [("0.1 mm", "m", 1e-4), ("300 r/min", "rad/s", 10 * pi), ("300 rpm", "rad/s", 10 * pi), ("30°", "rad", pi / 6),
+     ("7.85 g/cm3", "kg/m3", 7850.0), ("-9.81 m/s2", "m/s2", -9.81), ("207 GPa", "Pa", 2.07e11), ("2 N mm", "N m", 2e-3),
+     ("1e-3 mm3/N/m", "m2/N", 1e-12), ("313.15 K", "degC", 40.0), ("46 cSt", "mm2/s", 46.0)],
+)  # fmt: skip
+def test_units_are_those_of_the_si_brochure_and_the_workshop(text, unit, value):
+    assert si(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"), [("50 Hz", "rad/s"), ("3 kg", "m"), ("2 N", "N m"), ("1 blah", "m"), ("1 m/", "m")]
+)
+def test_a_unit_of_another_kind_is_refused(text, unit):
+    with pytest.raises(ValueError, match=r"must be measured in|is unknown|give a number"):
+        si(text, unit)
+
+
+def test_values_of_experiments_have_units(experiment_file):
+    text = 'duration = "20 ms"\ngravity = [0, "-981 cm/s2", 0.0]\n[drives.O]\nspeed = "300 r/min"\nangle = "30 deg"\n'
+    system = load(experiment_file(four_bar(), text), {"sdf.links.crank.mass": "250 g", "drives.O.ramp": "5 ms"})
+    experiment = system.experiment
+    assert (experiment.duration, experiment.gravity) == (0.02, [0.0, pytest.approx(-9.81), 0.0])
+    assert (experiment.drives["O"].speed, experiment.drives["O"].angle) == (
+        pytest.approx(10 * pi),
+        pytest.approx(pi / 6),
+    )
+    assert (system.value("sdf.links.crank.mass"), experiment.drives["O"].ramp) == (0.25, pytest.approx(0.005))
+    with pytest.raises(InputError, match=r'drives\.O\.speed: is "3 m"; it must be measured in rad/s'):
+        system.replaced({"drives.O.speed": "3 m"})
+    with pytest.raises(InputError, match=r'sdf\.links\.crank\.mass: is "3 m"; it must be measured in kg'):
+        system.replaced({"sdf.links.crank.mass": "3 m"})
+
+
+def test_a_drive_is_measured_as_its_joint_moves(experiment_file):
+    """A turning joint in angles, a sliding one in lengths."""
+    file = experiment_file(slider_crank(offset=0.01), 'duration = 0.01\n[drives.guide]\nspeed = "-10 cm/s"\n')
+    assert load(file).experiment.drives["guide"].speed == pytest.approx(-0.1)
+    with pytest.raises(InputError, match=r"drives\.guide\.speed: .* must be measured in m/s"):
+        load(file, {"drives.guide.speed": "3 r/s"})
+    with pytest.raises(InputError, match=r"drives\.O\.speed: .* must be measured in rad/s"):
+        load(file, {"drives.O.speed": "3 m/s"})
+
+
+def test_values_of_the_command_line_have_units():
+    path, values = parse_range("joints.A.clearance=0.1 mm:0.3 mm:3")
+    assert path == "joints.A.clearance"
+    assert values == pytest.approx([1e-4, 2e-4, 3e-4])
+    assert seconds("20 ms") == pytest.approx(0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("title", MACHINES)
+def test_both_engines_move_the_machines_of_the_page(title, made):
+    system = load(made(TEXTS[title]), {"duration": 0.1})
+    exact = linkages.ideal(system)
+    for engine in ("compiled", "drake"):
+        run = linkages.simulate(system, engine)
+        assert run.status.value == "ok"
+        for name in system.experiment.outputs:
+            scale = np.abs(exact[name]).max()
+            assert np.interp(run.time[-1], exact.time, exact[name]) == pytest.approx(run[name][-1], abs=1e-5 * scale)
