@@ -17,10 +17,6 @@ from optim.problem.shipped import find_study
 
 RECORDS = sorted(path.stem for path in path_of("any").parent.glob("*.toml"))
 
-#: The patched start gives a spike that rounding moves: the same design has 5.356 m/s2 with Python 3.11 and 5.375 with 3.13,
-#: whose compilers order sums differently. Why it is so sensitive is not known.
-ROUNDING = {"sevenbar_spike": 5e-3}
-
 
 def shipped(name):
     study = load_study(find_study(name))
@@ -30,17 +26,21 @@ def shipped(name):
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_the_design_is_worth_what_its_record_says(name):
-    """To a tenth of a per cent, in which runs at the studies' tolerances agree with tighter ones, or as far as they do not."""
+    """To a tenth of a per cent, in which runs at the studies' tolerances agree with tighter ones, or as far as they do not.
+
+    Rounding, here a millionth of a millionth of the design, moves no change that the pages print, a tenth of a per cent
+    of the nominal design's worth.
+    """
     record, (study, evaluator, nominal) = load_record(name), shipped(name)
     x = record.design(study)
     assert np.all((study.lower <= x) & (x <= study.upper))
-    values = values_of(study, evaluator(x[None]), nominal)
-    assert values.feasible(1e-6)[0]
+    values = values_of(study, evaluator(np.outer([1.0, 1.0 + 1e-12, 1.0 - 1e-12], x)), nominal)
+    assert values.feasible(1e-6).all()
     low, high = record.spread or (next(iter(record.objectives.values())),) * 2
-    assert values.objectives[0, 0] == pytest.approx(
-        0.5 * (low + high), rel=ROUNDING.get(name, 1e-3), abs=1.5 * (high - low)
-    )
-    assert values.objectives[0, 0] < values_of(study, nominal, nominal).objectives[0, 0]
+    worth, before = values.objectives[:, 0], values_of(study, nominal, nominal).objectives[0, 0]
+    assert worth[0] == pytest.approx(0.5 * (low + high), rel=1e-3, abs=1.5 * (high - low))
+    assert np.ptp(worth) < max(1e-3 * before, high - low)
+    assert (worth < before).all()
 
 
 @pytest.mark.parametrize("name", RECORDS)

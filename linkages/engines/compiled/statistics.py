@@ -25,9 +25,10 @@ from linkages.results.parabola import parabola_top
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
 _EXTREMES = 4  # of them
 
-_CANDIDATES = 3  # local extremes that are refined
-_ROUNDS = 8  # of parabolas
+_CANDIDATES = 12  # local extremes that are refined, as long as their parabolas promise more than is found
+_ROUNDS = 24  # of parabolas; smooth extremes take two or three, jumps all
 _INSIDE = 0.02  # of a bracket's half: a new point keeps so far from the old ones
+_KEPT = 0.1  # of a parabola's promise: a point that departs more from it is beside a jump or a kink
 _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
@@ -94,10 +95,10 @@ def _sample(sampler: Sampler, t: float, out: Array) -> bool:
 
 
 @kernel
-def _top(bracket: Array) -> float:
-    """Where the parabola through a bracket's three points, times and values (2, 3), is highest."""
+def _top(bracket: Array) -> tuple[float, float]:
+    """Where the parabola through a bracket's three points, times and values (2, 3), is highest, and how high."""
     t, f = bracket[0], bracket[1]
-    return parabola_top(t[0], t[1], t[2], f[0], f[1], f[2])[0]
+    return parabola_top(t[0], t[1], t[2], f[0], f[1], f[2])
 
 
 @kernel
@@ -112,23 +113,34 @@ def _narrow(bracket: Array, t: float, f: float) -> None:
 
 @kernel
 def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[float, float]:
-    """Largest sign * output k within a bracket of signed values whose middle is highest, and its time."""
+    """Largest sign * output k within a bracket of signed values whose middle is highest, and its time.
+
+    Where a parabola's promise is not kept, at a jump or a kink, the middle of the longer half is looked at too.
+    """
     for _ in range(_ROUNDS):
         a, b, c, highest = bracket[0, 0], bracket[0, 1], bracket[0, 2], bracket[1, 1]
-        t = min(max(_top(bracket), a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
+        top, promised = _top(bracket)
+        t = min(max(top, a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
         if abs(t - b) < 1e-5 * (c - a) or not _sample(sampler, t, sampler.row):
             break
         f = sign * sampler.row[k]
         _narrow(bracket, t, f)
-        if abs(f - highest) <= _FLAT * abs(bracket[1, 1]):
+        gain, small = promised - highest, _FLAT * abs(bracket[1, 1])
+        if abs(f - highest) <= small and gain <= small:
             break
+        if abs(f - promised) > _KEPT * gain + small:
+            a, b, c = bracket[0, 0], bracket[0, 1], bracket[0, 2]
+            t = 0.5 * (b + c) if c - b > b - a else 0.5 * (a + b)
+            if not _sample(sampler, t, sampler.row):
+                break
+            _narrow(bracket, t, sign * sampler.row[k])
     return bracket[0, 1], bracket[1, 1]
 
 
 @kernel
 def _turn(sampler: Sampler, k: int, sign: float, bracket: Array) -> bool:
     """Narrow a bracket whose highest point is at an end to one whose middle is highest; False if there is none."""
-    t = _top(bracket)
+    t, _ = _top(bracket)
     if not _sample(sampler, t, sampler.row):
         return False
     f = sign * sampler.row[k]
@@ -213,8 +225,6 @@ def summarise(given: Sampler, windows: Array, out: Array) -> bool:
                     t, f = _refine(sampler, k, sign, bracket)
                     if f > best:
                         best, when = f, t
-                    if best <= floor and t == times[i]:
-                        break
                     floor = max(best, floor)
                     tried[i] = True
                 out[m, k, side] = sign * best
