@@ -19,8 +19,8 @@ An experiment is a TOML file that names a mechanism and says what is done with i
   `sdf.joints.A.bearing.radius` [m].
 - An unknown key is an error that names the nearest valid one.
 
-A drive has one of `speed` (with `ramp` for a smooth start), `times` with `angles`, `torque`, or `times` with `torques`.
-For prismatic joints read m for rad and N for N m.
+A drive has one of `speed` (with `ramp` for a smooth start), `times` with `angles`, `torque`, or `times` with `torques`; one of a
+joint that slides `force`, or `times` with `forces`. For prismatic joints read m for rad.
 
 **Applied loads** have names of their own, which no link, frame or joint has; what they give is listed among the
 [outputs](outputs.md#outputs), their signs are in [theory.md](theory.md). They act in every run of the experiment, the ideal

@@ -68,7 +68,7 @@ REFUSED = {
     "unknown override": (GOOD, {"joints.A.clearence": "1"}, 'did you mean "clearance"?'),
     "override without a key": (GOOD, {"joints..clearance": "1"}, "is not a path; write keys with dots between"),
     "table where a value is": (GOOD, {"joints.A": "3"}, "joints.A: is 3; it should be a table"),
-    "text where a number is": (GOOD, {"joints.A.clearance": "'wide'"}, "is '1 mm'; it should be a number (radial"),
+    "text where a number is": (GOOD, {"joints.A.clearance": "'wide'"}, "is 'wide'; it should be a number (radial"),
     "list too short": (GOOD, {"gravity": "[0, 1]"}, "it should have at least 3 items, not 2"),
     "override into a value": (GOOD, {"duration.x": "1"}, '"duration" is a value'),
     "unknown sdf path": (GOOD, {"sdf.links.couplr.mass": 1.0}, 'did you mean "coupler"?'),

@@ -18,7 +18,8 @@
 | installation | its checks                                                                |
 | completion   | ``linkages completion``: a script for the shell                           |
 | parsing      | a parser whose errors name the nearest valid word                         |
-| options      | options that commands share, the system and the folder they stand for     |
+| options      | options that commands share, and the system they stand for                |
+| folders      | folders of results: whose they are, what a new run removes                |
 | progress     | progress bars                                                             |
 | endings      | runs that failed: what is said, which exit status follows                 |
 

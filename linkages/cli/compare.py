@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
+from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
-from linkages.files.writing import OutputFolder, json_text
+from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
     from linkages.explore.compare import Comparison
@@ -42,13 +43,13 @@ def run(options: argparse.Namespace) -> int:
     from linkages.explore.compare import compare
 
     system = load_system(options, {"solver.accuracy": options.accuracy})
-    out = output_folder(options, f"{system.experiment.source.stem}_compare")
+    out = output_folder(options, f"{system.experiment.source.stem}_compare", "compare")
     result = compare(system, stages(options, system.experiment.duration, "s"))
     rows = {
         name: {"max_difference": row.max_difference, "relative": row.relative}
         for name, row in result.differences.items()
     } | {name: {"max_difference": None, "relative": None} for name in sorted(result.meaningless)}
-    with (outputs := OutputFolder(out)) as folder:
+    with (outputs := results_folder(out, "compare")) as folder:
         (folder / "compare.json").write_text(json_text(rows, 1), encoding="utf-8")
         (folder / "warnings.json").write_text(json_text(result.warnings, 1), encoding="utf-8")
     if not options.quiet:

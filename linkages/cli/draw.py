@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import sys
 
-from linkages.cli.options import add_out, add_set, output_folder, set_values, written
+from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.options import add_set, set_values, written
 
 HELP = "draw a machine: a labelled picture that can be moved, mobility, ranges of the drives"
 
@@ -13,8 +14,6 @@ _EXAMPLES = """examples:
   linkages draw four_bar.sdf
   linkages draw my.toml --set sdf.links.crank.mass=0.4 --out results/my
 """
-
-_MADE = ("drawing.png", "drawing.svg", "drawing.html")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +27,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw; returns the exit status."""
     from linkages.files.shipped import find_file
-    from linkages.files.writing import OutputFolder
     from linkages.model.experiment import COMMAND_LINE, nothing_done
     from linkages.model.mechanism import load_mechanism
     from linkages.plots.drawing import draw, page, svg
@@ -41,9 +39,9 @@ def run(options: argparse.Namespace) -> int:
         system = System(load_mechanism(file, experiment.sdf_overrides), experiment)
     else:
         system = load(file, values, COMMAND_LINE)
-    drawing, out = draw(system), output_folder(options, file.stem)
+    drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")
     print("\n".join([drawing.title, *(f"  {text}" for text in (*drawing.facts, *drawing.doubts))]))
-    with (results := OutputFolder(out, _MADE)) as folder:
+    with (results := results_folder(out, "draw")) as folder:
         picture(drawing).savefig(folder / "drawing.png")
         (folder / "drawing.svg").write_text(svg(drawing), encoding="utf-8")
         (folder / "drawing.html").write_text(page(drawing), encoding="utf-8")

@@ -7,10 +7,11 @@ import sys
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.options import add_out, output_folder, written
+from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.options import written
 from linkages.cli.progress import progress_bar
 from linkages.errors import Status
-from linkages.files.writing import OutputFolder, json_text
+from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
     from linkages.three_rrr.results import RobotResults
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         robot = changed(robot, model={"elements": options.elements})
     if options.branch is not None:
         robot = changed(robot, branch=options.branch)
-    out = output_folder(options, path.stem)
+    out = output_folder(options, path.stem, "modes")
     results = analyse(robot, progress_bar("modes"))
     if options.dynamic is not None:
         from linkages.three_rrr.vibration import vibrate
@@ -69,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 
         poses = results.branch.motion(np.linspace(0.0, results.branch.times[-1], 25))
         summary["verify"] = asdict(verify(robot, poses))
-    with (outputs := OutputFolder(out)) as folder:
+    with (outputs := results_folder(out, "modes")) as folder:
         (folder / "modes.json").write_text(json_text(summary, 1), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.three_rrr.figures import write_figures

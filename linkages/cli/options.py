@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from linkages.cli.folders import add_out
 from linkages.errors import InputError
 from linkages.files.units import is_quantity, si
 
@@ -89,25 +90,6 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
             raise InputError("--set", item, "write PATH=VALUE, for instance joints.A.clearance=2e-4")
         values[path.strip()] = value.strip()
     return values
-
-
-def add_out(parser: argparse.ArgumentParser) -> None:
-    """Add ``--out``."""
-    parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results; default: results/NAME")
-
-
-def output_folder(options: argparse.Namespace, name: str) -> Path:
-    """Return the folder of the results, ``results/NAME`` unless ``--out`` says otherwise.
-
-    Raises
-    ------
-    InputError
-        If there is a file of that name.
-    """
-    out: Path = options.out or Path("results") / name
-    if out.exists() and not out.is_dir():
-        raise InputError("--out", str(out), "is a file; give a folder")
-    return out
 
 
 def written(out: Path, names: Iterable[str]) -> str:

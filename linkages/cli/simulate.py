@@ -7,22 +7,17 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
+from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
 from linkages.engines import ENGINES
 from linkages.errors import InputError
-from linkages.files.writing import OutputFolder, json_text
+from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
     from linkages.results.summary import Study
 
 HELP = "run an experiment; write numbers, figures and an animation"
-
-#: What a run may leave in its folder, and a report of it: none of it stays beside the files of another run.
-_MADE = (
-    "summary.json", "trajectory.npz", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "impacts.png",
-    "joint_forces.png", "drive_torques.png", "animation.html", "drawing.*", "report.html",
-)  # fmt: skip
 
 _EXAMPLES = """examples:
   linkages simulate seven_bar.toml
@@ -63,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     if not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
     system = load_system(options)
-    out = output_folder(options, system.experiment.source.stem)
+    out = output_folder(options, system.experiment.source.stem, "simulate")
     progress = stages(options, system.experiment.duration, "s")
     say = (lambda text: None) if options.quiet else partial(print, flush=True)
     result = study(system, options.engine, False, progress)
@@ -79,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         say(line)
     if options.verbose:
         say(f"\n{_details(result, summary)}")
-    with (results := OutputFolder(out, _MADE)) as folder:
+    with (results := results_folder(out, "simulate")) as folder:
         (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         if system.touching.any():

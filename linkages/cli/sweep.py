@@ -8,10 +8,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
+from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
-from linkages.files.writing import OutputFolder, json_text
+from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
     from linkages.explore.sweep import Point, Sweep
@@ -71,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     system = load_system(options)
     system.replaced({path: values[0]}, "--vary")  # a wrong path is said before anything runs
     experiment = system.experiment
-    out = output_folder(options, f"{experiment.source.stem}_sweep")
+    out = output_folder(options, f"{experiment.source.stem}_sweep", "sweep")
     names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
     if not names:
         raise InputError(experiment.source, "outputs", "are none; name one with --output")
@@ -79,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     bar = stages(options, 1.0, "")("sweep")
     result = sweep(system, path, values, names, *turns, horizons=True, threads=options.threads, progress=bar)
     units = {name: unit(system, name) for name in names}
-    with (outputs := OutputFolder(out)) as folder:
+    with (outputs := results_folder(out, "sweep")) as folder:
         _write_table(result, folder / "sweep.csv")
         (folder / "sweep.json").write_text(json_text(_content(result, units)), encoding="utf-8")
         if not options.no_plots:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.options import add_file, add_settings, load_system, output_folder, written
+from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
 from linkages.errors import InputError, Status
-from linkages.files.writing import OutputFolder, json_text
+from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
     from linkages.explore.wear.stages import Life
@@ -17,8 +18,6 @@ HELP = "wear of journals and bearings over many revolutions: profiles, play, for
 
 #: Folder of the blocks, within that of the results.
 BLOCKS = "blocks"
-_MADE = ("wear.json", "wear_*.png", "wear.html", "report.html")
-
 _EXAMPLES = """examples:
   linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft
@@ -63,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     if cycles != options.cycles or cycles < 1:
         raise InputError("--cycles", f"{options.cycles:g}", "must be a whole number above zero")
     system = load_system(options)
-    out = output_folder(options, f"{system.experiment.source.stem}_wear")
+    out = output_folder(options, f"{system.experiment.source.stem}_wear", "wear")
     for name in ("tolerance", "scatter"):
         value = getattr(options, name)
         if value is not None and not 0.0 < value < float("inf"):
@@ -79,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
         progress=stages(options, float(cycles), "cycles")("wear"),
     )
     found = content(life)
-    with (results := OutputFolder(out, _MADE)) as folder:
+    with (results := results_folder(out, "wear")) as folder:
         (folder / "wear.json").write_text(json_text(found), encoding="utf-8")
         if not options.no_plots:
             from linkages.plots.wear import write_figures

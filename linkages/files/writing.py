@@ -115,7 +115,9 @@ class OutputFolder:
     def _move(self) -> None:
         self.names = sorted(file.name for file in self.partial.iterdir())
         for old in {path for pattern in self.stale for path in self.out.glob(pattern)}:
-            if old.name not in self.names:
+            if old.is_dir():
+                shutil.rmtree(old)
+            elif old.name not in self.names:
                 old.unlink()
         for name in self.names:
             (self.partial / name).replace(self.out / name)

@@ -62,6 +62,8 @@ class _Check:
             self.refuse("", "a fixed joint cannot be driven")
         if name in self.experiment.play:
             self.refuse("", "a joint with clearance cannot be driven; make it ideal")
+        if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
+            self.refuse("force", "belongs to a joint that slides; give this one, which turns, a torque")
         slides = self.mechanism.joint[name].type == "prismatic"
         for path, text in self.experiment.texts.items():
             key = path.removeprefix(f"{self.where}.")

@@ -20,10 +20,10 @@ FrictionLaw = Annotated[str, OneOf(FRICTIONS)]
 
 
 class Drive(Table):
-    """A driven joint: a prescribed motion (speed, or a table of angles) or a torque.
+    """A driven joint: a prescribed motion (speed, or a table of angles), a torque, or a force where it slides.
 
     Coordinates are those of the SDF joint: zero in the drawn pose, positive about (along) its axis. For a
-    prismatic joint read m for rad and N for N m.
+    prismatic joint read m for rad.
     """
 
     of_any_joint = True
@@ -33,28 +33,30 @@ class Drive(Table):
     ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
     angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
-    torque: Finite | None = Field(None, description="constant torque [N m]")
+    torque: Finite | None = Field(None, description="constant torque, of a joint that turns [N m]")
     torques: list[Finite] | None = Field(None, description="torques at `times` [N m]")
+    force: Finite | None = Field(None, description="constant force along its way, of a joint that slides [N]")
+    forces: list[Finite] | None = Field(None, description="forces at `times` [N]")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Drive:
-        kinds = [k for k in ("angles", "torque", "torques") if getattr(self, k) is not None]
+        kinds = [k for k in ("angles", "torque", "torques", "force", "forces") if getattr(self, k) is not None]
         if len(kinds) > 1:
             raise ValueError(f"give only one of {' and '.join(kinds)}")
         if not kinds and self.speed is None:
-            raise ValueError("give speed, or times with angles, or torque")
+            raise ValueError("give speed, or times with angles, or torque (force, of a joint that slides)")
         if "angles" in kinds and (self.speed is not None or self.ramp or self.angle):
             raise ValueError("angles prescribe the whole motion; remove speed, ramp and angle")
         if self.ramp and kinds:
             raise ValueError("ramp belongs to a constant speed; remove it")
-        values = self.angles if self.angles is not None else self.torques
-        check_history(self.times, values, "angles or torques")
+        values = next((v for v in (self.angles, self.torques, self.forces) if v is not None), None)
+        check_history(self.times, values, "angles, torques or forces")
         return self
 
     @property
     def prescribed(self) -> bool:
-        """Whether the motion is prescribed; otherwise the torque is."""
-        return self.torque is None and self.torques is None
+        """Whether the motion is prescribed; otherwise the torque or the force is."""
+        return all(given is None for given in (self.torque, self.torques, self.force, self.forces))
 
     def motion(self) -> Pieces:
         """Coordinate over time of a prescribed drive."""
@@ -65,10 +67,11 @@ class Drive(Table):
         return motion.constant_rate(self.angle, self.speed or 0.0)
 
     def torque_history(self) -> Pieces:
-        """Torque over time of a torque drive."""
-        if self.torques is not None and self.times is not None:
-            return motion.table(self.times, self.torques)
-        return motion.constant_rate(self.torque or 0.0, 0.0)
+        """Torque, or force of a sliding joint, over time of a drive whose motion is not prescribed."""
+        values = self.torques if self.forces is None else self.forces
+        if values is not None and self.times is not None:
+            return motion.table(self.times, values)
+        return motion.constant_rate(self.torque or self.force or 0.0, 0.0)
 
 
 class SmallEccentricity(Table):
@@ -103,8 +106,6 @@ class Contact(Table):
     def _complete(self) -> Contact:
         if self.youngs_modulus is None and self.stiffness is None:
             raise ValueError("give youngs_modulus or stiffness")
-        if self.law == "kelvin-voigt" and self.stiffness is None:
-            raise ValueError("kelvin-voigt needs its stiffness [N/m]")
         if self.yield_strength is not None and self.youngs_modulus is None:
             raise ValueError("yield_strength needs youngs_modulus, for the pressure [Pa]")
         return self

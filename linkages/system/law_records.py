@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from linkages.files.raw_model import Bearing
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.forces import CLIP
-from linkages.laws.contact.material import contact_modulus, hertz_stiffness, line_shape, line_stiffness
+from linkages.laws.contact.material import (
+    contact_modulus,
+    cylinder_stiffness,
+    hertz_stiffness,
+    line_shape,
+    line_stiffness,
+)
 from linkages.laws.film.closed_form import THINNEST
 from linkages.laws.film.film_map import table_limit
 from linkages.laws.film.films import MAPPED
@@ -116,6 +122,8 @@ def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, cleara
     record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)
     if contact.stiffness is None and law.conformal:
         record["stiffness"] = line_stiffness(bearing.length, _modulus(contact))
+    elif contact.stiffness is None and law.linear:
+        record["stiffness"] = cylinder_stiffness(bearing.length, _modulus(contact))
     elif contact.stiffness is None:
         record["stiffness"] = hertz_stiffness(bearing.radius, journal, _modulus(contact))
 

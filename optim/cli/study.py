@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from linkages import InputError
-from linkages.cli.options import add_out, output_folder, written
+from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.options import written
 
 HELP = "show or export what an optimisation has computed; which variables matter"
 
@@ -62,7 +63,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _sensitivity(options: argparse.Namespace) -> int:
     """Write ``sensitivity.json`` and the figures, print the table."""
-    from linkages.files.writing import OutputFolder
     from optim.evaluate.evaluator import Evaluator
     from optim.problem.load import load_study
     from optim.problem.shipped import find_study
@@ -77,8 +77,8 @@ def _sensitivity(options: argparse.Namespace) -> int:
     seed = study.file.seed if options.seed is None else options.seed
     if not 0 <= seed < 2**32:
         raise InputError("--seed", str(seed), "must be between 0 and 2^32 - 1")
-    out = output_folder(options, f"{study.source.stem}_sensitivity")
-    with (outputs := OutputFolder(out)) as folder:
+    out = output_folder(options, f"{study.source.stem}_sensitivity", "study sensitivity")
+    with (outputs := results_folder(out, "study sensitivity")) as folder:
         report = sensitivity(study, options.samples, seed, Evaluator(study, threads=options.threads))
         write_json(folder / "sensitivity.json", report)
         if not options.no_plots:

@@ -33,7 +33,8 @@ class Contact(NamedTuple):
     source: str
     chi: str = ""  # chi(e) where the force is F_e*(1 + chi*ddelta/ddelta0)
     factor: Callable[[float], float] = lambda e: 0.0  # the same as a function
-    conformal: bool = False  # its stiffness is S = pi E' L, else Hertz's
+    conformal: bool = False  # its stiffness is S = pi E' L
+    linear: bool = False  # it is that of parallel cylinders; else Hertz's
 
     @property
     def address(self) -> int:
@@ -61,7 +62,7 @@ CONTACTS = {
     ),
     "kelvin-voigt": Contact(
         kelvin_voigt, "K delta + D ddelta",
-        "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960",
+        "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960", linear=True,
     ),
     "hunt-crossley": _damped(
         "3(1-e)/2", lambda e: 1.5 * (1.0 - e),

@@ -39,6 +39,17 @@ def line_stiffness(length: float, modulus: float) -> float:
     return math.pi * modulus * length
 
 
+def cylinder_stiffness(length: float, modulus: float) -> float:
+    """Stiffness K = pi/4 E' L of F = K delta for parallel cylinders in contact over the length L [N/m].
+
+    It does not depend on the radii. The true approach grows a little slower than the force, by a logarithm in which the
+    size of the bodies stands.
+
+    Source: Popov, Contact Mechanics and Friction, 2010, eq. (5.33).
+    """
+    return math.pi / 4.0 * modulus * length
+
+
 def line_shape(radius_b: float, radius_j: float, length: float) -> float:
     """Shape ratio L^2/(R_b R_j) of Dubowsky-Freudenstein's law [-].
 
