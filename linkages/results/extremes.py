@@ -18,6 +18,9 @@ _CANDIDATES = 3  # neighbouring samples within this many of the best local extre
 _NEAR = 0.01  # of a column's range: how much lower than the best sample another candidate may be
 _ROUNDS = 8  # of refinement
 _KEPT = 1e-7  # of the column's magnitude: error of a maximum that is refined no further
+_NOISE = 2e-4  # of the column's magnitude: a parabola's error that may be the run's own, whose steps join that well
+_SHRUNK = 0.6  # of the error before: that of a kink falls with the bracket, that of the run does not
+_STALE = 3  # rounds without anything higher, after which nothing is expected there
 _DOUBT = 10.0  # times the last parabola's error: how much higher than the next one's top a maximum may be
 _APART = 0.05  # of a bracket: distance from its samples at which another one judges the parabola through them
 
@@ -144,7 +147,8 @@ def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = F
 
     The top of the parabola through a bracket's samples is evaluated, again and again, until what the parabola has
     promised comes true. Where it does not (at a kink, or between coarse steps) the middles between the samples are
-    evaluated as well. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
+    evaluated as well, until rounds find nothing higher, and what is missed is as small as the errors that a run's steps
+    leave in forces and shrinks no more, as those do not. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
 
     Parameters
     ----------
@@ -183,6 +187,7 @@ class _Search:
         self.bracket = bracket
         self.settled = False
         self.miss = np.inf  # by how much the last parabola was wrong
+        self.stale = 0  # rounds without anything higher
 
     @property
     def best(self) -> float:
@@ -210,14 +215,17 @@ class _Search:
         best = int(np.argmax(y))
         window = slice(max(best - 1, 0), best + 2)
         self.bracket = old._replace(times=t[window], values=y[window])
+        self.stale = 0 if y[best] > old.values.max() + _KEPT * old.scale else self.stale + 1
         if len(old.times) < 3:
             return
-        self.miss = float(np.abs(values - _through(old.times, old.values, times)).max())
+        before, self.miss = self.miss, float(np.abs(values - _through(old.times, old.values, times)).max())
         # near a smooth top the parabola's top is wrong by miss^2 / (4 drop) only: it is flat there
         small, drop = _KEPT * old.scale, y[best] - y.min()
         # a value beside a known one says little of the parabola
         apart = np.abs(times[:, None] - old.times).min(axis=1).max() > _APART * np.ptp(old.times)
-        self.settled = bool(apart and (self.miss <= small or self.miss**2 <= 0.01 * small * drop))
+        smooth = apart and (self.miss <= small or self.miss**2 <= 0.01 * small * drop)
+        rough = _SHRUNK * before <= self.miss <= _NOISE * old.scale
+        self.settled = bool(smooth or (rough and self.stale >= _STALE))
 
 
 def _drop_lower(searches: Sequence[_Search]) -> None:
