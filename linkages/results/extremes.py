@@ -147,8 +147,9 @@ def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = F
 
     The top of the parabola through a bracket's samples is evaluated, again and again, until what the parabola has
     promised comes true. Where it does not (at a kink, or between coarse steps) the middles between the samples are
-    evaluated as well, until rounds find nothing higher, and what is missed is as small as the errors that a run's steps
-    leave in forces and shrinks no more, as those do not. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
+    evaluated as well, until rounds find nothing higher and what is missed, as small as the errors that a run's steps
+    leave in forces, shrinks no more. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines
+    the samples.
 
     Parameters
     ----------
