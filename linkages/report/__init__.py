@@ -5,6 +5,7 @@
 | results  | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
 | words    | the question and the answer in sentences, the commands that repeat the run            |
 | tables   | the tables: headings and cells, numbers as text                                       |
+| curves   | what the page draws over time: every peak in as many points as a screen shows         |
 | page     | template, style and script -> ``report.html``                                         |
 | wear     | a folder written by ``linkages wear`` -> ``report.html``                              |
 | terminal | a summary -> lines of text                                                            |

@@ -9,8 +9,9 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
-from linkages.files.writing import whole
+from linkages.files.writing import json_text, whole
 from linkages.report import tables, words
+from linkages.report.curves import curves
 from linkages.report.results import FIGURES, Results
 
 
@@ -46,11 +47,15 @@ def template(name: str) -> Template:
 
 def render(results: Results) -> str:
     """Return the page as text."""
+    drawn = json_text(curves(results)).replace("<", "\\u003c")
     versions = results.summary["provenance"]["versions"]
     elsewhere = ("python", "linkages")  # not installed as the other packages are
     return template("page.html").render(
         style=Markup(own("page.css")),
         script=Markup(own("page.js")),
+        curves=Markup(drawn) if drawn.strip() != "[]" else "",
+        starts=bool(results.play),
+        curves_script=Markup(own("curves.js")),
         title=results.title,
         question=words.question(results),
         answer=words.answer(results),

@@ -32,7 +32,21 @@ bar.push(button.textContent, viewer.animator.actions[0].time / viewer.animator.d
 button.click();
 bar.push(button.textContent);
 const enlarged = document.querySelector("dialog img");
+const curve = document.querySelector("#curves svg"), span = curve.getBoundingClientRect();
+const caption = () => document.querySelector("#curves figcaption").textContent;
+const ticks = () => curve.querySelectorAll("text").length && [...curve.querySelectorAll("text")].at(-1).textContent;
+const point = (kind, Event, part, more = {}) => curve.dispatchEvent(
+  new Event(kind, {clientX: span.left + part * span.width, clientY: span.top + 40, cancelable: true, ...more}));
+curve.setPointerCapture = () => {};  // of no real pointer
+point("pointermove", PointerEvent, 0.5);
+const told = [caption()], whole = ticks();
+point("pointerdown", PointerEvent, 0.75);
+point("pointerup", PointerEvent, 0.75);
+told.push(viewer.animator.actions[0].time / viewer.animator.duration);
+point("wheel", WheelEvent, 0.5, {deltaY: -800});
+told.push(whole, ticks());
 const result = {
+  told, curves: [...document.querySelectorAll("#curves figcaption")].length,
   bar, figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
   enlarged: [document.querySelector("dialog").open, enlarged.naturalWidth, enlarged.alt],
   fetched: performance.getEntriesByType("resource").map((entry) => entry.name),
@@ -49,6 +63,18 @@ def page(results_folder, tmp_path_factory):
     folder = tmp_path_factory.mktemp("browser")
     write_report(load_results(results_folder), folder / "report.html")
     return open_page(folder / "report.html", folder, LOOK)
+
+
+def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
+    """The animation goes where a curve is clicked; after zooming in, the axis ends earlier."""
+    read, part, whole, zoomed = page.seen["told"]
+    run = load_trajectory(results_folder / "trajectory.npz")
+    assert page.seen["curves"] == 5  # two outputs, two joints with play, a drive
+    assert read.startswith("follower.omega [rad/s] over time [s]; ")
+    value, time = (float(read.split("; ")[1].split()[k]) for k in (0, 3))
+    assert value == pytest.approx(np.interp(time, run.time, run["follower.omega"]), rel=1e-3)
+    assert part == pytest.approx((0.75 * 720 - 64) / (720 - 84), abs=0.02)
+    assert float(zoomed) < float(whole)
 
 
 def test_every_figure_renders_and_can_be_enlarged(page, results_folder):

@@ -1,0 +1,25 @@
+"""Curves that the report draws: few points, and every peak."""
+
+import numpy as np
+
+from linkages.report.curves import seen
+
+
+def test_a_thinned_curve_keeps_its_ends_and_every_peak():
+    time = np.linspace(0.0, 1.0, 100_001)
+    values = np.sin(40.0 * time)
+    values[[12_345, 77_777]] = 5.0, -7.0  # as impacts are: one sample wide
+    kept = seen(time, values)
+    assert len(kept) <= 3 * 800 + 2
+    assert {0, 12_345, 77_777, 100_000} <= set(kept.tolist())
+    assert np.all(np.diff(kept) > 0)
+    drawn = np.interp(time, time[kept], values[kept])
+    assert np.abs(drawn - values)[20_000:70_000].max() < 40.0 / 800  # slope times a piece
+
+
+def test_samples_crowd_where_the_solver_put_them():
+    """Steps of very unequal length: pieces are of time, so that no long step is lost."""
+    time = np.concatenate([np.linspace(0.0, 1e-6, 5000), [0.3, 0.6, 1.0]])
+    kept = seen(time, time)
+    assert {0, 5000, 5001, 5002} <= set(kept.tolist())
+    assert len(kept) < 10
