@@ -113,7 +113,7 @@ def _longest_step(result: Study) -> str:
     """Say how long the steps may be; the compiled engine limits them only if it is told to."""
     step = result.system.experiment.solver.max_step
     if result.engine == "drake":
-        from linkages.engines.drake.simulation import max_step
+        from linkages.engines.drake.steps import max_step
 
         step = max_step(result.system)
     return f", steps of at most {step:g} s" if step else ""

@@ -170,6 +170,7 @@ def test_equal_slider_crank_passes_its_singular_positions(run, engine, accuracy)
         *(("compiled", n, accuracy, 10.0) for n in (1, 2) for accuracy in (1e-6, 1e-8, 1e-9, 1e-10, 1e-11)),
         *(pytest.param("compiled", 40, accuracy, 10.0, marks=pytest.mark.slow) for accuracy in (1e-6, 1e-9)),
         *(("drake", n, accuracy, 2.0) for n in (1, 2) for accuracy in (1e-6, 1e-9)),
+        *(pytest.param("drake", n, 1e-9, 10.0, marks=pytest.mark.slow) for n in (1, 2)),
     ],
 )
 def test_windows_fall_through_their_flat_positions(run, engine, n, accuracy, duration):
@@ -177,7 +178,7 @@ def test_windows_fall_through_their_flat_positions(run, engine, n, accuracy, dur
     found = run(windows_sdf(n), f"duration = {duration}\n{WINDOWS}", accuracy)
     angle, rate = windows_angle(n, found.time)
     assert np.sum(np.diff(np.sign(np.sin(angle))) != 0) >= duration / 2
-    limit = 150.0 * accuracy if engine == "compiled" else 1e-7
+    limit = 150.0 * accuracy if engine == "compiled" else 3e-8  # how closely Drake's feedback holds the loops
     for i in range(n + 1):
         np.testing.assert_allclose(found[f"crank{i}.angle"], angle, rtol=0, atol=limit)
         np.testing.assert_allclose(found[f"crank{i}.omega"], rate, rtol=0, atol=10.0 * limit)

@@ -6,6 +6,7 @@
 | clearance  | `ClearanceJoints(LeafSystem)`: forces in joints with play from the plant's state  |
 | drives     | `Drives(LeafSystem)`: prescribed motions, torques, reactions of closing joints    |
 | diagram    | `add_linkage`, `build_diagram`: the systems connected                             |
+| steps      | Drake's simulator, led past habits that spoil a run's steps                       |
 | simulation | a run of the diagram as a `Trajectory`                                            |
 | visuals    | shapes for links whose SDF file gives none                                        |
 | picture    | a diagram drawn, or its connections as a table                                    |
