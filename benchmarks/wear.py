@@ -16,7 +16,7 @@ from linkages.explore.wear.measure import measure
 
 #: k [m2/N] at which 1,000 cycles wear a third of the clearance away, and the loads grow by a tenth.
 COEFFICIENT = 2e-12
-TOLERANCES = (0.02, 0.03)  # of the clearance
+TOLERANCES = (0.01, 0.02)  # of the clearance
 BLOCK = 50  # cycles of a mean
 
 

@@ -16,9 +16,10 @@ from linkages.cli.main import main
 from linkages.explore.wear.content import content
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.life import wear_life
-from linkages.explore.wear.measure import Block, Start, depths_of, wearing
+from linkages.explore.wear.measure import Block, Start, _settled, depths_of, wearing
 from linkages.explore.wear.store import Store
 from linkages.laws.wear.profile import node_depths
+from linkages.model.check import DEEPEST
 from linkages.report.tables import number
 
 
@@ -128,8 +129,8 @@ def test_the_life_until_a_limit(press):
     middle = 0.5 * (depths[1] + depths[2])
     until = life.cycles_until("B.depth", middle)
     assert cycles[1] < until < cycles[2]
-    one, block = life.stages[1].removed, life.stages[2].block
-    then = worn(life.joints, one, block, until - cycles[1])  # within a jump: what its block wears
+    one, loads = life.stages[1].removed, life.stages[2].loads
+    then = worn(life.joints, one, loads, until - cycles[1])  # within a jump: what its loads wear
     assert node_depths(depths_of(life.joints[0], then["B"])[0]).max() == pytest.approx(middle, rel=1e-4)
     assert life.cycles_until("B.depth", 1.0) == math.inf
     assert life.play("B")[-1] == pytest.approx(CLEARANCE + life.profiles("B")[-1, 0].mean())
@@ -143,38 +144,91 @@ def test_a_jump_at_held_loads_is_its_parts_together(press):
     """The profile after m cycles of a block's loads is that after two times m/2 of them."""
     system = press(**{"wear.nodes": 120})
     life = wear_life(system, 1)
-    joints, removed, block = wearing(system), life.stages[0].removed, life.stages[0].block
-    once = worn(joints, removed, block, 400.0)["B"][0]
-    twice = worn(joints, worn(joints, removed, block, 200.0), block, 200.0)["B"][0]
+    joints, removed, loads = wearing(system), life.stages[0].removed, life.stages[0].loads
+    once = worn(joints, removed, loads, 400.0)["B"][0]
+    twice = worn(joints, worn(joints, removed, loads, 200.0), loads, 200.0)["B"][0]
     assert np.abs(once - twice).max() < 2e-3 * once.max()
 
 
+RATE, SCALE = 1e-9, 1e-3
+
+
+@pytest.fixture
+def even_life(press, monkeypatch):
+    """Lives in closed form: wear s even over the turn, by loads that fall with it, ds/dn = r/(1 + (s/S)^p)."""
+    system = press(**{"wear.nodes": 120})
+
+    def made(cycles, tolerance, power, scale=SCALE):
+        def measure(self, removed, start, scatter, single=False):
+            load = 1.0 / (1.0 + (removed["B"][0, 0] / scale) ** power)
+            loads = {"B": np.array([[0.0, 0.0, 0.0, -CLEARANCE, 0.0, -1.0, load]])}
+            nothing = Start(np.zeros(0), np.zeros(0), 0.0)
+            return Block(loads, {"B": np.array([load])}, {}, 1, nothing, linkages.Status.OK)
+
+        def even(joints, removed, loads, cycles):
+            return {"B": removed["B"] + cycles * RATE * loads["B"][:, -1].sum() * np.array([[1.0], [0.0]])}
+
+        monkeypatch.setattr(Store, "measure", measure)
+        monkeypatch.setattr("linkages.explore.wear.life.worn", even)
+        return wear_life(system, cycles, tolerance=tolerance)
+
+    return made
+
+
+def cycles_to(s, power):
+    """Cycles in which so much is worn away: s + s^(p+1)/((p+1) S^p) = r n."""
+    return (s + s ** (power + 1.0) / ((power + 1.0) * SCALE**power)) / RATE
+
+
 @pytest.mark.parametrize(("power", "order"), [(1.0, 3.0), (2.0 / 3.0, 5.0 / 3.0)], ids=["worn", "round"])
-def test_the_order_of_a_jump(press, monkeypatch, power, order):
-    """Local errors of a life in closed form: of order 3, and 5/3 where the depth begins as V^(2/3), in a round joint.
-
-    Wear s that is even over the turn, by loads that fall with it, s' = r/(1 + (s/S)^p): s + s^(p+1)/((p+1) S^p) = r n.
-    """
-    rate, scale, system = 1e-9, 1e-3, press(**{"wear.nodes": 120})
-
-    def measure(self, removed, start, scatter, drive, single=False):
-        load = 1.0 / (1.0 + (removed["B"][0, 0] / scale) ** power)
-        samples = {"B": np.array([[0.0, 0.0, 0.0, -CLEARANCE, 0.0, -1.0, load]])}
-        nothing = Start(np.zeros(0), np.zeros(0), 0.0)
-        return Block(samples, {"B": np.array([load])}, {}, 1, nothing, linkages.Status.OK)
-
-    def even(joints, removed, block, cycles):
-        return {"B": removed["B"] + cycles * rate * block.samples["B"][0, -1] * np.array([[1.0], [0.0]])}
-
-    monkeypatch.setattr(Store, "measure", measure)
-    monkeypatch.setattr("linkages.explore.wear.life.worn", even)
+def test_the_order_of_a_jump(even_life, power, order):
+    """Local errors: of order 3, and 5/3 where the depth begins as V^(2/3), in a round joint."""
     errors = []
     for cycles in (25, 50, 100):
-        life = wear_life(system, cycles, tolerance=1.0)
+        life = even_life(cycles, 1.0, power)
         assert [stage.cycles for stage in life.stages] == [0, cycles]
-        s = life.stages[-1].removed["B"][0, 0]
-        errors.append(abs((s + s ** (power + 1.0) / ((power + 1.0) * scale**power)) / rate - cycles))
+        errors.append(abs(cycles_to(life.stages[-1].removed["B"][0, 0], power) - cycles))
     assert np.log2(np.array(errors[1:]) / errors[:-1]) == pytest.approx(order, abs=0.15)
+
+
+def test_jumps_that_err_are_made_again_without_another_block_and_keep_the_second_order(even_life):
+    """A quarter of the tolerance: half as long jumps, a quarter of the error at the end."""
+    cycles, errors, counts = 1_500_000, [], []
+    for tolerance in (2.4e-6, 6e-7, 1.5e-7):
+        life = even_life(cycles, tolerance, 1.0)
+        assert life.rejected > 0
+        assert life.simulated == len(life.stages)  # a block for each jump, and the first
+        assert max(stage.error for stage in life.stages) <= tolerance
+        errors.append(abs(cycles_to(life.stages[-1].removed["B"][0, 0], 1.0) / cycles - 1.0))
+        counts.append(len(life.stages))
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.4)
+    assert np.array(counts[1:]) / counts[:-1] == pytest.approx(2.0, abs=0.3)
+
+
+def test_a_life_ends_where_the_profiles_are_too_deep_and_not_a_jump_before(even_life):
+    """Jumps grow by factors of five while loads stay: the last ones are shortened to end at a fifth of the radius."""
+    life = even_life(10**9, 1e-5, 1.0, scale=1e9)
+    assert life.status is linkages.Status.WORN_OUT
+    assert DEEPEST * RADIUS - 2e-5 < life.depths("B")[-1] <= DEEPEST * RADIUS
+
+
+def test_a_block_ends_when_its_last_cycles_are_known_well_enough():
+    """The mean of what is kept is near that of all, whether the motion repeats, swings between two, settles, or is chaotic."""
+
+    def kept(works):
+        for count in range(1, len(works) + 1):
+            last = _settled(works[:count, None], 0.01)
+            if last:
+                return works[count - last : count]
+        return works[4:]
+
+    assert len(kept(np.ones(16))) == 2
+    assert np.mean(kept(1.0 + 0.004 * (-1.0) ** np.arange(16))) == pytest.approx(1.0, abs=0.002)
+    assert np.mean(kept(1.0 + 0.5 * 0.3 ** np.arange(16))) == pytest.approx(1.0, abs=0.01)
+    chaotic = 1.0 + 0.03 * np.random.default_rng(1).standard_normal((400, 16))
+    assert np.std([np.mean(kept(works)) for works in chaotic]) < 0.02  # more than asked for: few cycles can look alike
+    both = np.column_stack([np.ones(4), [1.0, 2.0, 1.0, 2.0]])
+    assert _settled(both, 0.01) == 0  # every joint must be known
 
 
 def test_the_command_writes_the_contract(press, tmp_path, capsys):

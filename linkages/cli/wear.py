@@ -37,15 +37,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--tolerance",
         type=float,
         metavar="X",
-        help="largest difference of depth between first and second order in a jump [m]; default: a fiftieth of the"
-        " smallest clearance",
+        help="largest difference of depth between first and second order in a jump [m]; default: a hundredth of"
+        " the smallest clearance",
     )
     parser.add_argument(
         "--scatter",
         type=float,
-        default=0.01,
         metavar="X",
-        help="relative standard error of the mean cycle at which a block has cycles enough; default: %(default)s",
+        help="relative standard error of the work of all cycles at which a block has cycles enough; default: 0.02",
     )
     parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle and never jump")
     add_settings(parser)

@@ -65,7 +65,7 @@ class Life(Table):
     )
     drive: str | None = Field(None, description="whose revolutions; default: the first of constant speed")
     tolerance: Positive | None = Field(None, description="of the depth in a jump, as of `linkages wear` [m]")
-    scatter: Positive = Field(0.01, description="of the mean cycle of a block, as of `linkages wear` [1]")
+    scatter: Positive | None = Field(None, description="of the work of all cycles, as of `linkages wear` [1]")
 
 
 class Point(Table):

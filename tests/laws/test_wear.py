@@ -29,7 +29,7 @@ JOURNAL = 1e-5 * np.maximum(np.cos(ANGLES - 0.5), 0.0) ** 2
 def law(bearing=ROUND, journal=ROUND, name="hertz", **changes):
     sizes = {"clearance": CLEARANCE, "radius": RADIUS, "length": LENGTH, "model": MODELS["dry"], "stiffness": 1e11}
     nodes = {"bearing_nodes": len(bearing), "journal_nodes": len(journal)}
-    return joint_records.joint(contact=name, **sizes, **nodes, **changes), np.concatenate([bearing, journal])
+    return joint_records.joint(contact=name, **sizes | nodes | changes), np.concatenate([bearing, journal])
 
 
 def force(joint, x, y, angles=(0.0, 0.0), velocity=(0.0, 0.0), rates=(0.0, 0.0), approach=1e3):
@@ -111,6 +111,43 @@ def test_a_frictionless_pair_has_no_power_left_over():
         work, paid = work + power, paid + abs(power)
     assert paid > 0.0
     assert abs(work) < 1e-6 * paid
+
+
+OIL = {"film": "pinkus-sternlicht", "viscosity": 0.05, "film_limit": 0.99, "model": MODELS["mixed"]}
+BLEND = {"transition": 2e-6}
+ASPERITIES = {"roughness": 2e-6, "asperity_pressure": 1e9}
+SPEED, SPIN = st.floats(-0.1, 0.1), st.floats(-50, 50)
+
+
+def round_force(worn, x, y, velocity, rates, **mixed):
+    """Force of the round joint whose clearance is larger by a depth."""
+    record, table = law(**mixed, clearance=CLEARANCE + worn)
+    return clearance_force(record, table, x, y, *velocity, *rates, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("mixed", [BLEND, ASPERITIES], ids=["blend", "asperities"])
+@pytest.mark.parametrize("parts", [(5e-5, 0.0), (0.0, 3e-5), (2e-5, 3e-5)], ids=["bearing", "journal", "both"])
+@given(st.floats(0.01, 0.999), TURN, SPEED, SPEED, SPIN, SPIN)
+def test_the_film_of_an_evenly_worn_joint_is_that_of_the_larger_clearance(mixed, parts, eps, at, vx, vy, wb, wj):
+    mixed, even = OIL | mixed, [np.full(NODES, depth) if depth else ROUND for depth in parts]
+    x, y = eps * (CLEARANCE + sum(parts)) * np.array([math.cos(at), math.sin(at)])
+    expected = round_force(sum(parts), x, y, (vx, vy), (wb, wj), **mixed)
+    found = force(law(*even, **mixed), x, y, (0.3, -0.7), (vx, vy), (wb, wj))
+    scale = 1e-9 * (math.hypot(*expected[:2]) + 1e-9)
+    assert np.allclose(found[:3], expected[:3], rtol=0.0, atol=scale)
+    assert found[7] == pytest.approx(expected[4], rel=1e-9)
+    assert (expected[4] > 0.0) == ("roughness" in mixed and (1.0 - eps) * (CLEARANCE + sum(parts)) < 10 * 2e-6)
+
+
+@given(st.floats(0.01, 0.8), TURN, TURN, SPEED, SPEED, SPIN, SPIN)
+def test_the_film_of_a_pocket_sees_the_depth_of_both_parts_where_the_journal_is(eps, at, turn, vx, vy, wb, wj):
+    bearing, journal, angles = 2e-5 + BEARING, JOURNAL, (turn, -0.5 * turn)
+    worn = depth_at(bearing, at - angles[0])[0] + depth_at(journal, at - angles[1])[0]
+    x, y = eps * (CLEARANCE + worn) * np.array([math.cos(at), math.sin(at)])
+    expected = round_force(worn, x, y, (vx, vy), (wb, wj), **OIL, **BLEND)
+    found = force(law(bearing, journal, **OIL, **BLEND), x, y, angles, (vx, vy), (wb, wj))
+    assert found[4] < 0.0  # they do not touch
+    assert np.allclose(found[:3], expected[:3], rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("curvature", [0.2, 5.0])

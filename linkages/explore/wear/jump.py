@@ -6,21 +6,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import RunError
-from linkages.explore.wear.measure import Block, Removed, Wearing, depths_of
+from linkages.explore.wear.measure import Loads, Removed, Wearing, depths_of, equal_works
 from linkages.laws.wear.archard import FRACTION, wear_away
 
 Array = NDArray[np.float64]
 
-_SWEEPS = (4, 1000)
+_SWEEPS = (1, 1000)
 _MISSED = 0.01  # part of the work that may be left without a place
 
 
-def mean_work(block: Block, joint: str) -> float:
-    """Integral of N |v_t| dt over a mean cycle of a block [N m]."""
-    return float(block.samples[joint][:, -1].sum()) if joint in block.samples else 0.0
+def between(before: Loads, after: Loads, part: float) -> dict[str, Array]:
+    """Mix the loads of two blocks: a part of the cycles is like the second, the others like the first."""
+    found = {}
+    for name in after:
+        lines = np.concatenate([before[name], after[name]])
+        lines[:, 6] *= np.repeat([1.0 - part, part], [len(before[name]), len(after[name])])
+        found[name] = equal_works(lines[lines[:, 6] > 0.0])
+    return found
 
 
-def worn(joints: tuple[Wearing, ...], removed: Removed, block: Block, cycles: float) -> dict[str, Array]:
+def work_of(loads: Loads, joint: str) -> float:
+    """Integral of N |v_t| dt over a mean cycle [N m]."""
+    return float(loads[joint][:, 6].sum())
+
+
+def worn(joints: tuple[Wearing, ...], removed: Removed, loads: Loads, cycles: float) -> dict[str, Array]:
     """Profiles after so many cycles of a block's loads.
 
     Raises
@@ -30,7 +40,7 @@ def worn(joints: tuple[Wearing, ...], removed: Removed, block: Block, cycles: fl
     """
     result = {}
     for joint in joints:
-        lost, samples = removed[joint.name].copy(), block.samples[joint.name].copy()
+        lost, samples = removed[joint.name].copy(), loads[joint.name].copy()
         result[joint.name] = lost
         if len(samples) == 0:
             continue

@@ -6,7 +6,11 @@ With s the profiles and H(s) the loads that a block with them gives, a jump of m
 
 one block for each jump. The last block is at most as far away as the last jump was long, so that s_half is wrong by
 O(m^2) and s_(n+1) by O(m^3). What the last block alone would have given is wrong by O(m^2): the difference of the two
-depths is kept below the tolerance by the size of the jump. In it the scatter of a chaotic motion counts too.
+depths is kept below the tolerance by the size of the jump. In it the scatter of a chaotic motion counts too. A jump
+that errs more is made again, shorter, with loads that lie between those of the two blocks as its own middle does.
+
+Many jumps with few cycles each know the mean of a chaotic motion as well as few jumps with many, and follow better how
+it changes. Errors of blocks are independent: a block's may be as much larger than that of the sum as its jump is short.
 """
 
 from __future__ import annotations
@@ -18,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError, Status
-from linkages.explore.wear.jump import deepest, difference, mean_work, worn
-from linkages.explore.wear.measure import Block, Removed, Wearing, check_wears, wearing
+from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
+from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, wearing
 from linkages.explore.wear.stages import Life, Stage
 from linkages.explore.wear.store import Store
 from linkages.laws.wear.profile import removed_of
@@ -27,11 +31,14 @@ from linkages.model.check import DEEPEST
 from linkages.system import System
 
 Array = NDArray[np.float64]
+Joints = tuple[Wearing, ...]
+#: Adds a stage to the life; returns whether it is enough.
+Add = Callable[[Stage], bool]
 
 #: Default tolerance of the depth in a jump, in parts of the smallest clearance.
-TOLERANCE = 0.02
-#: Default standard error of the mean work of a block.
-SCATTER = 0.01
+TOLERANCE = 0.01
+#: Default standard error of the work of all cycles.
+SCATTER = 0.02
 
 _FIRST = 5.0  # depth of the first jump, in tolerances
 _ROUGH = 4.0  # scatter of the first block, from which only the middle of the first jump is predicted, in that of others
@@ -42,7 +49,7 @@ def wear_life(
     system: System,
     cycles: int,
     tolerance: float | None = None,
-    scatter: float = SCATTER,
+    scatter: float | None = None,
     drive: str | None = None,
     folder: Path | None = None,
     every_cycle: bool = False,
@@ -58,9 +65,10 @@ def wear_life(
     cycles : int
         Revolutions of the drive.
     tolerance : float, optional
-        Largest difference of depth between a jump's first and second order [m]; default 0.02 of the smallest clearance.
-    scatter : float
-        Relative standard error of the mean work in a block at which it has cycles enough.
+        Largest difference of depth between a jump's first and second order [m]; default 0.01 of the smallest clearance.
+    scatter : float, optional
+        Relative standard error of the work of all cycles so far at which a block has cycles enough, default 0.02: in
+        that of its own jump the error may be larger by the root of all cycles over the jump's.
     drive : str, optional
         Whose revolutions; default the first of constant speed.
     folder : Path, optional
@@ -96,55 +104,113 @@ def wear_life(
     joints = check_wears(system, drive)
     if tolerance is None:
         tolerance = TOLERANCE * min(joint.clearance for joint in joints)
+    if scatter is None:
+        scatter = SCATTER
     for name, number in (("cycles", cycles), ("tolerance", tolerance), ("scatter", scatter)):
         if not number > 0:
             raise InputError("argument", name, f"is {number:g}; it must be above zero")
-    store = Store(system, folder)
-    removed = _new(system)
     stages: list[Stage] = []
-    status, simulated, rejected, jump = Status.OK, 0, 0, 1
 
-    def so_far() -> Life:
-        return Life(system, tuple(stages), status, simulated, rejected, tolerance, scatter)
+    def so_far(status: Status) -> Life:
+        return Life(system, tuple(stages), status, tolerance, scatter)
 
+    def add(stage: Stage) -> bool:
+        stages.append(stage)
+        if progress is not None:
+            progress(stage.cycles)
+        return enough is not None and enough(so_far(Status.OK))
+
+    store = Store(system, drive, folder)
     try:
-        block = store.measure(removed, None, scatter if every_cycle else _ROUGH * scatter, drive)
-        simulated, status = block.cycles, block.status
-        stages.append(Stage(0, removed, {joint.name: 0.0 for joint in joints}, 0.0, block, 0.0))
-        if not every_cycle and status is Status.OK:
-            jump = _first_jump(joints, removed, block, tolerance)
-        while status is Status.OK and stages[-1].cycles < cycles:
-            last = stages[-1]
-            jump = 1 if every_cycle else min(jump, cycles - last.cycles)
-            half = last.removed if every_cycle else worn(joints, last.removed, block, 0.5 * jump)
-            if deepest(joints, half) > DEEPEST:
-                status = Status.WORN_OUT
-                break
-            middle = store.measure(half, block.end, 0.0 if every_cycle else scatter, drive, every_cycle)
-            simulated, status = simulated + middle.cycles, middle.status
-            if status is not Status.OK:
-                break
-            found = worn(joints, last.removed, middle, jump)
-            error = 0.0
-            if not every_cycle:
-                error = difference(joints, found, worn(joints, last.removed, block, jump))
-            block = middle
-            if error <= tolerance or jump == 1:
-                work = {name: done + jump * mean_work(block, name) for name, done in last.work.items()}
-                stages.append(Stage(last.cycles + jump, found, work, last.cycles + 0.5 * jump, block, error))
-                if progress is not None:
-                    progress(stages[-1].cycles)
-                if enough is not None and enough(so_far()):
-                    break
-            else:
-                rejected += 1
-            factor = _SAFETY * np.sqrt(tolerance / error) if error > 0.0 else _LONGER
-            jump = max(1, int(jump * min(max(factor, _SHORTER), _LONGER)))
+        removed = _new(system)
+        block = store.measure(removed, None, scatter if every_cycle else _ROUGH * scatter)
+        first = Stage(0, removed, {joint.name: 0.0 for joint in joints}, 0.0, block, block.loads)
+        if add(first) or block.status is not Status.OK:
+            return so_far(block.status)
+        if every_cycle:
+            return so_far(_every_cycle(joints, first, store, cycles, add))
+        return so_far(_jumps(joints, first, store, cycles, tolerance, scatter, add))
     except KeyboardInterrupt:
         if not stages:
             raise
-        status = Status.INTERRUPTED
-    return so_far()
+        return so_far(Status.INTERRUPTED)
+
+
+def _every_cycle(joints: Joints, last: Stage, store: Store, cycles: int, add: Add) -> Status:
+    """Simulate every cycle, to the last one, to where a stage is enough, or to where a run fails."""
+    while last.cycles < cycles:
+        if deepest(joints, last.removed) > DEEPEST:
+            return Status.WORN_OUT
+        block = store.measure(last.removed, last.block.end, 0.0, single=True)
+        if block.status is not Status.OK:
+            return block.status
+        found = worn(joints, last.removed, block.loads, 1)
+        last = _reached(last, 1, found, block, block.loads, last.cycles + 0.5)
+        if add(last):
+            break
+    return Status.OK
+
+
+def _jumps(
+    joints: Joints, last: Stage, store: Store, cycles: int, tolerance: float, scatter: float, add: Add
+) -> Status:
+    """Jump from block to block, to the last cycle, to where a stage is enough, or to where a block fails."""
+    jump = _first_jump(joints, last, tolerance)
+    while last.cycles < cycles:
+        jump = min(jump, cycles - last.cycles)
+        ahead = worn(joints, last.removed, last.block.loads, jump)
+        while deepest(joints, ahead) > DEEPEST:
+            if jump == 1 or difference(joints, ahead, last.removed) <= tolerance:
+                return Status.WORN_OUT
+            jump //= 2
+            ahead = worn(joints, last.removed, last.block.loads, jump)
+        half = worn(joints, last.removed, last.block.loads, 0.5 * jump)
+        # errors of jumps are independent: that of their sum is to be as small, and no block's alone
+        block = store.measure(half, last.block.end, scatter * np.sqrt((last.cycles + jump) / jump))
+        if block.status is not Status.OK:
+            return block.status
+        last, jump = _jumped(joints, last, block, jump, ahead, tolerance)
+        if add(last):
+            break
+    return Status.OK
+
+
+def _jumped(
+    joints: Joints, last: Stage, block: Block, jump: int, ahead: Removed, tolerance: float
+) -> tuple[Stage, int]:
+    """Jump with a block that was measured with the profiles of the jump's middle; returns the next jump to try, too.
+
+    `ahead` is where the last block's loads lead. A jump that errs too much is made again, shorter, with loads between
+    those of the two blocks: none is measured in vain.
+    """
+    middle, rejected = last.cycles + 0.5 * jump, 0
+    apart = middle - last.middle
+    while True:
+        part = (last.cycles + 0.5 * jump - last.middle) / apart if apart > 0.0 else 1.0
+        loads = between(last.block.loads, block.loads, min(max(part, 0.0), 1.0))
+        found = worn(joints, last.removed, loads, jump)
+        error = difference(joints, found, ahead)
+        factor = _SAFETY * np.sqrt(tolerance / error) if error > 0.0 else _LONGER
+        following = max(1, int(jump * min(max(factor, _SHORTER), _LONGER)))
+        if error <= tolerance or jump == 1:
+            return _reached(last, jump, found, block, loads, middle, error, rejected), following
+        jump, rejected = following, rejected + 1
+        ahead = worn(joints, last.removed, last.block.loads, jump)
+
+
+def _reached(
+    last: Stage,
+    jump: int,
+    removed: dict[str, Array],
+    block: Block,
+    loads: Loads,
+    middle: float,
+    error: float = 0.0,
+    rejected: int = 0,
+) -> Stage:
+    """Stage so many cycles after the last one."""
+    work = {name: done + jump * work_of(loads, name) for name, done in last.work.items()}
+    return Stage(last.cycles + jump, removed, work, middle, block, loads, error, rejected)
 
 
 def _new(system: System) -> dict[str, Array]:
@@ -159,7 +225,7 @@ def _new(system: System) -> dict[str, Array]:
     return found
 
 
-def _first_jump(joints: tuple[Wearing, ...], removed: Removed, block: Block, tolerance: float) -> int:
+def _first_jump(joints: Joints, new: Stage, tolerance: float) -> int:
     """Cycles in which the loads of the first block wear some tolerances away, at the rate of one cycle."""
-    rate = difference(joints, worn(joints, removed, block, 1.0), removed)
+    rate = difference(joints, worn(joints, new.removed, new.block.loads, 1.0), new.removed)
     return max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri, stdtrit
 
 from linkages.engines.compiled.replay import Steps
 from linkages.errors import InputError, Status
@@ -19,12 +21,17 @@ from linkages.system import System
 Array = NDArray[np.float64]
 #: Removed area per angle over the radius [m], bearing then journal, (2, n), of each joint that wears.
 Removed = Mapping[str, Array]
+#: `linkages.laws.wear.archard.SAMPLE` of a mean cycle, (m, 7), of each joint that wears.
+Loads = Mapping[str, Array]
 
 _MOST = 16  # measured cycles of a block
 _LEAST = 2
 _SETTLING = 2  # cycles after the drive's ramp that are not measured
-_FEW, _SAME = 5, 0.1
-_UNLIKE, _ALIKE = 3.0, 1e-3  # difference of two halves that is too large: in standard errors, and of the mean
+_UNSETTLED = 4  # cycles of a block that are dropped where it does not settle
+_ABOVE = 0.975  # where Student's distribution is taken: 95 % lie between both its ends
+_COUNTS = np.arange(_LEAST, _MOST + 1)
+#: Factor of the standard error of so many cycles: their deviation is itself uncertain.
+_STUDENT = dict(zip(_COUNTS.tolist(), stdtrit(_COUNTS - 1, _ABOVE) / ndtri(_ABOVE), strict=True))
 _SAMPLES = 600  # kept of a block, for each joint
 _NOTHING = 1e-30  # depth that is none [m]: an experiment takes no number so small
 _ASPERITIES = 4.0  # standard deviations of the roughness at which asperities carry load
@@ -45,7 +52,7 @@ class Block:
 
     Attributes
     ----------
-    samples : dict of (m, 7) arrays
+    loads : dict of (m, 7) arrays
         `linkages.laws.wear.archard.SAMPLE` of a mean cycle, by joint.
     work : dict of (nc,) arrays
         Integral of N |v_t| dt over each measured cycle [N m], by joint.
@@ -58,7 +65,7 @@ class Block:
     status : Status
     """
 
-    samples: dict[str, Array]
+    loads: dict[str, Array]
     work: dict[str, Array]
     peaks: dict[str, float]
     cycles: int
@@ -140,10 +147,11 @@ def measure(
         The profiles.
     start : Start, optional
         Default the experiment's start: the ramp of the drive and two cycles more are not measured. Later one cycle is
-        not, in which the contacts find the worn profiles, nor are four more of a motion that does not repeat.
+        not, in which the contacts find the worn profiles.
     scatter : float
-        Standard error of the mean work over that mean, of each joint, at which it is enough; at most 16 cycles, of
-        which those are dropped that come before the motion is steady.
+        Standard error of the mean work over that mean, of each joint, at which it is enough; larger by Student's factor
+        where there are few cycles. The first cycles are dropped if the others are enough without them alone; after 16
+        the last 12 must do.
     drive : str, optional
         Whose revolutions; default the first of constant speed.
     single : bool
@@ -158,45 +166,29 @@ def measure(
     flow = Flow(lasting(worn_system(system, removed), first + most, drive))
     if start is not None:
         flow.resume(begin * period, start.y, start.memory, start.step)
-    outputs = watched(system)
-    found: dict[str, list[Array]] = {joint.name: [] for joint in joints}
-    work: dict[str, list[float]] = {joint.name: [] for joint in joints}
-    peaks: dict[str, list[float]] = {name: [] for name in outputs}
-    done, dropped = 0, 0
-    while flow.status is Status.OK and done < most:
+    outputs, cycles = watched(system), list[_Cycle]()
+    done, kept = 0, 0
+    while flow.status is Status.OK and done < most and kept == 0:
         piece = flow.advance((first + done + 1) * period)
-        if flow.status is not Status.OK:
-            break
-        done += 1
-        if done <= lead:
-            continue
-        columns, weights = _sampled(flow, piece, outputs, joints)
-        for name in outputs:
-            peaks[name].append(float(np.abs(columns[name]).max()))
-        for joint in joints:
-            cycle = _samples(joint, columns, weights, system)
-            found[joint.name].append(cycle)
-            work[joint.name].append(float(cycle[:, SAMPLE.index("work")].sum()))
-        if any(map(_drifts, work.values())):
-            early = (done - lead - dropped) // 2
-        else:
-            early = _FEW - 1 if dropped == 0 and done - lead == _FEW else 0
-        dropped += early
-        for lists in (found, work, peaks):
-            for values in lists.values():
-                del values[:early]
-        if all(_known(values, scatter) for values in work.values()):
-            break
+        if flow.status is Status.OK:
+            done += 1
+            if done > lead:
+                cycles.append(_cycle(flow, piece, outputs, joints))
+                kept = _settled(_works(cycles), scatter)
+    if kept > 0 or len(cycles) == _MOST:
+        cycles = cycles[-kept or _UNSETTLED :]
     end = Start(flow.y, flow.memory.copy(), flow.step)
-    worn = {joint.name: depths_of(joint, removed[joint.name]) for joint in joints}
-    samples = {
-        joint.name: _thinned(joint, np.concatenate(lines), worn[joint.name], len(lines))
-        for joint in joints
-        if (lines := found[joint.name])
+    if not cycles:
+        return Block({}, {}, dict.fromkeys(outputs, np.nan), done, end, flow.status)
+    loads = {
+        joint.name: _thinned(joint, lines, depths_of(joint, removed[joint.name]), len(cycles))
+        for joint, lines in zip(
+            joints, map(np.concatenate, zip(*(c.samples for c in cycles), strict=True)), strict=True
+        )
     }
-    totals = {name: np.array(values) for name, values in work.items()}
-    means = {name: float(np.mean(values)) if values else np.nan for name, values in peaks.items()}
-    return Block(samples, totals, means, done, end, flow.status)
+    work = {joint.name: values for joint, values in zip(joints, _works(cycles).T, strict=True)}
+    peaks = np.mean([cycle.peaks for cycle in cycles], axis=0)
+    return Block(loads, work, dict(zip(outputs, peaks.tolist(), strict=True)), done, end, flow.status)
 
 
 def depths_of(joint: Wearing, removed: Array) -> Array:
@@ -214,10 +206,15 @@ def watched(system: System) -> list[str]:
     return found
 
 
-def _sampled(
-    flow: Flow, piece: Steps, outputs: list[str], joints: tuple[Wearing, ...]
-) -> tuple[dict[str, Array], Array]:
-    """Compute outputs at the steps and halfway between them, and Simpson's weights of an integral over time [s]."""
+class _Cycle(NamedTuple):
+    """What was measured in a cycle."""
+
+    samples: list[Array]  # of each joint that wears, moments still to be filled
+    peaks: list[float]  # of each output that is watched
+
+
+def _cycle(flow: Flow, piece: Steps, outputs: list[str], joints: tuple[Wearing, ...]) -> _Cycle:
+    """Measure at a cycle's steps and halfway between them, and integrate over time by Simpson's rule."""
     times = np.unique(piece.times)
     both = np.empty(2 * len(times) - 1)
     both[::2], both[1::2] = times, 0.5 * (times[1:] + times[:-1])
@@ -229,7 +226,14 @@ def _sampled(
     for joint in joints:
         wanted += [f"{joint.name}.{what}" for what in ("ex", "ey", "load", "sliding")]
         wanted += [f"{link}.angle" for link in joint.links if link != "world"]
-    return flow.columns(piece, both, list(dict.fromkeys(wanted))), weights
+    columns = flow.columns(piece, both, list(dict.fromkeys(wanted)))
+    samples = [_samples(joint, columns, weights, flow.system) for joint in joints]
+    return _Cycle(samples, [float(np.abs(columns[name]).max()) for name in outputs])
+
+
+def _works(cycles: list[_Cycle]) -> Array:
+    """Integral of N |v_t| dt over each cycle [N m], (nc, nj)."""
+    return np.array([[lines[:, 6].sum() for lines in cycle.samples] for cycle in cycles])
 
 
 def _samples(joint: Wearing, columns: Mapping[str, Array], weights: Array, system: System) -> Array:
@@ -243,35 +247,30 @@ def _samples(joint: Wearing, columns: Mapping[str, Array], weights: Array, syste
     return lines[lines[:, 6] > 0.0]
 
 
-def _drifts(values: list[float]) -> bool:
-    """Whether the first half of some cycles is unlike the second: the motion was not steady yet."""
-    half = len(values) // 2
-    if half < _LEAST:
-        return False
-    old, new = np.array(values[:half]), np.array(values[half:])
-    spread = np.hypot(np.std(old, ddof=1) / np.sqrt(len(old)), np.std(new, ddof=1) / np.sqrt(len(new)))
-    return bool(abs(old.mean() - new.mean()) > max(_UNLIKE * spread, _ALIKE * new.mean()))
+def _settled(works: Array, scatter: float) -> int:
+    """How many of the last cycles give means of all works (nc, nj) that are known well enough; 0 if none do."""
+    for count in range(len(works), _LEAST - 1, -1):
+        last = works[-count:]
+        if np.all(_STUDENT[count] * np.std(last, axis=0, ddof=1) <= scatter * np.sqrt(count) * last.mean(axis=0)):
+            return count
+    return 0
 
 
-def _known(values: list[float], scatter: float) -> bool:
-    """Whether the mean of some cycles is known well enough."""
-    if len(values) < _LEAST:
-        return False
-    mean, deviation = float(np.mean(values)), float(np.std(values, ddof=1))
-    if len(values) < _FEW:  # whose deviation means little: enough only of a motion that repeats
-        return deviation <= _SAME * scatter * mean
-    return deviation <= scatter * mean * np.sqrt(len(values))
+def equal_works(lines: Array) -> Array:
+    """Of many samples some that stand for the same part of the work each; few as they are."""
+    if len(lines) <= _SAMPLES:
+        return lines
+    reached = np.cumsum(lines[:, 6])
+    aims = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * reached[-1]
+    kept = lines[np.minimum(np.searchsorted(reached, aims), len(lines) - 1)]
+    kept[:, 6] = reached[-1] / _SAMPLES
+    return kept
 
 
 def _thinned(joint: Wearing, lines: Array, depths: Array, cycles: int) -> Array:
-    """Give samples the works of a mean cycle, and their moments; of many, keep `_SAMPLES` of equal work."""
-    work = lines[:, 6]
-    total = float(work.sum()) / cycles
-    if len(lines) > _SAMPLES:
-        reached = np.cumsum(work)
-        aims = (np.arange(_SAMPLES) + 0.5) / _SAMPLES * reached[-1]
-        lines = lines[np.minimum(np.searchsorted(reached, aims), len(lines) - 1)]
-        lines[:, 6] = 1.0
+    """Give samples the works of a mean cycle, and their moments; of many, keep `_SAMPLES`."""
+    total = float(lines[:, 6].sum()) / cycles
+    lines = equal_works(lines)
     fill_moments(lines, joint.reach, joint.radius - joint.clearance, depths)
     lines = lines[np.hypot(lines[:, 4], lines[:, 5]) > 0.0]
     if len(lines):

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from linkages.errors import InputError, Status, nearest
 from linkages.explore.wear.jump import worn
-from linkages.explore.wear.measure import Block, Removed, Wearing, check_wears, depths_of, watched, wearing
+from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, depths_of, watched, wearing
 from linkages.laws.wear.profile import node_depths, volume_of
 from linkages.system import System
 
@@ -38,8 +38,12 @@ class Stage:
         Cycle to which the block belongs.
     block : Block
         What was measured in the jump that led here.
+    loads : mapping of (m, 7) arrays
+        What has worn the joints in it: the block's loads, or between them and those of the block before.
     error : float
         Largest difference of depth between first and second order in it [m].
+    rejected : int
+        Longer jumps that were not accurate enough.
     """
 
     cycles: int
@@ -47,7 +51,9 @@ class Stage:
     work: dict[str, float]
     middle: float
     block: Block
-    error: float
+    loads: Loads
+    error: float = 0.0
+    rejected: int = 0
 
 
 @dataclass(frozen=True)
@@ -61,10 +67,6 @@ class Life:
     stages : tuple of Stage
         The first is the new machine.
     status : Status
-    simulated : int
-        Cycles that were simulated.
-    rejected : int
-        Jumps that were not accurate enough.
     tolerance, scatter : float
         See `wear_life`.
     """
@@ -72,8 +74,6 @@ class Life:
     system: System
     stages: tuple[Stage, ...]
     status: Status
-    simulated: int
-    rejected: int
     tolerance: float
     scatter: float
 
@@ -86,6 +86,16 @@ class Life:
     def cycles(self) -> Array:
         """Cycles at each stage, (ns,)."""
         return np.array([stage.cycles for stage in self.stages])
+
+    @property
+    def simulated(self) -> int:
+        """Cycles that were simulated."""
+        return sum(stage.block.cycles for stage in self.stages)
+
+    @property
+    def rejected(self) -> int:
+        """Jumps that were not accurate enough, and were made again."""
+        return sum(stage.rejected for stage in self.stages)
 
     def profiles(self, joint: str) -> Array:
         """Depths of bearing and journal at their nodes at each stage [m], (ns, 2, n)."""
@@ -113,7 +123,7 @@ class Life:
     def cycles_until(self, quantity: str, limit: float) -> float:
         """Cycles until a quantity first exceeds a limit; inf if it never does.
 
-        Within a jump depth and play are what its block wears; the peaks of outputs are joined by straight lines.
+        Within a jump depth and play are what its loads wear; the peaks of outputs are joined by straight lines.
 
         Parameters
         ----------
@@ -137,10 +147,10 @@ class Life:
         joint, _, what = quantity.rpartition(".")
         if what not in SIZES:
             return float(np.interp(limit, values[k - 1 : k + 1], cycles[k - 1 : k + 1]))
-        before, block = self.stages[k - 1].removed, self.stages[k].block
+        before, loads = self.stages[k - 1].removed, self.stages[k].loads
 
         def excess(jump: float) -> float:
-            lost = worn((self._joint(joint),), before, block, jump)
+            lost = worn((self._joint(joint),), before, loads, jump)
             return float(self._size(joint, what, self._nodes(joint, lost)[None])[0]) - limit
 
         jump = float(cycles[k] - cycles[k - 1])

@@ -26,25 +26,25 @@ class Store:
     Parameters
     ----------
     system : System
+    drive : str, optional
+        Whose revolutions; default the first of constant speed.
     folder : Path, optional
         Default: nothing is kept.
     """
 
-    def __init__(self, system: System, folder: Path | None) -> None:
-        self.system, self.folder = system, folder
+    def __init__(self, system: System, drive: str | None, folder: Path | None) -> None:
+        self.system, self.drive, self.folder = system, drive, folder
         self.count = 0
         experiment = system.experiment
         made_of = [experiment.model_dump_json(), experiment.mechanism_path.read_text(encoding="utf-8"), versions()]
         self._base = json.dumps(made_of, sort_keys=True)
 
-    def measure(
-        self, removed: Removed, start: Start | None, scatter: float, drive: str | None, single: bool = False
-    ) -> Block:
+    def measure(self, removed: Removed, start: Start | None, scatter: float, single: bool = False) -> Block:
         """`linkages.explore.wear.measure.measure`, or the block that it gave before."""
         if self.folder is None:
-            return measure(self.system, removed, start, scatter, drive, single)
+            return measure(self.system, removed, start, scatter, self.drive, single)
         digest = hashlib.sha256(self._base.encode())
-        digest.update(repr((sorted(removed), scatter, drive, start is None, single)).encode())
+        digest.update(repr((sorted(removed), scatter, self.drive, start is None, single)).encode())
         parts = [removed[name] for name in sorted(removed)]
         if start is not None:
             parts += [start.y, start.memory, np.array(start.step)]
@@ -54,7 +54,7 @@ class Store:
         path = self.folder / f"{self.count:04d}-{digest.hexdigest()[:16]}.npz"
         block = _read(path)
         if block is None:
-            block = measure(self.system, removed, start, scatter, drive, single)
+            block = measure(self.system, removed, start, scatter, self.drive, single)
             self.folder.mkdir(parents=True, exist_ok=True)
             with whole(path) as partial, partial.open("wb") as file:
                 np.savez(file, **_arrays(block))
@@ -63,7 +63,7 @@ class Store:
 
 def _arrays(block: Block) -> dict[str, Any]:
     """Return a block as named arrays."""
-    found: dict[str, Any] = {f"samples {name}": lines for name, lines in block.samples.items()}
+    found: dict[str, Any] = {f"loads {name}": lines for name, lines in block.loads.items()}
     found |= {f"work {name}": values for name, values in block.work.items()}
     found |= {f"peak {name}": np.array(value) for name, value in block.peaks.items()}
     end = {"y": block.end.y, "memory": block.end.memory, "step": np.array(block.end.step)}
@@ -82,6 +82,6 @@ def _read(path: Path) -> Block | None:
             end = Start(data["y"], data["memory"], float(data["step"]))
             peaks = {name: float(value) for name, value in of("peak ").items()}
             status = Status(str(data["status"]))
-            return Block(of("samples "), of("work "), peaks, int(data["cycles"]), end, status)
+            return Block(of("loads "), of("work "), peaks, int(data["cycles"]), end, status)
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
         return None
