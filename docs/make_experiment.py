@@ -58,6 +58,19 @@ stiffness  = 1.5               # N m/rad
 free_angle = 0.2               # rad, the joint's angle, zero in the drawn pose
 ```
 
+A journal starts in the middle of its bearing, at its `offset`, or with `start = "equilibrium"` where its load holds it at
+rest. Tables give the last period of a run that has become periodic, or what `report`, `report_from` ask for; further parts
+have names. [How a steady motion is known](outputs.md#the-steady-cycle).
+
+```toml
+start       = "equilibrium"
+report_from = 0.5              # s
+
+[windows.press]
+start = 0.62                   # s
+end   = 0.70                   # s
+```
+
 A step may miss a force that changes within less than `solver.max_step`: lower that for such a table.
 
 This list is written by `python docs/make_experiment.py`; `linkages keys` prints it too.

@@ -18,6 +18,9 @@ from linkages.model.tables import Drive, JointModel
 #: Deepest wear, in parts of the bearing's radius, for which the geometry of overlaps holds.
 DEEPEST = 0.2
 
+#: Parts of a run that tables know without being told.
+OWN_WINDOWS = ("whole", "report", "steady")
+
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
     """Refuse an experiment with names that the mechanism does not have, or values that do not suit it."""
@@ -45,6 +48,15 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             "torsion_springs": load.torsion_spring,
         }
         checks[table](getattr(experiment, table)[name])
+    for name, window in experiment.windows.items():
+        part = _Check(mechanism, experiment, f"windows.{name}")
+        if name in OWN_WINDOWS:
+            part.refuse("", "is the name of a window that is there by itself; choose another one")
+        if window.end > experiment.duration:
+            part.refuse("end", f"is {window.end:g} s, after the duration of {experiment.duration:g} s")
+    if experiment.report_from is not None and experiment.report_from >= experiment.duration:
+        problem = f"is {experiment.report_from:g} s; it must be before the duration of {experiment.duration:g} s"
+        _Check(mechanism, experiment, "report_from").refuse("", problem)
     for output in experiment.outputs:
         _Check(mechanism, experiment, f'outputs: "{output}"').output(output)
 
@@ -78,6 +90,8 @@ class _Check:
     def play(self, name: str, model: JointModel) -> None:
         """Check a joint with play against the machine's bearing or slot."""
         joint, clearance = self.mechanism.joint[name], model.clearance or 0.0
+        if self.experiment.start == "equilibrium" and any(model.offset):
+            self.refuse("offset", 'is given beside start = "equilibrium", which finds it; remove one of them')
         if joint.type == "fixed":
             self.refuse("", "a fixed joint cannot have play")
         if joint.bearing is None and joint.slot is None:

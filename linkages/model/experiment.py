@@ -10,16 +10,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
 from linkages.errors import InputError
 from linkages.files.keys import bracketed, described_keys, table_keys
-from linkages.files.toml import Finite, Positive, Table, leaves, read_toml, replace_values, validate, value_at
+from linkages.files.toml import (
+    Finite,
+    NonNegative,
+    Positive,
+    Table,
+    leaves,
+    read_toml,
+    replace_values,
+    validate,
+    value_at,
+)
 from linkages.files.units import read
 from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
-from linkages.model.tables import Drive, JointModel, Solver
+from linkages.model.tables import Drive, JointModel, Solver, Window
 
 #: Where a replaced value came from, as its source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
@@ -58,6 +68,10 @@ class Experiment(Table):
     gravity: Annotated[list[Finite], Field(min_length=3, max_length=3)] = Field(
         [0.0, 0.0, 0.0], description="gravity, world axes [m/s2]"
     )
+    start: Literal["centred", "equilibrium"] = Field(
+        "centred",
+        description="where journals start: at their offset, by default the centre, or at rest under their loads",
+    )
     outputs: list[str] = Field([], description="what to report: LINK_OR_FRAME." + "|".join(QUANTITIES))
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
@@ -67,6 +81,11 @@ class Experiment(Table):
     torsion_springs: dict[str, TorsionSpring] = Field(
         {}, description="torsion springs and dampers, each with a name of its own"
     )
+    report: Literal["steady", "whole"] = Field(
+        "steady", description="what tables give first: the last period of a motion that has become periodic, or all"
+    )
+    report_from: NonNegative | None = Field(None, description="time from which on tables give the run instead [s]")
+    windows: dict[str, Window] = Field({}, description="further parts of the run that get numbers of their own")
     sdf: dict[str, Any] = Field({}, description="values that replace those of the SDF file, by dotted path")
     solver: Solver = Field(Solver.model_validate({}), description="numerical settings")
 

@@ -297,6 +297,19 @@ Scheme = Literal[Implicit, "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
 IMPLICIT = get_args(Implicit)
 
 
+class Window(Table):
+    """A part of a run."""
+
+    start: NonNegative = Field(description="where it begins [s]")
+    end: Positive = Field(description="where it ends [s]")
+
+    @model_validator(mode="after")
+    def _lasts(self) -> Window:
+        if self.end <= self.start:
+            raise ValueError("end must be after start")
+        return self
+
+
 class Solver(Table):
     """Numerical settings; the defaults suit lubricated joints."""
 

@@ -11,7 +11,7 @@ from linkages.files.numbers import rounded
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys
 from linkages.report.results import Results
-from linkages.report.words import NONE, change, toml_value, unit
+from linkages.report.words import NONE, beyond, change, reported, toml_value, unit
 from linkages.results.impacts import Impact
 
 _SHOWN = 40  # most contacts in the table
@@ -48,52 +48,52 @@ class Table:
 
 def outputs(results: Results) -> Table:
     """Tabulate the outputs, ideal beside real, with the error of the peak."""
-    rows = []
-    for name, value in results.summary["outputs"].items():
-        exact = results.summary["ideal"]["outputs"][name]
+    rows, shown = [], reported(results.summary)
+    for name, value in shown["outputs"].items():
+        exact = shown["ideal"]["outputs"][name]
         extremes = (exact["min"], exact["max"], value["min"], value["max"])
         judged = (change(value["peak"], exact["peak"]), error(results, f"{name}.peak"))
-        rows.append((f"{name} [{unit(name)}]", *map(number, extremes), *judged))
+        rows.append((f"{name} [{unit(name)}]", *map(number, extremes), *judged, *_whole(results, f"{name}.peak")))
     head = (
         "output", "ideal min", "ideal max", "with clearance min", "with clearance max", "change of peak",
-        "error of peak",
+        "error of peak", *_whole(results),
     )  # fmt: skip
     return Table("Outputs", head, rows)
 
 
 def joints(results: Results) -> Table:
     """Tabulate the joint forces, ideal beside real."""
-    rows = []
-    for name, value in results.summary["joints"].items():
-        exact, force = results.summary["ideal"]["joints"][name]["force"]["peak"], value["force"]
+    rows, shown = [], reported(results.summary)
+    for name, value in shown["joints"].items():
+        exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
         ratio, inside = value.get("eccentricity_ratio"), value.get("contact_fraction")
         model = results.play.get(name, {}).get("model", "ideal")
         numbers = map(number, (exact, force["peak"], force["time"]))
         judged = (change(force["peak"], exact), error(results, f"{name}.force.peak"))
         most = number(ratio["peak"]) if ratio else NONE
         share = f"{100.0 * inside:.3g}" if inside is not None else NONE
-        rows.append((name, model, *numbers, *judged, most, share))
+        rows.append((name, model, *numbers, *judged, most, share, *_whole(results, f"{name}.force.peak")))
     head = (
         "joint", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
-        "largest e/c", "in contact [% of time]",
+        "largest e/c", "in contact [% of time]", *_whole(results),
     )  # fmt: skip
     return Table("Joint forces and journals", head, rows, frozenset({0, 1}))
 
 
 def drives(results: Results) -> Table:
     """Tabulate drive torques (forces) and work."""
-    rows = []
-    for name, value in results.summary["drives"].items():
-        ideal, peak = results.summary["ideal"]["drives"][name], value["torque"]["peak"]
+    rows, shown = [], reported(results.summary)
+    for name, value in shown["drives"].items():
+        ideal, peak = shown["ideal"]["drives"][name], value["torque"]["peak"]
         exact = ideal["torque"]["peak"]
-        judged = (change(peak, exact), error(results, f"{name}.torque.peak"))
+        key = f"{name}.torque.peak"
+        judged = (change(peak, exact), error(results, key))
         work = map(number, (ideal["work"], value["work"]))
         kind = value.get("unit", "N m")
-        rows.append(
-            (f"{name} {'force' if kind == 'N' else 'torque'} [{kind}]", number(exact), number(peak), *judged, *work)
-        )
+        effort = "force" if kind == "N" else "torque"
+        rows.append((f"{name} {effort} [{kind}]", number(exact), number(peak), *judged, *work, *_whole(results, key)))
     head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
-    return Table("Drives", head, rows)
+    return Table("Drives", (*head, *_whole(results)), rows)
 
 
 def parameters(results: Results) -> Table:
@@ -159,11 +159,18 @@ def number(value: float | None) -> str:
 
 def error(results: Results, key: str) -> str:
     """Write the error of a peak, if it was estimated and there is one."""
-    errors = results.summary["error"]
+    errors = reported(results.summary).get("error", {})
     if errors.get(key) is None:
         return NONE if key in errors else "not estimated"
     found = errors[key]
     return f"{found:.1e}".replace("-", "−") if found else "0"
+
+
+def _whole(results: Results, key: str = "") -> tuple[str, ...]:
+    """Cell with a larger peak of the whole run, or the head of its column; none where tables show the whole."""
+    if reported(results.summary) is results.summary:
+        return ()
+    return (beyond(results.summary, key) or NONE if key else "whole run",)
 
 
 def _impact(row: Impact) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.report.words import output_unit
+from linkages.report.words import beyond, motion_lines, output_unit, reported
 from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
 
@@ -38,28 +38,30 @@ def format_summary(summary: dict[str, Any]) -> str:
 
 def format_table(summary: dict[str, Any]) -> str:
     """Format the numbers of a summary; with errors, if they have been estimated; "-" has no value."""
-    ideal, mechanism, experiment = summary["ideal"], summary["mechanism"], summary["provenance"]["experiment"]
+    mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], reported(summary)
+    ideal, errors = shown["ideal"], shown.get("error", {})
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
     run = "with clearance" if play else "integrated"
 
     def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
         cells = "".join(_cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
-        error = summary["error"].get(key) if key else "error"
-        return label, cells + (_cell(error, 11, ".1e") if summary["error"] else "")
+        error = errors.get(key) if key else "error"
+        before = "" if shown is summary else f"  {beyond(summary, key) if key else 'whole run'}"
+        return label, cells + (_cell(error, 11, ".1e") if errors else "") + before
 
     rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]
-    for name, value in summary["outputs"].items():
+    for name, value in shown["outputs"].items():
         exact = ideal["outputs"][name]
         extremes = exact["min"], exact["max"], value["min"], value["max"]
         rows.append(row(f"{name} [{output_unit(name)}]", extremes, f"{name}.peak"))
     rows += [("", ""), row("joint force [N]", ("ideal peak", "peak", "at [s]", "eps peak"))]
-    for name, value in summary["joints"].items():
+    for name, value in shown["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
         exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
     for kind in ("drives", "loads"):
-        found = summary.get(kind, {})
+        found = shown.get(kind, {})
         if found:
             rows += [("", ""), row(kind.removesuffix("s"), ("ideal peak", "peak", "work [J]", ""))]
         for name, value in found.items():
@@ -73,6 +75,7 @@ def format_table(summary: dict[str, Any]) -> str:
         experiment.get("title") or Path(experiment["file"]).stem,
         f"{summary['engine']} engine, {summary['duration']:g} s, status {summary['status']};"
         f" mobility {mechanism['mobility']}, driven: {', '.join(mechanism['driven']) or 'none'}",
+        *motion_lines(summary),
         "",
     ]
     return "\n".join(lines + [f"{label:{width}s}{cells}".rstrip() for label, cells in rows])

@@ -16,9 +16,50 @@ from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
 NONE = "–"  # what has no value
+_ALIKE = 1e-3  # of a peak: a difference from that of the steady cycle that is none
 _NOTHING = 1e-9  # of a value: what rounding leaves of a zero
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
+
+
+def reported(summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the numbers that tables show: those of a window of the run, or the summary's own, of the whole."""
+    found: dict[str, Any] = summary.get("windows", {}).get(summary.get("report"), summary)
+    return found
+
+
+def beyond(summary: dict[str, Any], key: str) -> str:
+    """Say how large a peak of the whole run is, and when, if it is larger than in what tables show; else nothing."""
+    shown, owner, _, effort = reported(summary), *key.removesuffix(".peak").rpartition(".")
+    found: list[dict[str, Any]] = []
+    for numbers in (shown, summary):
+        entry = numbers["outputs"].get(f"{owner}.{effort}")
+        kinds = (numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers)
+        found.append(entry or next(each[effort] for each in kinds if effort in each))
+    inside, whole = found
+    if inside["peak"] is None or whole["peak"] is None or "time" not in whole:
+        return ""
+    if whole["peak"] <= (1.0 + _ALIKE) * inside["peak"]:
+        return ""
+    return f"{rounded(whole['peak'])} at {rounded(whole['time'])} s"
+
+
+def motion_lines(summary: dict[str, Any]) -> list[str]:
+    """Say what motion the run ends in, and which part of it the numbers are of."""
+    motion, shown = summary.get("motion"), reported(summary)
+    if motion is None or motion["kind"] is None:
+        lines = []
+    elif motion["kind"] == "periodic":
+        several = "" if motion["periods"] == 1 else f" in {motion['periods']} periods of the drives"
+        lasts = rounded(motion["period"] * motion["periods"])
+        lines = [f"the motion is periodic{several}, {lasts} s, from {rounded(motion['since'])} s on"]
+    else:
+        lines = [f"the motion is {motion['kind']}: {motion['why']}"]
+    if shown is not summary:
+        part = "its last period" if summary["report"] == "steady" else "the run"
+        said = f"numbers are those of {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
+        lines.append(f'{said}; under "whole run" stand larger peaks of the rest')
+    return lines
 
 
 def question(results: Results) -> str:
@@ -40,7 +81,7 @@ def question(results: Results) -> str:
 
 def answer(results: Results) -> list[str]:
     """Answer the question, a sentence for each finding; all numbers come from the summary."""
-    summary, ideal = results.summary, results.summary["ideal"]
+    summary = results.summary
     status, sentences = Status(summary["status"]), []
     if status is not Status.OK:
         asked = results.experiment["duration"]
@@ -49,19 +90,23 @@ def answer(results: Results) -> list[str]:
             f" {status.remedy}. The numbers cover the part that was computed, those of ideal joints the whole time."
         )
     sentences += [f"{entry['what']}; {entry['remedy']}." for entry in summary.get("warnings", ())]
-    for name, value in summary["outputs"].items():
+    sentences += [f"{line[0].upper()}{line[1:]}." for line in motion_lines(summary)]
+    shown = reported(summary)
+    ideal = shown["ideal"]
+    for name, value in shown["outputs"].items():
         if value["peak"] is None:
             sentences.append(f"{name} has no bound.")
             continue
         beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
-        sentences.append(f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}.")
-    forces = {k: v for k, v in summary["joints"].items() if v["force"]["peak"] is not None}
+        sentences.append(f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}{_more(summary, name)}.")
+    forces = {k: v for k, v in shown["joints"].items() if v["force"]["peak"] is not None}
     if forces:
         name, value = max(forces.items(), key=lambda item: item[1]["force"]["peak"])
         peak, time = value["force"]["peak"], value["force"]["time"]
         beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
+        beside += _more(summary, f"{name}.force")
         sentences.append(f"The largest joint force is {rounded(peak)} N, in {name} at {time:.4g} s{beside}.")
-    joints = summary["joints"].items()
+    joints = shown["joints"].items()
     return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
 
 
@@ -69,6 +114,11 @@ def _beside(results: Results, value: float, exact: float | None, of: str) -> str
     if not results.play or exact is None:
         return ""
     return f"; with ideal joints {rounded(exact)} {of} ({change(value, exact)})"
+
+
+def _more(summary: dict[str, Any], key: str) -> str:
+    larger = "" if reported(summary) is summary else beyond(summary, f"{key}.peak")
+    return f"; in the whole run {larger}" if larger else ""
 
 
 def _used(name: str, value: dict[str, Any]) -> str:

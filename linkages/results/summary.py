@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,13 +11,13 @@ import numpy as np
 
 from linkages.errors import Status
 from linkages.files.versions import versions
-from linkages.outputs.registry import unit
 from linkages.planar.arrays import Arrays
-from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
+from linkages.results.numbers import numbers, peaks_by_key
 from linkages.results.parting import horizon
 from linkages.results.ranges import outside
+from linkages.results.settling import Motion, motion_of
 from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import chaotic, meaningless, rough, singular, undetermined
@@ -52,6 +52,28 @@ class Study:
     def contacts(self) -> list[Impact]:
         """Every contact of the run."""
         return impacts(self.run, touching(self.system))
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What kind of motion the run ends in."""
+        return motion_of(self.system, self.run)
+
+    @cached_property
+    def windows(self) -> dict[str, tuple[float, float]]:
+        """Parts of the run with numbers of their own, by name [s]: what the experiment asks for, the steady cycle."""
+        experiment, end = self.system.experiment, float(self.run.time[-1])
+        asked = {name: (window.start, window.end) for name, window in experiment.windows.items()}
+        if experiment.report_from is not None:
+            asked["report"] = experiment.report_from, experiment.duration
+        if self.motion.cycle is not None:
+            asked["steady"] = self.motion.cycle
+        return {name: (start, min(stop, end)) for name, (start, stop) in asked.items() if start < end}
+
+    @property
+    def reported(self) -> str:
+        """Name of the window whose numbers tables show first, or "whole"."""
+        wanted = "report" if self.system.experiment.report_from is not None else self.system.experiment.report
+        return wanted if wanted in self.windows else "whole"
 
     @cached_property
     def passages(self) -> list[Passage]:
@@ -120,9 +142,10 @@ def summarize(study: Study) -> dict[str, Any]:
     """
     system, tree = study.system, study.system.tree
     quality = system.assembly.quality
-    numbers = _numbers(system, study.run, study.meaningless, study.contacts)
-    ideal_meaningless = meaningless(_judged(system), study.ideal_passages, study.ideal_indeterminate)
-    ideal_numbers = _numbers(system, study.ideal, ideal_meaningless)
+    whole = numbers(system, study.run, study.meaningless, study.contacts)
+    ideal = numbers(system, study.ideal, _ideal_meaningless(study))
+    windows = {name: _window(study, span, ideal) for name, span in study.windows.items()}
+    motion = study.motion
     return {
         "engine": study.engine,
         "duration": float(study.run.time[-1]),
@@ -135,9 +158,11 @@ def summarize(study: Study) -> dict[str, Any]:
             "quality": None if np.isnan(quality) else quality,
             "loop_error": study.run.provenance.get("loop_error", 0.0),
         },
-        **numbers,
-        "ideal": {"status": study.ideal.status.value, **ideal_numbers},
-        **judge(study, numbers),
+        **whole,
+        "ideal": {"status": study.ideal.status.value, **ideal},
+        "motion": {key: getattr(motion, key) for key in ("kind", "why", "period", "periods", "since")},
+        "report": study.reported,
+        **judge(study, whole | {"windows": windows}),
         "provenance": {
             "versions": versions(),
             "experiment": system.experiment.model_dump(exclude_unset=True, exclude_none=True)
@@ -149,40 +174,68 @@ def summarize(study: Study) -> dict[str, Any]:
     }
 
 
-def judge(study: Study, numbers: dict[str, Any]) -> dict[str, Any]:
+def _ideal_meaningless(study: Study) -> frozenset[str]:
+    """Columns of the motion with ideal joints whose peaks mean nothing."""
+    return meaningless(_judged(study.system), study.ideal_passages, study.ideal_indeterminate)
+
+
+def _window(study: Study, span: tuple[float, float], ideal: dict[str, Any]) -> dict[str, Any]:
+    """Numbers of a part of the run, those of ideal joints in it (or, where their motion ends before, of all of it)."""
+    system = study.system
+    found = numbers(system, study.run.within(*span), study.meaningless, study.contacts)
+    if study.ideal.time[-1] >= span[1]:
+        ideal = numbers(system, study.ideal.within(*span), _ideal_meaningless(study))
+    return {"from": span[0], "to": span[1], **found, "ideal": ideal}
+
+
+def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
     """Make ``error`` and ``warnings`` of a summary.
 
     Parameters
     ----------
     study : Study
-    numbers : dict
+    whole : dict
         From `summarize`, of the same run.
 
     Returns
     -------
     dict
         ``error`` has the change of each peak at the tighter tolerance by the peak's key (``slider7.ax.peak``), None
-        where there is none; without a tighter run it is empty.
+        where there is none; without a tighter run it is empty. ``windows`` are those of ``whole``, each with
+        errors of its own.
     """
-    peak = peaks_by_key(numbers)
-    change: dict[str, float | None] = {}
-    parted = None
-    if study.tighter is not None:
-        ended = study.tighter.status is Status.OK
-        finer = peaks_by_key(_numbers(study.system, study.tighter, study.meaningless)) if ended else {}
-        for key, value in peak.items():
-            other = finer.get(key)
-            change[key] = None if value is None or other is None else abs(value - other)
-        parted = study.parted
-    later = [key for key in change if parted is not None and _when(study.run, key) > parted]
+    parted = None if study.tighter is None else study.parted
+    change, later = _changes(study, study.run, study.tighter, whole, parted)
     found = [
         *singular(study.passages, study.ideal_passages),
         *undetermined(study.indeterminate, study.ideal_indeterminate),
-        *rough(study.tighter, peak, change),
+        *rough(study.tighter, peaks_by_key(whole), change),
         *chaotic(parted, later),
         *outside(study.system, study.run, study.contacts),
     ]
-    return {"error": change | dict.fromkeys(later), "warnings": found}
+    judged: dict[str, Any] = {"error": change | dict.fromkeys(later), "warnings": found, "windows": {}}
+    for name, window in whole.get("windows", {}).items():
+        span, tighter = (window["from"], window["to"]), study.tighter
+        if tighter is not None and tighter.time[-1] >= span[1]:
+            tighter = tighter.within(*span)
+        change, late = _changes(study, study.run.within(*span), tighter, window, parted)
+        judged["windows"][name] = window | {"error": change | dict.fromkeys(late)}
+    return judged
+
+
+def _changes(
+    study: Study, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any], parted: float | None
+) -> tuple[dict[str, float | None], list[str]]:
+    """Change of each peak of a run, or of a part of it, at the tighter tolerance; peaks after the two have parted."""
+    if tighter is None:
+        return {}, []
+    ended = tighter.status is Status.OK
+    finer = peaks_by_key(numbers(study.system, tighter, study.meaningless)) if ended else {}
+    change: dict[str, float | None] = {}
+    for key, value in peaks_by_key(of).items():
+        other = finer.get(key)
+        change[key] = None if value is None or other is None else abs(value - other)
+    return change, [key for key in change if parted is not None and _when(run, key) > parted]
 
 
 def _when(run: Trajectory, key: str) -> float:
@@ -215,72 +268,3 @@ def _judged(system: System) -> list[str]:
     experiment = system.experiment
     forces = [f"{joint.name}.force" for joint in system.mechanism.joints]
     return [*experiment.outputs, *forces, *(f"{name}.torque" for name in experiment.drives)]
-
-
-def _numbers(
-    system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
-) -> dict[str, Any]:
-    """Collect outputs, joints, drives and applied loads of one trajectory with these contacts; None if meaningless."""
-    experiment = system.experiment
-    joints = [joint.name for joint in system.mechanism.joints]
-    play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
-    judged = [
-        *(f"{name}.force" for name in joints),
-        *(f"{name}.eccentricity_ratio" for name in play),
-        *(f"{name}.torque" for name in experiment.drives),
-        *(f"{name}.{_effort(table)}" for table, name in experiment.loads),
-    ]
-    extreme = extremes(trajectory, [name for name in experiment.outputs if name not in meaningless])
-    peak = peaks(trajectory, [name for name in judged if name not in meaningless])
-    result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
-    for name in experiment.outputs:
-        found = extreme.get(name)
-        result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak")}
-    for name in joints:
-        value, when = peak.get(f"{name}.force", (None, None))
-        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": value, "time": when}}
-        if name in play:
-            entry["model"] = experiment.joints[name].model
-            entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
-            contacts = [row for row in touches if row.joint.partition(".")[0] == name]
-            lasted = float(np.ptp(trajectory.time))  # nothing, if the run failed at once
-            entry["contact_fraction"] = _covered(contacts) / lasted if lasted else float(bool(contacts))
-            entry["impacts"] = len(contacts)
-        result["joints"][name] = entry
-    for name in experiment.drives:
-        torque, _ = peak.get(f"{name}.torque", (None, None))
-        power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
-        kind = unit(system, f"{name}.torque")
-        work = None if torque is None else integral(trajectory, power)
-        result["drives"][name] = {"torque": {"peak": torque}, "unit": kind, "work": work}
-    for table, name in experiment.loads:
-        effort = _effort(table)
-        work = integral(trajectory, trajectory[f"{name}.power"])
-        result.setdefault("loads", {})[name] = {effort: {"peak": peak[f"{name}.{effort}"].value}, "work": work}
-    return result
-
-
-def _effort(table: str) -> str:
-    """Quantity by which a kind of applied load is judged."""
-    return "torque" if table in ("torques", "torsion_springs") else "force"
-
-
-def _covered(rows: list[Impact]) -> float:
-    """Time in which at least one of the contacts lasts [s]."""
-    total, until = 0.0, -np.inf
-    for row in sorted(rows, key=lambda row: row.start):
-        end = row.start + row.duration
-        total += max(0.0, end - max(row.start, until))
-        until = max(until, end)
-    return total
-
-
-def peaks_by_key(numbers: dict[str, Any]) -> dict[str, float | None]:
-    """Every peak of a summary with its key: ``slider7.ax.peak``, ``A.force.peak``."""
-    result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
-    for kind in ("joints", "drives", "loads"):
-        for name, entry in numbers.get(kind, {}).items():
-            for key in ("force", "eccentricity_ratio", "torque"):
-                if key in entry:
-                    result[f"{name}.{key}.peak"] = entry[key]["peak"]
-    return result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
@@ -58,6 +58,21 @@ class Trajectory:
 
     def __getitem__(self, name: str) -> Array:
         return self.columns[name]
+
+    def within(self, start: float, end: float) -> Trajectory:
+        """Return the part of the trajectory between two times within it [s], with samples at both.
+
+        Between samples it is evaluated, or of a loaded trajectory interpolated.
+        """
+        inside = (self.time > start) & (self.time < end)
+        edges = np.array([start, end])
+        known = {name: np.interp(edges, self.time, column) for name, column in self.columns.items()}
+        between = ~np.isin(edges, self.time)
+        if self.evaluate is not None and between.any():
+            for name, values in self.evaluate(edges[between]).items():
+                known[name][between] = values
+        columns = {n: np.concatenate([known[n][:1], c[inside], known[n][1:]]) for n, c in self.columns.items()}
+        return replace(self, time=columns["time"], columns=columns)
 
     def save(self, path: str | Path) -> None:
         """Write to an ``.npz`` file without pickle; written whole or not at all.

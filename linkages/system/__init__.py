@@ -7,6 +7,7 @@
 | law_records  | joint models -> the records that the force laws read                 |
 | loads        | applied loads -> the records that the kernels read                   |
 | assembly     | loop closure on the drawn branch, the consistent state at t = 0      |
+| equilibrium  | where journals lie at rest under their loads: another start          |
 | ideal_motion | the ideal linkage's motion over time                                 |
 | drawing      | a machine drawn anew: closed, every joint within its limits          |
 """

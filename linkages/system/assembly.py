@@ -43,13 +43,16 @@ class Assembly:
     quality: float
 
 
-def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads) -> Assembly:
+def assemble(
+    tree: Tree, experiment: Experiment, motions: Motions, loads: Loads, offsets: Array | None = None
+) -> Assembly:
     """Assemble the ideal linkage at t = 0 with consistent velocities.
 
     Drives are brought from the drawn pose to their start angles in small steps, so that the assembly stays on
     the drawn branch. Coordinates that nothing prescribes keep their drawn values as far as the loops allow, and
     start at rest; powered joints start at their `angle` and `speed`. Where the ideal linkage holds powered joints,
-    which move only through play, their speeds are those of the loops that ideal joints close.
+    which move only through play, their speeds are those of the loops that ideal joints close. Journals are displaced by
+    `offsets`, two for each joint with play; default those of the experiment.
 
     Raises
     ------
@@ -85,7 +88,8 @@ def assemble(tree: Tree, experiment: Experiment, motions: Motions, loads: Loads)
     mobility = _mobility(tree, tree.closure_rows, q)
     _check_count(tree, experiment, len(held), mobility)
     offset = np.zeros(len(rows))
-    offset[: 2 * len(tree.play)] = [x for name in tree.play for x in experiment.joints[name].offset]
+    given = [x for name in tree.play for x in experiment.joints[name].offset]
+    offset[: 2 * len(tree.play)] = given if offsets is None else offsets
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
     check_lengths(tree, experiment, loads, q)

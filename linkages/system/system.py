@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import WORN
 from linkages.system.assembly import Assembly, assemble, independent
+from linkages.system.equilibrium import resting_offsets
 from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
 from linkages.system.loads import pack_loads
 from linkages.system.tree import Tree, spanning_tree
@@ -103,7 +104,7 @@ class System:
         else:
             mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
-        same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1]
+        same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
         return System(mechanism, experiment, (self._twin or self) if same_start else None)
 
     def ideal(self) -> System:
@@ -194,7 +195,10 @@ class System:
         """
         if self._twin is not None:
             return self._twin.assembly
-        return assemble(self.tree, self.experiment, self.motions, self.loads)
+        whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)
+        if self.experiment.start == "centred" or not self.tree.play:
+            return whole()
+        return whole(resting_offsets(self, whole))
 
     @property
     def determinate(self) -> bool:

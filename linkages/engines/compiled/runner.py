@@ -62,6 +62,8 @@ class Runner:
         self.tolerance = solver.accuracy * self.scale
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
+        if system.experiment.start == "equilibrium":  # contacts that are there from the start did not begin: no damping
+            self.memory[:, 0] = np.inf
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
         self._stepper = make_stepper(len(self.start))
         self._calls = bind(self.model, self._stepper, self.implicit)

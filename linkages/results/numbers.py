@@ -1,0 +1,86 @@
+"""The numbers of a trajectory, or of a part of it: extremes of what was asked for, forces, torques, work, contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from linkages.outputs.registry import unit
+from linkages.results.extremes import extremes, integral, peaks
+from linkages.results.impacts import Impact
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+
+def numbers(
+    system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
+) -> dict[str, Any]:
+    """Collect outputs, joints, drives and applied loads of one trajectory; None if meaningless.
+
+    Of the contacts count those that begin in its time, and of their durations what lies in it.
+    """
+    experiment = system.experiment
+    joints = [joint.name for joint in system.mechanism.joints]
+    play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
+    judged = [
+        *(f"{name}.force" for name in joints),
+        *(f"{name}.eccentricity_ratio" for name in play),
+        *(f"{name}.torque" for name in experiment.drives),
+        *(f"{name}.{_effort(table)}" for table, name in experiment.loads),
+    ]
+    extreme = extremes(trajectory, [name for name in experiment.outputs if name not in meaningless])
+    peak = peaks(trajectory, [name for name in judged if name not in meaningless])
+    result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
+    for name in experiment.outputs:
+        found = extreme.get(name)
+        result["outputs"][name] = {key: found and getattr(found, key) for key in ("min", "max", "peak", "time")}
+    for name in joints:
+        value, when = peak.get(f"{name}.force", (None, None))
+        entry: dict[str, Any] = {"model": "ideal", "force": {"peak": value, "time": when}}
+        if name in play:
+            entry["model"] = experiment.joints[name].model
+            entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
+            contacts = [row for row in touches if row.joint.partition(".")[0] == name]
+            begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
+            lasted = end - begin  # nothing, if the run failed at once
+            entry["contact_fraction"] = _covered(contacts, begin, end) / lasted if lasted else float(bool(contacts))
+            entry["impacts"] = sum(begin <= row.start <= end for row in contacts)
+        result["joints"][name] = entry
+    for name in experiment.drives:
+        torque, when = peak.get(f"{name}.torque", (None, None))
+        power = trajectory[f"{name}.torque"] * trajectory[f"{name}.rate"]
+        kind = unit(system, f"{name}.torque")
+        work = None if torque is None else integral(trajectory, power)
+        result["drives"][name] = {"torque": {"peak": torque, "time": when}, "unit": kind, "work": work}
+    for table, name in experiment.loads:
+        effort = _effort(table)
+        work = integral(trajectory, trajectory[f"{name}.power"])
+        value, when = peak[f"{name}.{effort}"]
+        result.setdefault("loads", {})[name] = {effort: {"peak": value, "time": when}, "work": work}
+    return result
+
+
+def _effort(table: str) -> str:
+    """Quantity by which a kind of applied load is judged."""
+    return "torque" if table in ("torques", "torsion_springs") else "force"
+
+
+def _covered(rows: list[Impact], begin: float, last: float) -> float:
+    """Time between two times in which at least one of the contacts lasts [s]."""
+    total, until = 0.0, begin
+    for row in sorted(rows, key=lambda row: row.start):
+        end = min(row.start + row.duration, last)
+        total += max(0.0, end - max(row.start, until))
+        until = max(until, end)
+    return total
+
+
+def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
+    """Every peak of a summary with its key: ``slider7.ax.peak``, ``A.force.peak``."""
+    result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
+    for kind in ("joints", "drives", "loads"):
+        for name, entry in numbers.get(kind, {}).items():
+            for key in ("force", "eccentricity_ratio", "torque"):
+                if key in entry:
+                    result[f"{name}.{key}.peak"] = entry[key]["peak"]
+    return result

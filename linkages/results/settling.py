@@ -1,0 +1,217 @@
+"""Whether a run has come to a steady motion, by the return map of its states at the drives' common period.
+
+The state at a time is where the journals lie in their clearances (in parts of these), and the coordinates that the
+drives leave free (angles in rad, lengths in parts of the linkage's). Two times a period apart show the same motion if
+no entry of their states differs by more than `SAME`.
+
+| kind           | rule                                                                                               |
+|----------------|----------------------------------------------------------------------------------------------------|
+| periodic       | at the end the state is that of n periods before, n = 1 to `MOST`, the least: over half of what    |
+|                | can be compared, at least n/2 and at most 3n periods. Where differences shrink by a factor from    |
+|                | one n periods to the next, what is still to come of them (a geometric series) is within `SAME` too |
+| chaotic        | `ENOUGH` periods or more, and states that are close part: the distance of a state from its nearest |
+|                | neighbour among the others grows from one period to the next, by `GROWTH` in its natural logarithm |
+| quasi-periodic | as many periods, and neighbours neither part nor approach                                          |
+| not settled    | neighbours approach, or the steps from period to period shrink by half over the run; or too few    |
+|                | periods to tell                                                                                    |
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
+
+from linkages.errors import Status
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+Array = NDArray[np.float64]
+
+SAME = 0.01  # of a clearance, or [rad]
+MOST = 4  # periods of the drives in one of the motion
+ENOUGH = 16  # periods from which on a motion that does not repeat is judged
+GROWTH = 0.2  # of the logarithm of neighbours' distance in a period
+_PHASES = 48  # of a period, at which states are compared; a multiple of 4
+_SHRINKS = 0.5  # of distances over the run, or of the later to the earlier steps: a motion that still settles
+_SETTLES = "it still changes from period to period, less and less"
+_TURNS = 12  # most turns of one drive in a common period
+_COMMENSURATE = 1e-9  # relative error of two speeds' ratio as a fraction
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What kind of motion a run ends in.
+
+    Attributes
+    ----------
+    kind : str or None
+        "periodic", "quasi-periodic", "chaotic", "not settled"; None if the drives have no common period.
+    why : str
+        In words.
+    period : float or None
+        The drives' common period [s].
+    periods : int
+        Of them, in one period of the motion; 0 if it is not periodic.
+    since : float or None
+        When the periodic motion was reached [s].
+    end : float
+        When the run ends [s].
+    """
+
+    kind: str | None
+    why: str
+    period: float | None = None
+    periods: int = 0
+    since: float | None = None
+    end: float = 0.0
+
+    @property
+    def cycle(self) -> tuple[float, float] | None:
+        """The last period of a periodic motion [s]; None of another one."""
+        if self.period is None or not self.periods:
+            return None
+        return max(self.end - self.periods * self.period, 0.0), self.end
+
+
+def common_period(system: System) -> float | None:
+    """Shortest time in which all drives of constant speed turn fully [s]; None where something else moves the linkage.
+
+    That is a drive by a table, a prismatic drive, a load over time, or no drive with a speed at all; or drives whose
+    speeds are not in the ratio of small whole numbers.
+    """
+    experiment = system.experiment
+    drives = [(name, drive) for name, drive in experiment.drives.items() if drive.speed or drive.times is not None]
+    changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
+    if any(getattr(load, "times", None) is not None for load in changing):
+        return None
+    speeds = []
+    for name, drive in drives:
+        if drive.times is not None or not drive.prescribed or system.mechanism.joint[name].type != "revolute":
+            return None
+        speeds.append(abs(float(drive.speed or 0.0)))
+    if not speeds:
+        return None
+    whole = 1
+    for speed in speeds[1:]:
+        ratio = Fraction(speed / speeds[0]).limit_denominator(_TURNS)
+        if not ratio or abs(float(ratio) - speed / speeds[0]) > _COMMENSURATE * speed / speeds[0]:
+            return None
+        whole = int(np.lcm(whole, ratio.denominator))
+    return whole * 2.0 * np.pi / speeds[0] if whole <= _TURNS else None
+
+
+def motion_of(system: System, run: Trajectory) -> Motion:
+    """Tell what kind of motion a run ends in.
+
+    Parameters
+    ----------
+    system : System
+        That made the run.
+    run : Trajectory
+        A loaded one will do.
+
+    Returns
+    -------
+    Motion
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> motion = linkages.motion_of(system, linkages.simulate(system, "compiled"))
+    >>> motion.kind, motion.periods, round(motion.period, 6)
+    ('periodic', 1, 1.0)
+    """
+    end, period = float(run.time[-1]), common_period(system)
+    if period is None:
+        return Motion(None, "the drives have no common period", end=end)
+    if run.status is not Status.OK:
+        return Motion("not settled", "the run ended early", period, end=end)
+    start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
+    count = int((end - start) / period * _PHASES * (1.0 + 1e-12))
+    times = end - period / _PHASES * np.arange(count + 1)
+    states = _states(system, run, np.maximum(times, run.time[0]))
+    kind, periods, reached, why = classify(states)
+    since = None if reached is None else float(max(times[reached], start))
+    return Motion(kind, why, period, periods, since, end)
+
+
+def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None, str]:
+    """Apply the rule to states (nt, m) that go back from the end, `phases` in each period.
+
+    Returns
+    -------
+    kind : str
+    periods : int
+        Of the motion, in periods; 0 if it is not periodic.
+    reached : int or None
+        Line from which on it is periodic.
+    why : str
+    """
+    last = len(states) - 1
+    if not states.shape[1]:  # the drives determine all there is
+        found = last >= phases
+        return ("periodic", 1, last, "") if found else ("not settled", 0, None, "the run is shorter than a period")
+    for n in range(1, MOST + 1):
+        shift = n * phases
+        window = min(max(shift // 2, (last - shift) // 2), 3 * shift)
+        if last < shift + window:
+            break
+        apart = np.abs(states[:-shift] - states[shift:]).max(axis=1)
+        recent = float(apart[: window + 1].max())
+        before = float(apart[shift : shift + window + 1].max()) if last >= 2 * shift + window else np.inf
+        rest = recent * recent / (before - recent) if before > recent else recent
+        if max(recent, rest) <= SAME:
+            apart_at = np.flatnonzero(apart > SAME)
+            first = int(apart_at[0]) - 1 if len(apart_at) else len(apart) - 1
+            return "periodic", n, first + shift, ""
+        if n == 1 and recent <= SAME:
+            return "not settled", 0, None, _SETTLES
+    count = (last + 1) // phases
+    if count < ENOUGH:
+        return "not settled", 0, None, f"it does not repeat within {last / phases:.3g} periods"
+    growth, steps = _neighbours(states, phases, count)
+    if growth > GROWTH:
+        return "chaotic", 0, None, f"states that are close part by a factor of {np.exp(growth):.2g} in a period"
+    if growth * count < np.log(_SHRINKS) or steps < _SHRINKS:
+        return "not settled", 0, None, _SETTLES
+    return "quasi-periodic", 0, None, "it does not repeat, and states that are close stay close"
+
+
+def _neighbours(states: Array, phases: int, count: int) -> tuple[float, float]:
+    """Growth of the logarithm of neighbours' distance in a period; ratio of later to earlier steps between periods."""
+    part = phases // 4  # positions over a time, in place of rates
+    blocks = np.array([states[k * phases : k * phases + part].ravel() for k in range(count)])
+    apart = np.abs(blocks[:, None] - blocks).max(axis=2)
+    steps = np.diagonal(apart, 1)
+    half = len(steps) // 2
+    shrunk = float(steps[:half].mean() / max(steps[half:].mean(), 1e-300))
+    np.fill_diagonal(apart, np.inf)
+    grown = []
+    for k in range(1, count):
+        near = 1 + int(np.argmin(apart[k, 1:]))
+        grown.append(np.log(max(apart[k - 1, near - 1], 1e-300) / max(apart[k, near], 1e-300)))
+    return float(np.median(grown)), shrunk
+
+
+def _states(system: System, run: Trajectory, times: Array) -> Array:
+    """States (nt, m) of a run at times within it."""
+    columns = []
+    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=True):
+        if f"{label}.ex" in run.columns:
+            columns += [run[f"{label}.{axis}"] / clearance for axis in ("ex", "ey")]
+    if not system.determinate:
+        for k in system.tree.free_dofs:
+            name = system.tree.coordinates[k]
+            slides = name.endswith((".x", ".y")) or (
+                name in system.mechanism.joint and system.mechanism.joint[name].type == "prismatic"
+            )
+            value = run[f"q.{name}"]
+            columns += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
+    if not columns:
+        return np.zeros((len(times), 0))
+    return np.asarray(Akima1DInterpolator(run.time, np.array(columns).T, method="makima")(times))

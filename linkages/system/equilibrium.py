@@ -1,0 +1,183 @@
+"""Where journals and blocks lie at rest in their bearings and slots: a start without the flight across the clearance.
+
+In each joint with play the place is sought where its law, at rest but for the rotation of the two bodies, gives the
+force that the linkage with ideal joints passes there at t = 0. Forces and motion are those of that linkage, displaced
+as found; couples of films and of friction, which change them by a part of a radius in a link's length, are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, root
+
+from linkages.errors import InputError
+from linkages.planar.contacts import contact_action, contact_motion
+from linkages.planar.driven import constrained_dynamics
+from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.loads import load_wrenches
+from linkages.planar.record_types import WORN
+from linkages.system.assembly import Assembly, independent
+
+if TYPE_CHECKING:
+    from linkages.system.system import System
+
+Array = NDArray[np.float64]
+
+_PASSES = 3  # in each of which the error shrinks by a clearance over a link's length
+_NOTHING = 1e-12  # of the largest force: a joint that passes less may lie anywhere
+_DOUBLINGS = 60
+_EXACT = 1e-14  # of a clearance: to which places are sought
+
+
+def resting_offsets(system: System, assemble: Callable[[Array], Assembly]) -> Array:
+    """Offsets of the joints with play from their centred places, two for each: x, y [m]; of a guide [m], tilt [rad].
+
+    Parameters
+    ----------
+    system : System
+    assemble : callable
+        Assembly with given offsets.
+
+    Raises
+    ------
+    InputError
+        If a joint's law can carry its force nowhere at rest, as of a film in which nothing turns.
+    """
+    offsets = np.zeros(2 * len(system.tree.play))
+    for _ in range(_PASSES):
+        start = assemble(offsets)
+        forces, pose, vel = _passed(system, start)
+        largest = np.abs(forces).max(initial=0.0)
+        for k, name in enumerate(system.tree.play):
+            two = slice(2 * k, 2 * k + 2)
+            joint = _Joint(system, name, pose, vel, offsets[two])
+            if np.abs(forces[two]).max() > _NOTHING * largest:
+                offsets[two] = joint.rest(forces[two])
+    return offsets
+
+
+def _passed(system: System, start: Assembly) -> tuple[Array, Array, Array]:
+    """Find the forces that joints with play pass if ideal, two for each as their offsets; poses, velocities."""
+    tree, rows = system.tree, system.tree.closure_rows
+    nb, n = len(tree.bodies), tree.size
+    pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
+    body_positions(tree.bodies, start.q, pose)
+    body_velocities(tree.bodies, pose, start.v, vel)
+    load_wrenches(system.loads, 0.0, pose, vel, wrench)
+    tau, acceleration, reaction = np.zeros(n), np.zeros(n), np.zeros(len(rows))
+    tau[tree.powered_dofs] = system.torques(np.zeros(1))[0][0]
+    acceleration[tree.driven_dofs] = system.motions(np.zeros(1))[2][0]
+    rank = independent(tree, rows, start.q, tree.free_dofs)
+    constrained_dynamics(
+        tree.bodies, rows, rank, tree.extent, 0.0, system.gravity,
+        start.q, start.v, wrench, tau, acceleration, reaction, np.zeros(n),
+    )  # fmt: skip
+    return reaction[: 2 * len(tree.play)], pose, vel
+
+
+class _Joint:
+    """The contacts of one joint with play, at a pose in which it has an offset already."""
+
+    def __init__(self, system: System, name: str, pose: Array, vel: Array, offset: Array) -> None:
+        self.system, self.name = system, name
+        self.contacts = [k for k, (owner, _) in enumerate(system.tree.contacts) if owner == name]
+        self.motions, self.arms = [], []
+        self.guide = len(self.contacts) > 1
+        joint, end = system.mechanism.joint[name], system.ends[self.contacts[0]]
+        parent = pose[end["bearing"]["body"]]
+        x, y = joint.direction
+        self.across = np.array([-parent[4] * x - parent[3] * y, parent[3] * x - parent[4] * y])
+        child = system.tree.marker(joint.child, joint.on_child)[1:]
+        for k in self.contacts:
+            motion, _ = contact_motion(system.ends[k], pose, vel)
+            body = pose[system.ends[k]["journal"]["body"]]
+            px, py = system.ends[k]["journal"]["x"] - child[0], system.ends[k]["journal"]["y"] - child[1]
+            arm = np.array([body[3] * px - body[4] * py, body[4] * px + body[3] * py])
+            self.arms.append(arm)
+            place = np.array(motion[:2]) - self._shift(offset, arm)
+            self.motions.append((place, motion[2:]))
+        if not self.guide:
+            self.motions = [(np.zeros(2), (0.0, 0.0, *rest[2:])) for _, rest in self.motions]
+
+    def _shift(self, offset: Array, arm: Array) -> Array:
+        if not self.guide:
+            return offset
+        return offset[0] * self.across + offset[1] * np.array([-arm[1], arm[0]])
+
+    def force(self, offset: Array) -> Array:
+        """Force on the journal at an offset, (2,) [N]; of a guide the force across the slot and the moment [N m]."""
+        system, total = self.system, np.zeros(3)
+        for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
+            e = place + self._shift(offset, arm)
+            motion = (float(e[0]), float(e[1]), *(float(x) for x in rest))
+            found = contact_action(system.ends[k], system.laws[k], system.tables[k], np.inf, 0.0, motion)
+            total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
+        return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
+
+    def rest(self, wanted: Array) -> Array:
+        """Offset at which the law gives a force."""
+        return self._block(wanted) if self.guide else self._journal(wanted)
+
+    def _journal(self, wanted: Array) -> Array:
+        """Every direction is alike in a round bearing: the distance gives the size, the direction follows."""
+        law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
+        clearance, can_touch = float(law["clearance"]), bool(self.system.touching[self.contacts[0]])
+
+        def excess(distance: float) -> float:
+            return float(np.hypot(*self.force(np.array([distance, 0.0])))) - size
+
+        far = clearance * (1.0 if can_touch else float(self.system.film_limits[self.contacts[0]]) * (1.0 - 1e-9))
+        depth = 1e-6 * clearance
+        for _ in range(_DOUBLINGS if can_touch else 0):
+            if excess(far) > 0.0:
+                break
+            depth *= 2.0
+            far = clearance + depth
+        if not excess(far) > 0.0:
+            self._refuse(size)
+        distance = float(brentq(excess, 0.0, far, xtol=_EXACT * clearance, rtol=1e-15))
+        given = self.force(np.array([distance, 0.0]))
+        angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(given[1], given[0])
+        place = distance * np.array([np.cos(angle), np.sin(angle)])
+        if self.system.ends[self.contacts[0]]["kind"] != WORN:
+            return place
+        found = root(lambda x: (self.force(x * clearance) - wanted) / size, place / clearance, tol=1e-12)
+        if not found.success:
+            self._refuse(size)
+        return np.asarray(found.x) * clearance
+
+    def _block(self, wanted: Array) -> Array:
+        """Offset for a tilt by the force across, tilt by the moment: both resist the more, the farther they go."""
+        clearance = float(self.system.laws[self.contacts[0]]["clearance"])
+        reach = max(np.hypot(*arm) for arm in self.arms)
+
+        def place(tilt: float) -> float:
+            return self._balanced(lambda y: self.force(np.array([y, tilt]))[0] - wanted[0], clearance, 1.0)
+
+        tilt = self._balanced(
+            lambda tilt: self.force(np.array([place(tilt), tilt]))[1] - wanted[1], clearance / reach, reach
+        )
+        return np.array([place(tilt), tilt])
+
+    def _balanced(self, excess: Callable[[float], float], scale: float, arm: float) -> float:
+        """Find where an excess of force, or over an arm of moment, that falls with the place is zero."""
+        if excess(0.0) == 0.0:
+            return 0.0
+        side = scale if excess(0.0) > 0.0 else -scale
+        far = side
+        for _ in range(_DOUBLINGS):
+            if excess(far) * side <= 0.0:
+                return float(brentq(excess, 0.0, far, xtol=_EXACT * scale, rtol=1e-15))
+            far += side
+            side *= 1.1
+        self._refuse(abs(excess(far)) / arm)
+        return far
+
+    def _refuse(self, size: float) -> None:
+        where = self.system.experiment.source
+        problem = f'is "equilibrium", but {self.name} can carry its {size:.3g} N nowhere at rest; take "centred"'
+        raise InputError(where, "start", problem)

@@ -1,0 +1,184 @@
+"""What motion a run ends in, and the numbers of its steady cycle."""
+
+import numpy as np
+import pytest
+
+import linkages
+from linkages.results.settling import classify, common_period
+
+PHASES = 48
+TURN = 2.0 * np.pi
+
+
+def _back(signal, periods):
+    """States of a signal (of time in periods), from its end back."""
+    times = np.arange(periods * PHASES + 1)[::-1] / PHASES
+    return np.array([signal(t) for t in times])
+
+
+def _polygon(points):
+    """Signal that takes these values after each period, and goes straight between them."""
+    return lambda t: points[int(t)] + (t - int(t)) * (points[int(t) + 1] - points[int(t)])
+
+
+def _henon(periods):
+    points = [np.array([0.1, 0.1])]
+    for _ in range(periods + 60):
+        x, y = points[-1]
+        points.append(np.array([1.0 - 1.4 * x * x + y, 0.3 * x]))
+    return np.array(points[50:])
+
+
+@pytest.mark.parametrize(
+    ("signal", "periods", "kind", "of_drives"),
+    [
+        (lambda t: [np.cos(TURN * t), np.sin(TURN * t)], 2, "periodic", 1),
+        (lambda t: [np.cos(TURN * t / 3.0), np.sin(TURN * t)], 10, "periodic", 3),
+        (lambda t: [np.cos(TURN * t) + 2.0 * np.exp(-20.0 * t)], 2, "periodic", 1),
+        (lambda t: [np.cos(TURN * t) + 0.3 * np.exp(-0.1 * t)], 20, "not settled", 0),
+        (lambda t: [np.cos(TURN * t) + 0.03 * np.exp(-0.01 * t)], 20, "not settled", 0),
+        (lambda t: np.exp(-0.05 * t) * np.array([np.cos(4.8 * t), np.sin(4.8 * t)]), 20, "not settled", 0),
+        (lambda t: [np.cos(4.8 * t), np.sin(4.8 * t), np.sin(TURN * t)], 20, "quasi-periodic", 0),
+        (lambda t: [np.cos(4.8 * t), np.sin(4.8 * t), np.sin(TURN * t)], 7, "not settled", 0),  # too few to tell
+        (_polygon(_henon(20)), 20, "chaotic", 0),  # Hénon's map, exponent 0.42
+    ],
+)
+def test_motions_of_known_kind(signal, periods, kind, of_drives):
+    found = classify(_back(signal, periods))
+    assert found[:2] == (kind, of_drives)
+
+
+def test_a_motion_is_periodic_from_where_its_start_has_died_away():
+    rate = 20.0  # per period: 2 exp(-20 t) (1 - exp(-20)) is 0.01 at t = 0.265
+    _, _, reached, _ = classify(_back(lambda t: [np.cos(TURN * t) + 2.0 * np.exp(-rate * t)], 3))
+    since = 3.0 - reached / PHASES
+    assert since == pytest.approx(np.log(2.0 / 0.01) / rate, abs=1.0 / PHASES)
+
+
+@pytest.mark.parametrize(
+    ("values", "period"),
+    [
+        ({}, 1.0),
+        ({"drives.O4.speed": -2.0 * TURN}, 1.0),
+        ({"drives.O4.speed": 1.5 * TURN}, 2.0),
+        ({"drives.O1.speed": 4.0 * TURN, "drives.O4.speed": 6.0 * TURN}, 0.5),
+        ({"drives.O4.speed": np.sqrt(2.0) * TURN}, None),
+        ({"drives.O4.speed": 0.0}, 1.0),
+    ],
+)
+def test_common_period_of_drives(values, period, seven_bar):
+    assert common_period(seven_bar.replaced(values)) == (period and pytest.approx(period))
+
+
+@pytest.fixture(scope="module")
+def study():
+    """Slider-crank with so much friction that it forgets its start, eight revolutions."""
+    values = {"joints.B.friction.coefficient": 0.1, "duration": 0.096}
+    return linkages.study(linkages.load(linkages.find_file("slider_crank_dry.toml"), values), "compiled")
+
+
+def test_the_steady_cycle_is_the_last_revolution(study):
+    summary = linkages.summarize(study)
+    motion, steady = summary["motion"], summary["windows"]["steady"]
+    assert (motion["kind"], motion["periods"], summary["report"]) == ("periodic", 1, "steady")
+    assert (steady["from"], steady["to"]) == (pytest.approx(0.084), 0.096)
+    # by other code, which runs from revolution to revolution
+    section = linkages.stroboscopic(study.system, ["B.force", "slider.ax"], revolutions=1, transient=7)
+    for name, value in (("B.force", steady["joints"]["B"]["force"]), ("slider.ax", steady["outputs"]["slider.ax"])):
+        error = steady["error"][f"{name}.peak"]
+        assert error < 1e-3 * value["peak"]
+        assert value["peak"] == pytest.approx(section.peaks(name)[0], abs=10.0 * error)
+
+
+def test_the_start_up_stands_beside_the_steady_cycle(study):
+    summary = linkages.summarize(study)
+    whole, steady = (numbers["joints"]["B"]["force"] for numbers in (summary, summary["windows"]["steady"]))
+    assert whole["time"] < summary["motion"]["since"] < steady["time"]
+    assert whole["peak"] > 1.1 * steady["peak"]
+    table = linkages.format_summary(summary)
+    row = next(line for line in table.splitlines() if line.startswith("B (dry)"))
+    assert f"{steady['peak']:.5g}" in row
+    assert row.endswith(f" at {whole['time']:.3g} s")
+
+
+def test_windows_and_report_from_of_a_run(study):
+    values = {"report_from": 0.03, "windows.second.start": 0.012, "windows.second.end": 0.024}
+    system = study.system.replaced(values)
+    other = linkages.Study(system, "compiled", study.run, study.ideal, study.tighter)
+    summary = linkages.summarize(other)
+    assert summary["report"] == "report"
+    batch = linkages.simulate_batch(system, outputs=["B.force"], windows=[[0.03, 0.096], [0.012, 0.024]])
+    for k, name in enumerate(("report", "second")):
+        assert summary["windows"][name]["joints"]["B"]["force"]["peak"] == pytest.approx(batch.peak[0, k, 0], rel=1e-6)
+    assert "numbers are those of the run, 0.03 to 0.096 s" in linkages.format_summary(summary)
+
+
+def test_the_whole_run_can_be_asked_for(study):
+    system = study.system.replaced({"report": "whole"})
+    summary = linkages.summarize(linkages.Study(system, "compiled", study.run, study.ideal, study.tighter))
+    assert summary["report"] == "whole"
+    table = linkages.format_summary(summary)
+    assert "whole run" not in table
+    assert f"{summary['joints']['B']['force']['peak']:.5g}" in table
+
+
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        ({"report_from": 3.0}, "report_from: is 3 s; it must be before the duration of 2 s"),
+        ({"windows.late.start": 1.0, "windows.late.end": 3.0}, "windows.late.end: is 3 s, after the duration of 2 s"),
+        ({"windows.late.start": 1.0, "windows.late.end": 0.5}, "end must be after start"),
+        ({"windows.steady.start": 0.0, "windows.steady.end": 1.0}, "is the name of a window that is there by itself"),
+    ],
+)
+def test_windows_that_cannot_be(values, problem, seven_bar):
+    with pytest.raises(linkages.InputError, match=problem):
+        seven_bar.replaced(values)
+
+
+@pytest.mark.parametrize("engine", ["compiled", "drake"])
+@pytest.mark.parametrize("name", ["slider_crank_dry", "seven_bar_mixed", "slider_crank_lubricated"])
+def test_a_start_in_equilibrium_passes_what_the_ideal_joints_pass(engine, name):
+    system = linkages.load(linkages.find_file(f"{name}.toml"), {"start": "equilibrium", "duration": 2e-5})
+    run, ideal = linkages.simulate(system, engine), linkages.ideal(system)
+    for joint in system.tree.play:
+        for axis in ("fx", "fy"):
+            force = ideal[f"{joint}.force"][0]
+            # but for the load's own change in this time, and Drake's rounding of a contact 2 um deep
+            assert run[f"{joint}.{axis}"] == pytest.approx(
+                np.full(len(run.time), ideal[f"{joint}.{axis}"][0]), abs=0.01 * force
+            )
+
+
+def test_a_block_starts_in_equilibrium_in_its_slot():
+    system = linkages.load(linkages.find_file("slider_crank_guide.toml"), {"start": "equilibrium", "duration": 1e-6})
+    run, ideal = linkages.simulate(system, "compiled"), linkages.ideal(system)
+    for what in ("fy", "moment"):
+        assert run[f"guide.{what}"][0] == pytest.approx(ideal[f"guide.{what}"][0], rel=1e-6, abs=1e-9)
+
+
+def test_without_the_flight_across_the_clearance_there_is_no_impact_at_the_start():
+    path, values = linkages.find_file("slider_crank_dry.toml"), {"duration": 1e-3}
+    centred = linkages.simulate(linkages.load(path, values), "compiled")
+    resting = linkages.simulate(linkages.load(path, values | {"start": "equilibrium"}), "compiled")
+    load = linkages.ideal(linkages.load(path, values))["B.force"].max()
+    assert centred["B.force"].max() > 10.0 * load
+    assert resting["B.force"].max() < 1.01 * load
+
+
+@pytest.mark.parametrize(
+    ("values", "problem"),
+    [
+        ({"start": "rest"}, "start"),
+        ({"start": "equilibrium", "joints.A.offset": [1e-5, 0.0]}, "joints.A.offset: is given beside"),
+    ],
+)
+def test_starts_that_cannot_be(values, problem, seven_bar):
+    with pytest.raises(linkages.InputError, match=problem):
+        seven_bar.replaced(values)
+
+
+def test_a_film_in_which_nothing_turns_carries_nothing_at_rest(seven_bar):
+    still = {"drives.O1.speed": 0.0, "drives.O4.speed": 0.0, "gravity": [5.0, 5.0, 5.0]}
+    with pytest.raises(linkages.InputError, match=r"start: .*A can carry its .* N nowhere at rest"):
+        _ = seven_bar.replaced({"start": "equilibrium"} | still).assembly
