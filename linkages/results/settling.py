@@ -121,10 +121,10 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     Examples
     --------
     >>> import linkages
-    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"))
     >>> motion = linkages.motion_of(system, linkages.simulate(system, "compiled"))
-    >>> motion.kind, motion.periods, round(motion.period, 6)
-    ('periodic', 1, 1.0)
+    >>> motion.kind, motion.periods, round(motion.period, 6)  # s
+    ('periodic', 1, 0.012)
     """
     end, period = float(run.time[-1]), common_period(system)
     if period is None:
