@@ -8,14 +8,14 @@ as found; couples of films and of friction, which change them by a part of a rad
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, root
 
 from linkages.errors import InputError
-from linkages.planar.contacts import contact_action, contact_motion
+from linkages.planar.contacts import Motion, contact_action, contact_motion
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import load_wrenches
@@ -113,7 +113,7 @@ class _Joint:
         system, total = self.system, np.zeros(3)
         for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
             e = place + self._shift(offset, arm)
-            motion = (float(e[0]), float(e[1]), *(float(x) for x in rest))
+            motion = cast(Motion, (float(e[0]), float(e[1]), *(float(x) for x in rest)))
             found = contact_action(system.ends[k], system.laws[k], system.tables[k], np.inf, 0.0, motion)
             total += found[0], found[1], arm[0] * found[1] - arm[1] * found[0]
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
