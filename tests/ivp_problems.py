@@ -23,7 +23,7 @@ from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, driver
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import accept
-from linkages.kernel import kernel, template
+from linkages.kernel import kernel
 from linkages.kernel.by_reference import reference
 
 EMPTY = (np.zeros(0),)
@@ -261,7 +261,7 @@ def drive(implicit, problem, stepper, tolerance, t, y, modes, options):
 def steps_of(attempt):
     """Steps of given sizes, without error control; returns the end, and the estimate of the last step's error."""
 
-    @template
+    @kernel
     def steps(problem, s, t, y, sizes, scale, exact):
         state, error = y.copy(), 0.0
         s.scale[:] = scale

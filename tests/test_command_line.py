@@ -5,7 +5,6 @@ import io
 import re
 import subprocess
 import sys
-import types
 from contextlib import redirect_stdout
 from math import sqrt
 
@@ -253,12 +252,10 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
 
 
 def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):
-    plain = types.ModuleType("dynamics")
-    for place in (None, str(temporary_folder() / "planar")):
-        plain.body_accelerations = types.SimpleNamespace(stats=types.SimpleNamespace(cache_path=place))
-        monkeypatch.setitem(sys.modules, "linkages.planar.dynamics", plain)
+    for place in (None, temporary_folder() / "compiled"):
+        monkeypatch.setattr("linkages.kernel.cache.folder", lambda place=place: place)
         assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
-    plain.body_accelerations = lambda: None
+    monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     assert doctor.compile_cache().remedy == "unset NUMBA_DISABLE_JIT"
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from linkages.laws.friction import cubic
+from linkages.disk import keep, kept
+from linkages.kernel import kernel
+from linkages.kernel.identity import identity
 
 SCRIPT = """
 import sys
@@ -56,18 +58,16 @@ def test_processes_that_fill_an_empty_cache_at_once_get_their_own_code(start):
 
 def test_code_saved_at_the_same_moment_is_not_mixed_up(tmp_path, monkeypatch):
     """Eight that do not know of each other, as processes do not."""
-    monkeypatch.setattr("numba.config.CACHE_DIR", str(tmp_path))
     together = threading.Barrier(8)
 
     def save(k):
-        file = type(cubic._cache)(cubic.py_func)._cache_file
         together.wait()
-        file.save((k,), [k] * 1000)
+        keep(tmp_path / "code.nbc", b"code", bytes([k]) * 10_000)
 
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(save, range(8)))
-    file = type(cubic._cache)(cubic.py_func)._cache_file
-    assert [file.load((k,)) for k in range(8)] == [[k] * 1000 for k in range(8)]
+    found = kept(tmp_path / "code.nbc", b"code")
+    assert found == found[:1] * 10_000
 
 
 @pytest.fixture
@@ -97,9 +97,29 @@ def test_code_without_a_place_is_kept_in_a_temporary_folder_of_the_users_own(sta
 
 def test_damaged_code_is_compiled_again(start, tmp_path):
     assert start("1").communicate() == ("0\n", "")
-    (file,) = (tmp_path / "cache").rglob("*.nbc")
-    sound = file.read_bytes()
-    for damaged in (sound[:-1], b"", sound[:100] + bytes([sound[100] ^ 1]) + sound[101:]):
-        file.write_bytes(damaged)
+    files = list((tmp_path / "cache").rglob("*.nbc"))
+    assert len(files) == 2  # the function, and how Python calls it, which does not work without
+    for damage in (lambda x: x[:-1], lambda x: b"", lambda x: x[:100] + bytes([x[100] ^ 1]) + x[101:]):
+        for file in files:
+            file.write_bytes(damage(file.read_bytes()))
         assert start("1").communicate() == ("0\n", "")
         assert start("1").communicate() == ("1\n", "")
+
+
+def made(source: str, **scope):
+    exec(source, scope := scope | {"__name__": __name__})
+    return scope["f"]
+
+
+def test_a_function_is_what_it_says_and_what_it_refers_to():
+    """The same text and values anywhere: the same; another constant, another value, another callee: another."""
+    callee, other = (kernel(made(f"def f(x):\n    return x + {k}")) for k in (1, 2))
+    text = "def f(x):\n    return call(x) * scale"
+    same = identity(made(text, call=callee, scale=2.0))
+    assert identity(made("\n\n" + text, call=kernel(made("def f(x):\n    return x + 1")), scale=2.0)) == same
+    changes = (
+        made(text, call=other, scale=2.0),
+        made(text, call=callee, scale=3.0),
+        made(text + " + x", call=callee, scale=2.0),
+    )
+    assert len({same, *map(identity, changes)}) == 4

@@ -97,7 +97,7 @@ def packages() -> Iterator[Finding]:
     for line in needed:
         if ";" in line:  # of an extra
             continue
-        name, least = re.match(r"([\w.-]+)\D*([\d.]*)", line).groups()  # type: ignore[union-attr]
+        name, least = re.match(r"([\w.-]+)(?:.*>=([\d.]+))?", line).groups("")  # type: ignore[union-attr]
         try:
             version = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
@@ -118,17 +118,18 @@ def data() -> Finding:
 
 def compile_cache() -> Finding:
     """Find where compiled code is kept: without it each start compiles for half a minute."""
-    from linkages.kernel.cache import temporary_folder
-    from linkages.planar.dynamics import body_accelerations
+    import numba
 
-    if not hasattr(body_accelerations, "stats"):
+    from linkages.kernel import cache
+
+    if getattr(numba.config, "DISABLE_JIT", False):
         return Finding("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
-    if body_accelerations.stats.cache_path is None:
+    path = cache.folder()
+    if path is None:
         return Finding("compile cache", "none", _PLACE)
-    path = Path(body_accelerations.stats.cache_path)
-    kept = _count(path, "*.nbc")
+    kept = _count(path, "*/*.nbc")
     text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for half a minute or so'}"
-    return Finding("compile cache", text, _PLACE if path.is_relative_to(temporary_folder()) else "")
+    return Finding("compile cache", text, _PLACE if path.is_relative_to(cache.temporary_folder()) else "")
 
 
 def film_maps() -> Finding:

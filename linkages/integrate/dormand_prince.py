@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from linkages.integrate.stepper import COUNT, ERROR, LAST, Stepper, copy
-from linkages.kernel import Array, template
+from linkages.kernel import Array, kernel
 
 ORDER = 5
 
@@ -35,7 +35,7 @@ _E = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525,
 def dormand_prince(rhs: Any) -> Any:
     """Make the method's ``attempt`` for a compiled function ``rhs(problem, t, y, dy)``."""
 
-    @template
+    @kernel
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
         """Attempt a step from (t, y), with f0 known; fills new and f1. See `linkages.integrate.radau`."""
         n = len(y)

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.integrate.stepper import COUNT, Stepper, accept, copy, restart
-from linkages.kernel import Array, Indices, kernel, template
+from linkages.kernel import Array, Indices, inlined_kernel, kernel
 
 #: How a run ends: at its end; after the steps it was given; where `settle` says so (larger values); step too small.
 DONE, PAUSED, COLLAPSED = 0, 1, 2
@@ -88,7 +88,7 @@ def first_event(
     return which, where
 
 
-@kernel
+@inlined_kernel
 def _cubic(x: float, a: float, da: float, b: float, db: float) -> float:
     """Evaluate Hermite's cubic on [0, 1]."""
     c2 = 3.0 * (b - a) - 2.0 * da - db
@@ -96,7 +96,7 @@ def _cubic(x: float, a: float, da: float, b: float, db: float) -> float:
     return a + x * (da + x * (c2 + x * c3))
 
 
-@kernel
+@inlined_kernel
 def _lowest(a: float, da: float, b: float, db: float) -> float:
     """Where Hermite's cubic on [0, 1] has its inner minimum; 0 if there is none."""
     c2 = 3.0 * (b - a) - 2.0 * da - db
@@ -127,7 +127,7 @@ def _taller(old: Array) -> Array:
 def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
     """Make the function that integrates, from compiled functions; see the table above."""
 
-    @template
+    @kernel
     def land(
         problem: Any,
         s: Stepper,
@@ -165,7 +165,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             size = guess if low < guess < high else 0.5 * (low + high)
         return size
 
-    @template
+    @kernel
     def drive(
         problem: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int, options: Options
     ) -> Record:

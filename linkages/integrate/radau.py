@@ -14,7 +14,7 @@ import numpy as np
 
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, HINT, LAST, NOTHING, PREDICTS, Stepper
-from linkages.kernel import Array, kernel, template
+from linkages.kernel import Array, kernel
 
 ORDER = 5
 _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
@@ -99,7 +99,7 @@ def _estimate(s: Stepper, h: float, f: Array) -> float:
 def radau(rhs: Any, jacobian: Any) -> Any:
     """Make the method's ``attempt`` for ``rhs(problem, t, y, dy)`` and ``jacobian(problem, t, y, out)``, compiled."""
 
-    @template
+    @kernel
     def newton(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
         """Solve for the stages; returns whether it converged, the iterations, the rate of convergence."""
         n = len(y)
@@ -145,7 +145,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
             before = size
         return before < goal, iterations, rate
 
-    @template
+    @kernel
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
         """Attempt a step from (t, y), with f0 known; fills new and f1.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel
 
 
 class Stepper(NamedTuple):
@@ -52,20 +52,20 @@ def make_stepper(n: int) -> Stepper:
     )  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def copy(source: Array, target: Array) -> None:
     """Copy the entries of a vector; compiles in a fraction of the time that numba's assignment takes."""
     for i in range(len(source)):
         target[i] = source[i]
 
 
-@kernel
+@inlined_kernel
 def restart(s: Stepper) -> None:
     """Forget what belongs to another state: Jacobian and prediction."""
     s.memory[LAST], s.memory[FACTORED], s.memory[CURRENT], s.memory[PREDICTS] = 0.0, 0.0, 0.0, NOTHING
 
 
-@kernel
+@inlined_kernel
 def accept(s: Stepper, h: float, error: float) -> None:
     """Take note that the attempt was accepted."""
     for stage in range(3):

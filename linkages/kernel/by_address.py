@@ -17,7 +17,8 @@ from numba.core import cgutils, types
 from numba.core.ccallback import CFunc
 from numba.extending import intrinsic
 
-from linkages.kernel.cache import cached
+from linkages.kernel.cache import CodeCache
+from linkages.kernel.units import UnitCompiler
 
 _COMPILING = not getattr(config, "DISABLE_JIT", False)
 _alive: dict[int, Any] = {}  # an address is good as long as its function lives
@@ -36,16 +37,15 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     Returns
     -------
     int
-        Its address in this process. Functions of this package are cached on disk, as kernels are. Others are not:
-        nothing would notice an edit of what they refer to.
+        Its address in this process. Its code is cached on disk, as that of kernels is.
     """
     plain = getattr(function, "py_func", function)
     if not _COMPILING:
         _alive[id(plain)] = plain
         return id(plain)
-    compiled = CFunc(plain, (signature.args, signature.return_type), {}, {"error_model": "numpy"})
-    if (plain.__module__ or "").startswith("linkages."):  # none if typed in
-        cached(compiled, plain)
+    kinds, options = (signature.args, signature.return_type), {"error_model": "numpy"}
+    compiled: Any = CFunc(plain, kinds, {}, options, pipeline_class=UnitCompiler)
+    compiled._cache = CodeCache(plain, UnitCompiler)
     compiled.compile()
     place = cast(int, compiled.address)
     _alive[place] = compiled

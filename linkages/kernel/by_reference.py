@@ -8,14 +8,20 @@ as references again.
 
 from __future__ import annotations
 
+import hashlib
+import struct
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar, cast
 
+import numpy as np
 from llvmlite import ir
+from numba import typeof
 from numba.core import cgutils, types
 from numba.core.datamodel import models, register_default
 from numba.core.typing.templates import AttributeTemplate
-from numba.extending import infer_getattr, intrinsic, lower_getattr_generic
+from numba.extending import NativeValue, infer_getattr, intrinsic, lower_getattr_generic, unbox
+
+T = TypeVar("T")
 
 
 class Reference(types.Type):
@@ -24,6 +30,11 @@ class Reference(types.Type):
     def __init__(self, target: Any) -> None:
         self.target = target
         super().__init__(name=f"Reference({target})")
+
+    @property
+    def mangling_args(self) -> tuple[str, tuple[()]]:
+        """Name of the type within the names of functions: short."""
+        return f"Reference_{hashlib.sha256(self.name.encode()).hexdigest()[:16]}", ()
 
 
 @register_default(Reference)
@@ -69,6 +80,8 @@ def _reference(typing: Any, value: Any) -> Any:
 
     The caller keeps the arrays alive: the named tuple is made of its own arguments, or of variables used later.
     """
+    if isinstance(value, Reference):  # from Python
+        return value(value), lambda context, builder, signature, arguments: arguments[0]
     if not isinstance(value, types.BaseNamedTuple):
         return None
 
@@ -76,6 +89,59 @@ def _reference(typing: Any, value: Any) -> Any:
         return cgutils.alloca_once_value(builder, arguments[0])
 
     return Reference(value)(value), code
+
+
+class Packed:
+    """A named tuple laid out in memory, for compiled code that takes a reference to it.
+
+    Numba would take it apart array by array in each function that Python calls, which costs seconds of compilation.
+
+    Parameters
+    ----------
+    value : named tuple
+        Of arrays, numbers, named tuples and packed ones. The arrays' contents are shared; attributes are the tuple's.
+    """
+
+    def __init__(self, value: Any) -> None:
+        self._value, self._numba_type_ = value, Reference(typeof(value))
+        words = bytearray()
+        _lay(value, words)
+        self._words = np.frombuffer(words, np.uint8)
+        self.place = self._words.ctypes.data
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._value, name)
+
+
+def packed(value: T) -> T:
+    """Lay a named tuple out in memory; see `Packed`, which is what is returned."""
+    return cast(T, Packed(value))
+
+
+def _lay(value: Any, words: bytearray) -> None:
+    """Add a value as numba lays it out: arrays as structures without owners, each on a multiple of its size."""
+    if isinstance(value, bool | np.bool_):
+        words.append(int(value))
+        return
+    words.extend(bytes(-len(words) % 8))
+    if isinstance(value, Packed):
+        words.extend(struct.pack("q", value.place))
+    elif isinstance(value, tuple):
+        for item in value:
+            _lay(item, words)
+    elif isinstance(value, np.ndarray):
+        structure = 0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides
+        words.extend(struct.pack(f"{len(structure)}q", *structure))
+    else:
+        words.extend(struct.pack("d" if isinstance(value, float) else "q", value))
+
+
+@unbox(Reference)
+def _unbox_reference(kind: Reference, value: Any, c: Any) -> NativeValue:
+    place = c.pyapi.object_getattr_string(value, "place")
+    pointer = c.builder.inttoptr(c.pyapi.long_as_longlong(place), c.context.get_value_type(kind))
+    c.pyapi.decref(place)
+    return NativeValue(pointer)
 
 
 #: ``reference(value)`` within compiled code; see `_reference`.

@@ -1,7 +1,7 @@
-"""Where compiled code is kept: shared by processes that write at once, aware of edits, and done without if need be.
+"""Compiled code on disk, by content: shared by processes, environments and checkouts, and done without if need be.
 
-Numba's own files have numbers, given by an index that is written before them: of two processes that save at once, one
-can be given the other's code. Here the file of a signature is named after it, and tells what it holds.
+The file of a function's code is named after what the function is (`linkages.kernel.identity`) and the types it was
+compiled for, and tells which other units it calls; so nothing in it can be stale, whoever wrote it.
 """
 
 from __future__ import annotations
@@ -11,39 +11,56 @@ import os
 import pickle
 import sys
 import tempfile
+import time
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import numba
-from numba.core.caching import FunctionCache
+from llvmlite import binding
+from numba.core.compiler import compile_result
+from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 
-from linkages.disk import keep, kept
+from linkages.disk import cache_directory, keep, kept
+from linkages.kernel.identity import identity
+from linkages.kernel.units import PartLibrary, UnitLibrary
 
-#: The folders that hold kernels.
-_HOLDERS = ("kernel", "laws", "integrate", "planar", "outputs", "results", "engines/compiled")
+_UNUSED = 60 * 86400.0  # s after which code that no process has loaded is removed
+_FRESH = 86400.0  # s after which a loaded file is marked as used again
+_loaded: dict[str, Code | None] = {}
+_files: dict[str, str] = {}  # by the symbol of a unit, the name of its file
 
 
-def cached(compiled: Any, function: Any) -> None:
-    """Let the compiler's object of a function keep its code on disk."""
-    try:
-        compiled._cache = CodeCache(function)
-    except RuntimeError:  # numba finds no place
-        settings: Any = numba.config
-        place, settings.CACHE_DIR = settings.CACHE_DIR, str(temporary_folder())
-        try:
-            compiled._cache = CodeCache(function)
-        except RuntimeError:
-            say("not kept")
-        else:
-            say(f"kept in {temporary_folder()}")
-        finally:
-            settings.CACHE_DIR = place
+class Code(NamedTuple):
+    """What a file holds, and the library that this process has made of it."""
+
+    library: Any
+    result: bytes  # pickled, what numba wants to know of the function
+
+
+def folder() -> Path | None:
+    """Where compiled code is kept: NUMBA_CACHE_DIR, the user's cache, or a temporary folder; None if all are closed."""
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    return _folder(Path(named) if named else cache_directory() / "compiled")
+
+
+@cache
+def _folder(wanted: Path) -> Path | None:
+    for place in (wanted, temporary_folder()):
+        with suppress(OSError):
+            place.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=place):
+                pass
+            if place != wanted:
+                say(f"kept in {place}")
+            return place
+    say("not kept")
+    return None
 
 
 def temporary_folder() -> Path:
-    """Where compiled code is kept if neither the package's folder nor the user's cache can be written.
+    """Where compiled code is kept if the user's cache cannot be written.
 
     Only in a folder of the user's own, and nobody else's: code is loaded from there.
     """
@@ -64,64 +81,127 @@ def say(how: str) -> None:
     print(f"warning: compiled code is {how}; set NUMBA_CACHE_DIR to a folder that can be written", file=sys.stderr)
 
 
-class CodeCache(FunctionCache):
-    """Compiled code of one function, a file for each of its signatures.
+class CodeCache:
+    """Compiled code of one function: what numba asks of its own cache."""
 
-    Raises
-    ------
-    RuntimeError
-        If there is no folder that can be written.
-    """
+    def __init__(self, function: Any, compiler: type) -> None:
+        self._function, self._compiler = function, compiler
 
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        stamp = (numba.__version__, self._impl.locator.get_source_stamp(), _stamp())
-        self._cache_file = CodeFiles(Path(self._cache_path) / self._impl.filename_base, repr(stamp).encode())
+    @property
+    def cache_path(self) -> str | None:
+        """The folder, None if there is none."""
+        place = folder()
+        return None if place is None else str(place)
 
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Save code; on a disk that is full it is lost."""
-        try:
-            super().save_overload(sig, data)
-        except OSError as problem:
-            say(f"not kept ({self._cache_path}: {problem.strerror})")
-
-
-class CodeFiles:
-    """Files with the code of a function: what numba asks of its own."""
-
-    def __init__(self, base: Path, stamp: bytes) -> None:
-        self._base, self._stamp = base, stamp
-
-    def save(self, key: Any, data: Any) -> None:
-        """Save the code of a signature, which is the first part of the key."""
-        keep(self._path(key), self._stamp, dumps((key, data)))
-
-    def load(self, key: Any) -> Any:
-        """Load the code of a signature; None if there is none, or of another edition of the kernels."""
-        content = kept(self._path(key), self._stamp)
-        if content is None:
+    def load_overload(self, signature: Any, context: Any) -> Any:
+        """Load the code for a signature; None if it is not there, or something that it calls is not."""
+        context.refresh()  # the code calls numba's runtime, which that starts
+        name = self._name(signature)
+        code = None if name is None else _load(name)
+        if code is None:
             return None
         try:
-            found, data = pickle.loads(content)
+            description, environment, typed = pickle.loads(code.result)
         except (AttributeError, ImportError):  # of code of a user's own, whose types have other names now
             return None
-        return data if found == key else None
+        return compile_result(
+            typing_context=context.typing_context,
+            target_context=context,
+            entry_point=context.get_executable(code.library, description, environment),
+            library=code.library,
+            environment=environment,
+            fndesc=description,
+            signature=typed,
+            objectmode=False,
+            type_annotation="",
+            lifted=(),
+            reload_init=(),
+        )
+
+    def save_overload(self, signature: Any, result: Any) -> None:
+        """Save code; on a disk that is full it is lost."""
+        name, place, library = self._name(signature), folder(), result.library
+        if name is None:
+            return
+        library._ensure_finalized()
+        functions = list(library._final_module.functions)
+        needs = tuple(_files[f.name] for f in functions if f.is_declaration and f.name in _files)
+        if isinstance(library, UnitLibrary):
+            code, symbols = library._get_compiled_object(), _defined(library)
+            _files.update(dict.fromkeys(symbols, name))
+        else:
+            code, symbols = library._final_module.as_bitcode(), ()
+        result.fndesc.typemap = result.fndesc.calltypes = None
+        described = dumps((result.fndesc, result.environment, result.signature))
+        _loaded[name] = Code(library, described)
+        if place is None:
+            return
+        content = pickle.dumps((library.name, needs, symbols, code, described))
+        try:
+            keep(_path(place, name), name.encode(), content)
+        except OSError as problem:
+            say(f"not kept ({place}: {problem.strerror})")
+        _prune(place)
 
     def flush(self) -> None:
-        """Forget everything."""
-        for path in self._base.parent.glob(f"{self._base.name}.*.nbc"):
-            path.unlink(missing_ok=True)
+        """Do nothing: what is kept fits what it is named after."""
 
-    def _path(self, key: Any) -> Path:
-        return self._base.with_name(f"{self._base.name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc")
+    def _name(self, signature: Any) -> str | None:
+        """Name of a file; None for what is not kept."""
+        try:
+            content = identity(self._function)
+        except TypeError:
+            return None
+        return hashlib.sha256(f"{content} {self._compiler.__name__} {signature}".encode()).hexdigest()[:32]
+
+
+def _path(place: Path, name: str) -> Path:
+    return place / name[:2] / f"{name[2:]}.nbc"
+
+
+def _defined(library: Any) -> tuple[str, ...]:
+    """Symbols that a library defines."""
+    module = library._final_module
+    return tuple(x.name for xs in (module.functions, module.global_variables) for x in xs if not x.is_declaration)
+
+
+def _load(name: str) -> Code | None:
+    """Load a file, once, and before it those of the units that its code calls."""
+    if _loaded.get(name) is None:
+        _loaded[name] = _read(name)
+    return _loaded[name]
+
+
+def _read(name: str) -> Code | None:
+    place = folder()
+    content = None if place is None else kept(_path(place, name), name.encode())
+    if place is None or content is None:
+        return None
+    library_name, needs, symbols, code, result = pickle.loads(content)
+    if not all(_load(need) for need in needs):
+        return None
+    with suppress(OSError):
+        if time.time() - _path(place, name).stat().st_mtime > _FRESH:
+            os.utime(_path(place, name))
+    codegen = cpu_target.target_context.codegen()
+    if symbols:
+        library: Any = UnitLibrary(codegen, library_name)
+        library.enable_object_caching()
+        library._set_compiled_object(code)
+        library._finalize_final_module()
+        codegen._engine._defined_symbols.update(symbols)
+        _files.update(dict.fromkeys(symbols, name))
+    else:
+        library = PartLibrary(codegen, library_name)
+        library._final_module = binding.parse_bitcode(code)
+        library._finalize_final_module()
+    return Code(library, result)
 
 
 @cache
-def _stamp() -> str:
-    """Hash of the text of all kernels."""
-    here = Path(__file__).parents[1]
-    digest = hashlib.sha256()
-    for holder in _HOLDERS:
-        for path in sorted((here / holder).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()
+def _prune(place: Path) -> None:
+    """Remove, once in a process, what has not been used for long."""
+    for path in place.glob("??/*.nbc"):
+        with suppress(OSError):
+            if time.time() - path.stat().st_mtime > _UNUSED:
+                path.unlink()

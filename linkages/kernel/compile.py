@@ -1,44 +1,77 @@
 """The compiler of all numerical kernels.
 
-``@kernel`` is numba's ``njit`` with one set of options and a cache that notices edits.
+``@kernel`` compiles a function, on its first call, to a unit (`linkages.kernel.units`) that is cached on disk, releases
+the GIL and divides as IEEE says. What is not edited is not compiled again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property, update_wrapper
+from inspect import signature
 from typing import Any, TypeVar, cast
 
-from numba import njit
+from numba import config, njit
 
-from linkages.kernel.cache import cached
+from linkages.kernel.cache import CodeCache
+from linkages.kernel.units import PartCompiler, UnitCompiler
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel(function: F) -> F:
-    """Compile a function, on its first call, to code that is cached on disk, releases the GIL and divides as IEEE says.
-
-    Numba recompiles a function when its own file changes; but compiled callers contain their callees, so that an
-    edited law would not reach the kernels that were compiled with the old one. Here every kernel is compiled anew
-    when any file with kernels has changed.
-    """
-    return _compiled(function)
+    """Compile a function on its own; other kernels call it."""
+    return _compiled(function, UnitCompiler)
 
 
 def inlined_kernel(function: F) -> F:
-    """Compile as `kernel` does, into each caller's body: for functions whose many arrays cost time to hand over."""
-    return _compiled(function, forceinline=True)
+    """Compile into each caller's body: for small functions, whose arguments cost more to hand over than their work."""
+    return _compiled(function, PartCompiler, forceinline=True)
 
 
-def template(function: F) -> F:
-    """Compile for each set of compiled functions among its arguments, as a part of the caller, which is cached."""
-    options: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # Python does not call it
-    return cast(F, njit(nogil=True, error_model="numpy", **options)(function))
+def _compiled(function: F, compiler: type, **options: Any) -> F:
+    if getattr(config, "DISABLE_JIT", False):
+        return function
+    dispatcher = _dispatcher(function, compiler, no_cpython_wrapper=True, **options)
+    return cast(F, Kernel(function, dispatcher, compiler.__name__.encode()))
 
 
-def _compiled(function: F, forceinline: bool = False) -> F:
-    options: Any = {"no_cfunc_wrapper": True}  # C functions are made by `linkages.kernel.address`
-    compiled = njit(nogil=True, error_model="numpy", forceinline=forceinline, **options)(function)
-    if compiled is not function:  # as with NUMBA_DISABLE_JIT=1
-        cached(compiled, function)
-    return cast(F, compiled)
+def _dispatcher(function: Any, compiler: type, **options: Any) -> Any:
+    """Make numba's object of a function; C functions are made by `linkages.kernel.address`."""
+    options |= {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    dispatcher: Any = njit(pipeline_class=compiler, **options)(function)
+    dispatcher._cache = CodeCache(function, compiler)
+    return dispatcher
+
+
+class Kernel:
+    """A compiled function, which knows how to be called from Python only once that is asked for."""
+
+    def __init__(self, function: Any, compiled: Any, kind: bytes) -> None:
+        update_wrapper(self, function)
+        self.py_func, self.kind, self._compiled = function, kind, compiled
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Call it from Python."""
+        return self._entry(*arguments, **named)
+
+    def __reduce__(self) -> str:
+        return self.py_func.__qualname__
+
+    @property
+    def _numba_type_(self) -> Any:
+        return self._compiled._numba_type_
+
+    @property
+    def stats(self) -> Any:
+        """What numba tells of its cache for calls from Python."""
+        return self._entry.stats
+
+    @cached_property
+    def _entry(self) -> Any:
+        """Function that Python calls."""
+        names, name = ", ".join(signature(self.py_func).parameters), self.py_func.__name__
+        scope: dict[str, Any] = {"compiled": self, "__name__": self.py_func.__module__}
+        exec(f"def {name}({names}):\n    return compiled({names})", scope)
+        scope[name].__defaults__ = self.py_func.__defaults__
+        return _dispatcher(scope[name], UnitCompiler)

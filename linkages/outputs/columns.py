@@ -10,7 +10,7 @@ import numpy as np
 from linkages.kernel import Array
 from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
-from linkages.outputs.values import DRIVE, JOINT, tabulate
+from linkages.outputs.values import DRIVE, JOINT, make_view, tabulate
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
@@ -63,7 +63,7 @@ def columns(
     tabulate(
         outputs,
         bool(np.isin(outputs["kind"], (JOINT, DRIVE)).any()),
-        system.ideal_arrays if ideal else system.arrays,
+        make_view(system.ideal_arrays if ideal else system.arrays, q.shape[1]),
         *(np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts)),  # type: ignore[call-arg]
         out,
     )

@@ -9,12 +9,12 @@ import numpy as np
 
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Records, kernel, record_type
-from linkages.kernel.by_reference import reference
+from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import Workspace, clear, inertial_load, workspace
+from linkages.planar.contacts import WIDTH, contact_motion
+from linkages.planar.dynamics import Workspace, clear, inertial_load, make_workspace
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
-from linkages.planar.loads import load_outputs, load_wrenches
+from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
@@ -150,7 +150,7 @@ def _energy(what: int, view: View) -> float:
 def tabulate(
     outputs: Records,
     with_forces: bool,
-    model: Arrays,
+    view: View,
     times: Array,
     q: Array,
     v: Array,
@@ -164,25 +164,27 @@ def tabulate(
     ----------
     with_forces : bool
         Whether any output needs the forces in joints or the efforts of drives.
+    view : View
+        Of the model, with arrays to work on; see `make_view`.
     """
+    model, w = view.model, view.state
     bodies, powered = model.bodies, model.powered_bodies
     loads = (model.loads, model.load_t, model.load_c, model.load_n)
     torques = (model.torque, model.torque_c, model.torque_n)
-    w, np_ = workspace(len(bodies), q.shape[1], len(model.rows)), len(powered)
-    forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + np_)
-    applied = np.zeros((len(model.loads), 4))
+    np_ = len(powered)
     value, rate, second = np.zeros(np_), np.zeros(np_), np.zeros(np_)
-    known, state = reference(model), reference(w)
     for i in range(len(times)):
         copy(q[i], w.q)
         copy(v[i], w.v)
+        for k in range(contacts.shape[1]):
+            copy(contacts[i, k], view.contacts[k])
         body_positions(bodies, w.q, w.pose)
         body_velocities(bodies, w.pose, w.v, w.vel)
         body_accelerations(bodies, w.pose, w.vel, w.v, a[i], w.acc)
-        load_outputs(loads, times[i], w.pose, w.vel, applied)
+        load_outputs(loads, times[i], w.pose, w.vel, view.loads)
         if with_forces:
             clear(w.wrench)
-            add_known_contacts(model.ends, contacts[i], w.pose, w.wrench)
+            add_known_contacts(model.ends, view.contacts, w.pose, w.wrench)
             load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
             evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
@@ -190,8 +192,14 @@ def tabulate(
             inertial_load(bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
             if len(model.rows):
                 row_reactions(model, w)
-            joint_forces(model, w, contacts[i], forces, efforts)
-        view = View(known, state, contacts[i], forces, efforts, applied)
-        seen = reference(view)
+            joint_forces(model, w, view.contacts, view.forces, view.efforts)
         for k in range(len(outputs)):
-            out[k, i] = output_value(outputs[k], seen)
+            out[k, i] = output_value(outputs[k], view)
+
+
+def make_view(model: Arrays, n: int) -> View:
+    """Make the arrays of a view of a linkage with n coordinates, for `tabulate`."""
+    work = make_workspace(len(model.bodies), n, len(model.rows))
+    forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + len(model.powered))
+    parts = np.zeros((len(model.ends), WIDTH)), forces, efforts, np.zeros((len(model.loads), len(LOAD_OUTPUTS)))
+    return packed(View(packed(model), packed(work), *parts))

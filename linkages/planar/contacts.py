@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, Records, kernel
+from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.planar.dynamics import generalized_force
@@ -61,7 +61,7 @@ def clearance_wrenches(
         out[k, 5], out[k, 6], out[k, 7], out[k, 8], out[k, 9] = delta, closing, sliding, load, rate
 
 
-@kernel
+@inlined_kernel
 def add_contact(
     wrench: Array, end: np.record, ex: float, ey: float, arms: Arms, fx: float, fy: float, couple: float
 ) -> None:
@@ -71,7 +71,7 @@ def add_contact(
     wrench[end.bearing.body, 0] -= couple
 
 
-@kernel
+@inlined_kernel
 def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arms]:
     """Motion of a contact's inner end relative to its outer end, and where they are.
 

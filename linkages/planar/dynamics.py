@@ -58,7 +58,7 @@ def make_workspace(nb: int, n: int, nr: int) -> Workspace:
 workspace = kernel(make_workspace)
 
 
-@kernel
+@inlined_kernel
 def clear(matrix: Array) -> None:
     """Fill with zeros; compiles in a fraction of the time that numba's assignment takes."""
     for i in range(matrix.shape[0]):
@@ -210,7 +210,7 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
         change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
 
 
-@kernel
+@inlined_kernel
 def moves(change: Array, body: int) -> bool:
     """Whether a body's acceleration is changed."""
     return change[body, 0] != 0.0 or change[body, 1] != 0.0 or change[body, 2] != 0.0
@@ -258,7 +258,7 @@ def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: 
     return margin
 
 
-@kernel
+@inlined_kernel
 def add_change(bodies: Records, change: Array, acc: Array) -> None:
     """Add what `respond` found to the bodies' accelerations."""
     for i in range(1, len(bodies)):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel
 from linkages.planar.markers import (
     add_pair,
     arm,
@@ -91,7 +91,7 @@ def row_value(row: np.record, pose: Array) -> float:
     return dx * ux + dy * uy
 
 
-@kernel
+@inlined_kernel
 def row_direction(row: np.record, pose: Array) -> tuple[float, float]:
     """Direction of a row in plane axes."""
     if row.kind == ALONG_BODY:
@@ -144,7 +144,7 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
     add_pair(wrench, row.a, row.b, arms, size * ux, size * uy)
 
 
-@kernel
+@inlined_kernel
 def along(body: np.record, pose: Array, wrench: Array) -> float:
     """Part of a wrench (3,) on a body along the coordinate of its joint."""
     if body.type == REVOLUTE:
@@ -153,7 +153,7 @@ def along(body: np.record, pose: Array, wrench: Array) -> float:
     return ux * wrench[1] + uy * wrench[2]
 
 
-@kernel
+@inlined_kernel
 def add_to_parent(bodies: Records, pose: Array, i: int, wrench: Array) -> None:
     """Add the wrench of body i to its parent's."""
     p = bodies[i].mount.body

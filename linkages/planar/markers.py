@@ -13,54 +13,54 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, inlined_kernel
 
 Two = tuple[float, float]
 Arms = tuple[float, float, float, float]
 
 
-@kernel
+@inlined_kernel
 def turned(pose: Array, body: int, x: float, y: float) -> Two:
     """Turn a vector given in a body's frame into plane axes."""
     c, s = pose[body, 3], pose[body, 4]
     return c * x - s * y, s * x + c * y
 
 
-@kernel
+@inlined_kernel
 def arm(pose: Array, marker: np.record) -> Two:
     """Arm of a marker [m]."""
     return turned(pose, marker.body, marker.x, marker.y)
 
 
-@kernel
+@inlined_kernel
 def arm_tangent(dpose: Array, marker: np.record, rx: float, ry: float) -> Two:
     """Change of a marker's arm r."""
     turn = dpose[marker.body, 0]
     return -turn * ry, turn * rx
 
 
-@kernel
+@inlined_kernel
 def marker_velocity(vel: Array, body: int, rx: float, ry: float) -> Two:
     """Velocity of a body's marker with the arm r [m/s]."""
     w = vel[body, 0]
     return vel[body, 1] - w * ry, vel[body, 2] + w * rx
 
 
-@kernel
+@inlined_kernel
 def marker_acceleration(vel: Array, acc: Array, body: int, rx: float, ry: float) -> Two:
     """Acceleration of a body's marker with the arm r [m/s2]."""
     w, al = vel[body, 0], acc[body, 0]
     return acc[body, 1] - al * ry - w * w * rx, acc[body, 2] + al * rx - w * w * ry
 
 
-@kernel
+@inlined_kernel
 def velocity_tangent(vel: Array, dvel: Array, body: int, rx: float, ry: float, drx: float, dry: float) -> Two:
     """Change of a marker's velocity; its arm r changes by dr."""
     w, dw = vel[body, 0], dvel[body, 0]
     return dvel[body, 1] - dw * ry - w * dry, dvel[body, 2] + dw * rx + w * drx
 
 
-@kernel
+@inlined_kernel
 def acceleration_tangent(
     vel: Array, acc: Array, dvel: Array, dacc: Array, body: int, rx: float, ry: float, drx: float, dry: float
 ) -> Two:
@@ -72,7 +72,7 @@ def acceleration_tangent(
     )
 
 
-@kernel
+@inlined_kernel
 def gap(pose: Array, a: np.record, b: np.record) -> tuple[float, float, Arms]:
     """Gap between two markers [m], and the arms of both: dx, dy, (rax, ray, rbx, rby)."""
     rax, ray = arm(pose, a)
@@ -82,7 +82,7 @@ def gap(pose: Array, a: np.record, b: np.record) -> tuple[float, float, Arms]:
     return dx, dy, (rax, ray, rbx, rby)
 
 
-@kernel
+@inlined_kernel
 def gap_rate(vel: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     """Rate of a gap [m/s]."""
     vax, vay = marker_velocity(vel, a.body, arms[0], arms[1])
@@ -90,7 +90,7 @@ def gap_rate(vel: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     return vbx - vax, vby - vay
 
 
-@kernel
+@inlined_kernel
 def gap_acceleration(vel: Array, acc: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     """Second rate of a gap [m/s2]."""
     aax, aay = marker_acceleration(vel, acc, a.body, arms[0], arms[1])
@@ -98,7 +98,7 @@ def gap_acceleration(vel: Array, acc: Array, a: np.record, b: np.record, arms: A
     return abx - aax, aby - aay
 
 
-@kernel
+@inlined_kernel
 def gap_tangent(dpose: Array, a: np.record, b: np.record, arms: Arms) -> tuple[float, float, Arms]:
     """Change of a gap and of both arms."""
     drax, dray = arm_tangent(dpose, a, arms[0], arms[1])
@@ -108,7 +108,7 @@ def gap_tangent(dpose: Array, a: np.record, b: np.record, arms: Arms) -> tuple[f
     return dx, dy, (drax, dray, drbx, drby)
 
 
-@kernel
+@inlined_kernel
 def gap_rate_tangent(vel: Array, dvel: Array, a: np.record, b: np.record, arms: Arms, change: Arms) -> Two:
     """Change of a gap's rate; the arms change as `gap_tangent` says."""
     ax, ay = velocity_tangent(vel, dvel, a.body, arms[0], arms[1], change[0], change[1])
@@ -116,7 +116,7 @@ def gap_rate_tangent(vel: Array, dvel: Array, a: np.record, b: np.record, arms: 
     return bx - ax, by - ay
 
 
-@kernel
+@inlined_kernel
 def add_force(wrench: Array, body: int, rx: float, ry: float, fx: float, fy: float) -> None:
     """Add a force at the arm r to a body's wrench."""
     wrench[body, 0] += rx * fy - ry * fx
@@ -124,7 +124,7 @@ def add_force(wrench: Array, body: int, rx: float, ry: float, fx: float, fy: flo
     wrench[body, 2] += fy
 
 
-@kernel
+@inlined_kernel
 def add_force_tangent(
     dwrench: Array, body: int, rx: float, ry: float, drx: float, dry: float, force: Two, change: Two
 ) -> None:
@@ -134,20 +134,20 @@ def add_force_tangent(
     dwrench[body, 2] += change[1]
 
 
-@kernel
+@inlined_kernel
 def both_at_b(arms: Arms, dx: float, dy: float) -> Arms:
     """Arms of a force at marker b and of the opposite one, which acts there too, across the gap."""
     return arms[0] + dx, arms[1] + dy, arms[2], arms[3]
 
 
-@kernel
+@inlined_kernel
 def add_pair(wrench: Array, a: np.record, b: np.record, arms: Arms, fx: float, fy: float) -> None:
     """Add a force on body b at the one arm and the opposite one on body a at the other."""
     add_force(wrench, b.body, arms[2], arms[3], fx, fy)
     add_force(wrench, a.body, arms[0], arms[1], -fx, -fy)
 
 
-@kernel
+@inlined_kernel
 def add_pair_tangent(
     dwrench: Array, a: np.record, b: np.record, arms: Arms, moved: Arms, force: Two, change: Two
 ) -> None:

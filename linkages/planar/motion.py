@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel
 
 #: Piecewise polynomials: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,).
 Curves = tuple[Array, Array, Indices]
@@ -92,7 +92,7 @@ def _tabulate(curves: Curves, times: Array, value: Array, rate: Array, accelerat
         evaluate_motions(curves, times[k], value[k], rate[k], acceleration[k])
 
 
-@kernel
+@inlined_kernel
 def last_start(starts: Array, n: int, t: float) -> int:
     """Last of n rising starts that is not after t; the first if all are."""
     low, high = 0, n

@@ -18,7 +18,7 @@ from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, address, kernel
-from linkages.kernel.by_reference import Reference, reference
+from linkages.kernel.by_reference import Reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 
@@ -80,13 +80,12 @@ def attempt_explicit(
 @kernel
 def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
     """Run from (t, y); the work's memory and modes of the contacts are kept up to date."""
-    p, s = reference(equations), reference(stepper)
-    model, work = p.model, p.work
+    model, work = equations.model, equations.work
     if t == 0.0:
-        entry_points.solve(p, t, y)
+        entry_points.solve(equations, t, y)
         for k in range(len(model.ends)):
             work.modes[k] = 1 if model.touching[k] and work.contacts[k, _PENETRATION] > 0.0 else -1
-    return _drive(p, s, tolerance, t, y, work.modes, len(model.ends), options)
+    return _drive(equations, stepper, tolerance, t, y, work.modes, len(model.ends), options)
 
 
 @kernel
@@ -96,19 +95,20 @@ def evaluate(
     tolerance: Array,
     steps: Steps,
     times: Array,
-    out: tuple[Array, Array, Array, Array],
+    q: Array,
+    v: Array,
+    a: Array,
+    contacts: Array,
 ) -> None:
     """Fill q, v, a (nt, n) and contacts (nt, nc, WIDTH) at any times of a run."""
-    q, v, a, contacts = out
-    p, s, past = reference(equations), reference(stepper), reference(steps)
-    y, w = np.empty(steps.states.shape[1]), p.work.dynamics
+    y, w = np.empty(steps.states.shape[1]), equations.work.dynamics
     for i in range(len(times)):
-        replay(p, s, tolerance, past, times[i], y)
+        replay(equations, stepper, tolerance, steps, times[i], y)
         copy(w.q, q[i])
         copy(w.v, v[i])
         copy(w.a, a[i])
         for c in range(contacts.shape[1]):
-            copy(p.work.contacts[c], contacts[i, c])
+            copy(equations.work.contacts[c], contacts[i, c])
 
 
 _signatures: dict[str, Any] = {}
@@ -119,7 +119,7 @@ def bind(model: Arrays, stepper: Stepper, implicit: bool) -> Calls:
     if not _signatures:
         work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
         equations = typeof(Equations(model, work, Calls()))
-        _signatures.update(entry_points.signatures(Reference(equations), Reference(typeof(stepper))))
+        _signatures.update(entry_points.signatures(Reference(equations), typeof(stepper)))
     loaded = len(model.loads) > 0
     return Calls(
         address(solve_state, _signatures["solve"]),

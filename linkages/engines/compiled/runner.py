@@ -15,6 +15,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices, Records
+from linkages.kernel.by_reference import packed
 from linkages.model.tables import IMPLICIT
 from linkages.planar.contacts import WIDTH
 from linkages.planar.ideal import Ideal
@@ -65,9 +66,9 @@ class Runner:
         if system.experiment.start == "equilibrium":  # contacts that are there from the start did not begin: no damping
             self.memory[:, 0] = np.inf
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
-        self._stepper = make_stepper(len(self.start))
+        self._stepper = packed(make_stepper(len(self.start)))
         self._calls = bind(self.model, self._stepper, self.implicit)
-        self._equations = self._with(self.memory, self.modes)
+        self._equations = packed(self._with(self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Addresses are those of this process: a copy in another one finds its own."""
@@ -112,7 +113,8 @@ class Runner:
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         times = np.asarray(times, dtype=np.float64)
-        evaluate(self.aside(), make_stepper(len(self.start)), self.tolerance, steps, times, out)
+        equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start)))
+        evaluate(equations, stepper, self.tolerance, packed(steps), times, *out)
         return out
 
     def summarise(self, ideal: Ideal, outputs: Records, steps: Steps, windows: Array, out: Array) -> bool:

@@ -10,33 +10,17 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
-import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from linkages.disk import keep, kept
+from linkages.disk import cache_directory, keep, kept
 from linkages.kernel import Array
 from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map, map_head
 
 _IDENTITY = b"FILMMAP1"
-
-
-def cache_directory() -> Path:
-    """Directory of the stored maps: LINKAGES_CACHE, or the platform's place for caches."""
-    named = os.environ.get("LINKAGES_CACHE")
-    if named:
-        return Path(named)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "linkages"
 
 
 def map_path(slenderness: float, cavitation: str = "guembel", nodes: int = NODES) -> Path:

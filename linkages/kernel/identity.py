@@ -1,0 +1,112 @@
+"""What a function is, by its content: its code, the values it refers to, and the functions that it calls.
+
+An edit of a function changes its own identity and those of the functions that call it, of no others; the same text in
+another folder or another process has the same identity. What is called by address is not a part of the caller.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+
+_OURS = __name__.partition(".")[0]
+
+
+@cache
+def toolchain() -> bytes:
+    """Identity of what compiles: this folder's text, the versions behind it, the processor."""
+    texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
+    codegen = numba.core.registry.cpu_target.target_context.codegen().magic_tuple()
+    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], codegen)
+    return hashlib.sha256(b"\0".join([*texts, repr(versions).encode()])).digest()
+
+
+@cache
+def identity(function: Any) -> str:
+    """Compute the digest of a function, plain or compiled, and of all that it refers to.
+
+    Raises
+    ------
+    TypeError
+        If it refers to something whose content is not known.
+    """
+    digest = hashlib.sha256(toolchain())
+    for part in _parts(function, set()):
+        digest.update(part)
+        digest.update(b"\0")
+    return digest.hexdigest()[:32]
+
+
+def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
+    """Give what distinguishes a value from others; what was met before is only named."""
+    if isinstance(kind := getattr(value, "kind", None), bytes):  # of a kernel
+        yield kind
+    value = getattr(value, "py_func", getattr(value, "_defn", value))  # of a kernel, of an intrinsic
+    if isinstance(value, FunctionType):
+        if value.__module__ not in sys.modules:  # typed in: code could not be given back to it
+            raise TypeError(f"{value.__qualname__} belongs to no module")
+        yield f"{value.__module__}.{value.__qualname__}".encode()
+        if id(value) in seen or not _known(value):
+            return
+        seen.add(id(value))
+        yield from _code(value.__code__)
+        yield repr(value.__defaults__).encode()
+        for cell in value.__closure__ or ():
+            yield from _parts(cell.cell_contents, seen)
+        for name in sorted(_names(value.__code__)):
+            if name in value.__globals__:
+                yield name.encode()
+                yield from _referred(value.__globals__[name], value.__code__, seen)
+    elif isinstance(value, np.ndarray):
+        yield repr((value.dtype, value.shape)).encode() + value.tobytes()
+    elif isinstance(value, tuple | list):
+        for item in value:
+            yield from _parts(item, seen)
+    elif isinstance(value, type | ModuleType) or callable(value):
+        yield repr(getattr(value, "__qualname__", value)).encode() + repr(getattr(value, "_fields", "")).encode()
+    elif value is None or isinstance(value, int | float | complex | str | bytes | np.generic | np.dtype):
+        yield repr(value).encode()
+    elif isinstance(value, numba.types.Type):
+        yield str(value).encode()
+    else:
+        raise TypeError(f"{type(value).__name__} in compiled code")
+
+
+def _referred(value: Any, code: CodeType, seen: set[int]) -> Iterator[bytes]:
+    """Give a global value's parts; of one of our modules, those of what is read of it."""
+    if isinstance(value, ModuleType) and value.__name__.partition(".")[0] == _OURS:
+        for name in sorted(_names(code)):
+            if hasattr(value, name):
+                yield from _parts(getattr(value, name), seen)
+    else:
+        yield from _parts(value, seen)
+
+
+def _known(function: FunctionType) -> bool:
+    """Whether a function's text counts: numba's and numpy's are known by their versions."""
+    return (function.__module__ or "").partition(".")[0] not in ("numba", "numpy", "math")
+
+
+def _code(code: CodeType) -> Iterator[bytes]:
+    yield code.co_code
+    yield repr((code.co_names, code.co_varnames, code.co_freevars)).encode()
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _code(constant)
+        else:
+            yield repr(constant).encode()
+
+
+def _names(code: CodeType) -> set[str]:
+    """Names that a function reads from outside, those of functions within it too."""
+    inner = (_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
+    return set(code.co_names).union(*inner)

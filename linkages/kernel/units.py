@@ -1,0 +1,131 @@
+"""Units of compiled code: each compiled once, and called by the others by its symbol.
+
+Numba puts the code of all that a function calls into the function, optimised once more at every level of calls. Here
+the callers of a unit know no more of it than its name, which says what it is (`linkages.kernel.identity`): so
+it is compiled once, and its code in one process or file fits all others. Parts, on the contrary, are made to
+be put into their callers; they are never machine code by themselves.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+from llvmlite import binding
+from numba.core import ir
+from numba.core.cgutils import normalize_ir_text
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.typed_passes import NopythonTypeInference
+
+from linkages.kernel.identity import identity
+
+
+class _Library(JITCodeLibrary):
+    """Code that is optimised once, as a whole: numba does so three times."""
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Take over what was compiled, not yet optimised."""
+        module = binding.parse_assembly(normalize_ir_text(str(ir_module)))
+        module.name = ir_module.name
+        module.data_layout = self._codegen._data_layout
+        self._final_module.link_in(module)
+
+
+class UnitLibrary(_Library):
+    """Code that its callers only declare."""
+
+    def _optimize_final_module(self) -> None:
+        """Optimise in one go."""
+        manager, builder = self._codegen._module_pass_manager()
+        manager.run(self._final_module, builder)
+
+    def _get_module_for_linking(self) -> Any:
+        self._ensure_finalized()
+        if self._shared_module is None:
+            self._shared_module = binding.parse_assembly(str(self._codegen._create_empty_module(self.name)))
+        return self._shared_module
+
+
+class PartLibrary(_Library):
+    """Code that is there for its callers alone."""
+
+    @property
+    def codegen(self) -> Any:
+        """Where numba sets what a function needs to raise errors: nowhere, as this code is in no place."""
+        return self
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Do nothing."""
+
+    def _optimize_final_module(self) -> None:
+        """Leave it to the callers."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)
+class _Ownership(FunctionPass):
+    """References to arrays are counted only in functions that make arrays or are handed new ones."""
+
+    _name = "ownership"
+
+    def __init__(self) -> None:
+        FunctionPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Switch the counting off where nothing is made."""
+        if not (_owns(state.return_type, state) or any(_makes(each, state) for each in state.calltypes)):
+            state.targetctx = state.targetctx.subtarget(enable_nrt=False)
+        return False
+
+
+def _makes(expression: Any, state: Any) -> bool:
+    """Whether an expression gives an array of its own: by a call, by arithmetic, by an array of indices."""
+    result = state.calltypes[expression]
+    if result is None or not isinstance(expression, ir.Expr):
+        return False
+    if expression.op == "getitem":
+        return _owns(state.typemap[expression.index.name], state)
+    return expression.op != "static_getitem" and _owns(result.return_type, state)
+
+
+def _owns(kind: Any, state: Any) -> bool:
+    """Whether values of a type hold memory whose owners are counted."""
+    return bool(state.targetctx.data_model_manager[kind].contains_nrt_meminfo())
+
+
+class _Named(Compiler):
+    """Names code by what the function is, so that names are the same in all processes."""
+
+    library: type[JITCodeLibrary]
+
+    def define_pipelines(self) -> list[Any]:
+        """Numba's own passes, and `_Ownership`."""
+        (passes,) = super().define_pipelines()
+        passes.add_pass_after(_Ownership, NopythonTypeInference)
+        passes.finalize()
+        return [passes]
+
+    def _compile_bytecode(self) -> Any:
+        state = self.state
+        with suppress(TypeError):  # not of known content: it is not kept either
+            state.func_id.unique_id = identity(state.func_id.func)
+        state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return super()._compile_bytecode()
+
+
+class UnitCompiler(_Named):
+    """Compiles to a unit."""
+
+    library = UnitLibrary
+
+
+class PartCompiler(_Named):
+    """Compiles to a part."""
+
+    library = PartLibrary
