@@ -86,6 +86,11 @@ def test_the_house_is_drawn_as_the_contracts_have_it():
     assert text.index("| `optim/cli` |") < text.index("| `linkages/system` |") < text.index("| `linkages/laws` |")
 
 
+def test_the_ports_in_the_docs_are_those_of_the_code():
+    text = (DOCS / "drake.md").read_text(encoding="utf-8")
+    assert generator("make_drake").page(text) == text
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_what_pages_name_is_there(page):
     """Modules and public names in code font, files of the repository, tests that prove a statement."""

@@ -14,6 +14,7 @@ from linkages import InputError, Status, simulate
 from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 from linkages.engines.drake.steps import Steps
+from linkages.planar.contacts import CLEARANCE_OUTPUTS
 
 
 def test_both_ports_share_one_evaluation_of_the_laws(seven_bar, monkeypatch):
@@ -36,6 +37,44 @@ def test_both_ports_share_one_evaluation_of_the_laws(seven_bar, monkeypatch):
     root.SetContinuousState(root.get_continuous_state_vector().CopyToVector() * 1.0000001)
     diagram.EvalTimeDerivatives(root)
     assert len(calls) == 2
+
+
+def test_ports_are_the_documented_ones(seven_bar):
+    from make_drake import ports
+
+    powered = seven_bar.replaced({"drives.O4.torque": 0.0})
+    linkage = build_diagram(powered)[1]
+    assert tuple(JOINT_OUTPUTS)[: len(CLEARANCE_OUTPUTS)] == CLEARANCE_OUTPUTS
+    for system in (linkage.clearance, linkage.drives):
+        there = {system.get_input_port(k).get_name() for k in range(system.num_input_ports())}
+        there |= {system.get_output_port(k).get_name() for k in range(system.num_output_ports())}
+        said = {name for name, _, _ in ports(type(system))}
+        drives = {f"{name}.speed" for name in ("O1", "O4")} | {"O4.torque"}
+        assert there == {name for name in said if "DRIVE" not in name} | (drives if system is linkage.drives else set())
+
+
+def test_a_motor_with_speed_and_torque_ports(seven_bar):
+    """Torque on a powered crank through its own port, and as a generalised force: the same motion."""
+    system = seven_bar.replaced({"drives.O1.torque": 0.0, "duration": 0.01})
+    states = []
+    for way in ("torque", "external"):
+        builder = DiagramBuilder()
+        linkage = add_linkage(builder, system, external=way == "external")
+        force = np.zeros(linkage.plant.num_velocities())
+        dof = linkage.place.velocities[system.tree.coordinates.index("O1")]
+        force[dof] = 0.3
+        source = builder.AddSystem(ConstantVectorSource(force if way == "external" else [0.3]))
+        builder.Connect(source.get_output_port(), linkage.external if way == "external" else linkage.torque("O1"))
+        simulator = Simulator(builder.Build())
+        root = simulator.get_mutable_context()
+        linkage.set_initial_state(root)
+        assert linkage.advance(simulator, 0.01) is Status.OK
+        states.append(root.get_continuous_state_vector().CopyToVector())
+        speed = linkage.speed("O1").Eval(linkage.drives.GetMyContextFromRoot(root))
+        assert speed == states[-1][linkage.place.v[system.tree.coordinates.index("O1")]]
+        torques = linkage.drives.get_torques_output_port().Eval(linkage.drives.GetMyContextFromRoot(root))
+        assert torques[-1] == (0.3 if way == "torque" else 0.0)
+    np.testing.assert_allclose(states[0], states[1], rtol=1e-9, atol=1e-12)
 
 
 def test_joints_port_can_be_logged_in_a_diagram_of_the_users(seven_bar):

@@ -25,8 +25,21 @@ from linkages.system import System
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Entries of each joint's block of the output port "joints".
-JOINT_OUTPUTS = (*CLEARANCE_OUTPUTS, "eccentricity_ratio", "attitude")
+#: Entries of each contact's block of the output port "joints": `CLEARANCE_OUTPUTS`, and what follows from them.
+JOINT_OUTPUTS = {
+    "ex": "eccentricity vector, from the bearing's centre to the journal's, along x_P [m]",
+    "ey": "the same along y_P [m]",
+    "fx": "force on the journal along x_P [N]",
+    "fy": "the same along y_P [N]",
+    "couple": "couple on the journal [N m]",
+    "penetration": "overlap of journal and bearing, negative: their gap [m]",
+    "closing": "rate of the penetration [m/s]",
+    "sliding": "sliding speed of the journal's surface [m/s]",
+    "load": "normal load of the contact, without the film's [N]",
+    "bristle_rate": "rate of LuGre's bristles [m/s]",
+    "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
+    "attitude": "angle of the eccentricity vector [rad]",
+}
 
 _PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
 _CLOSING = CLEARANCE_OUTPUTS.index("closing")
@@ -42,13 +55,11 @@ class ClearanceJoints(LeafSystem):
       State [q; v] of the plant.
     - ``evaluation``: output, (nv + WIDTH nc,).
       Generalised forces, then `CLEARANCE_OUTPUTS` of each contact (a journal has one, a guide four): for `Drives`, a
-      callback cheaper than ``generalized_force``.
+      callback cheaper than `generalized_force`.
     - ``generalized_force``: output, (nv,).
       For the plant's applied generalised forces [N m, N].
     - ``joints``: output, (len(JOINT_OUTPUTS) nc,).
-      For each contact `JOINT_OUTPUTS`: eccentricity vector ex, ey [m]; force on the journal fx, fy [N] and couple on
-      it [N m]; penetration [m], its rate and the sliding speed [m/s]; rate of the bristles [m/s]; eccentricity
-      ratio [1]; attitude angle of the eccentricity [rad]. Plane axes.
+      For each contact `JOINT_OUTPUTS`.
 
     The laws are evaluated once for each state: the other ports read the cached value of ``evaluation``.
 
@@ -97,7 +108,7 @@ class ClearanceJoints(LeafSystem):
         return self._evaluation
 
     def get_force_output_port(self) -> OutputPort:
-        """Output port ``generalized_force``."""
+        """Output port `generalized_force`."""
         return self._force
 
     def get_joints_output_port(self) -> OutputPort:

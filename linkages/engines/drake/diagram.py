@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
 from linkages.engines.drake.clearance import ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
+from linkages.errors import Status
+from linkages.results.trajectory import Progress
 from linkages.system import System
 
 
@@ -50,8 +53,44 @@ class Linkage:
         self.plant.SetPositions(context, q)
         self.plant.SetVelocities(context, v)
 
+    def advance(self, simulator: Simulator, until: float, progress: Progress | None = None) -> Status:
+        """Advance a simulator of a diagram with this linkage, where `Simulator.AdvanceTo` may stall.
 
-def add_linkage(builder: DiagramBuilder, system: System, *, external: bool = False) -> Linkage:
+        Drake's integrators have habits that spoil steps (`linkages.engines.drake.steps`): with the stiffness of a film
+        they may creep on in steps of nanoseconds. Here that is noticed, and the integrator begins anew. The simulator
+        gets the integrator of the experiment's `solver`, and its monitor is used; none is left.
+
+        Parameters
+        ----------
+        simulator : Simulator
+            Of the whole diagram.
+        until : float
+            Time [s].
+        progress : callable, optional
+            Called with the simulated time [s] after every step.
+
+        Returns
+        -------
+        Status
+            OK; TOO_MANY_STEPS where the end is out of reach, as of a machine in millimetres; STEP_SIZE_COLLAPSE. The
+            simulator stands where it got to.
+        """
+        from linkages.engines.drake.simulation import advance
+
+        return advance(self, simulator, until, progress)
+
+    def speed(self, drive: str) -> OutputPort:
+        """Output port of a driven joint's speed, (1,) [rad/s or m/s]."""
+        return self.drives.GetOutputPort(f"{drive}.speed")
+
+    def torque(self, drive: str) -> InputPort:
+        """Input port of a torque (force) added to that of a drive by torque, (1,) [N m or N]; zero if not connected."""
+        return self.drives.GetInputPort(f"{drive}.torque")
+
+
+def add_linkage(
+    builder: DiagramBuilder, system: System, *, external: bool = False, meshcat: Meshcat | None = None
+) -> Linkage:
     """Add a linkage with its clearance joints and drives to a diagram under construction.
 
     Parameters
@@ -61,6 +100,8 @@ def add_linkage(builder: DiagramBuilder, system: System, *, external: bool = Fal
         From `linkages.load`.
     external : bool
         Whether to provide an input for generalised forces of the user's own systems (`Linkage.external`).
+    meshcat : Meshcat, optional
+        Shows the linkage while it runs.
 
     Raises
     ------
@@ -73,6 +114,8 @@ def add_linkage(builder: DiagramBuilder, system: System, *, external: bool = Fal
     plant.mutable_gravity_field().set_gravity_vector(system.experiment.gravity)
     instance = add_tree(plant, tree)
     plant.Finalize()
+    if meshcat is not None:
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
     place = state_place(plant, tree, instance)
     state, clearance, port = plant.get_state_output_port(), None, None
     if tree.play:
@@ -115,9 +158,7 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
         Its systems; `Linkage.set_initial_state` puts the assembled state into a context.
     """
     builder = DiagramBuilder()
-    linkage = add_linkage(builder, system)
-    if meshcat is not None:
-        MeshcatVisualizer.AddToBuilder(builder, linkage.scene_graph, meshcat)
+    linkage = add_linkage(builder, system, meshcat=meshcat)
     diagram = builder.Build()
     diagram.set_name(system.mechanism.name)
     return diagram, linkage

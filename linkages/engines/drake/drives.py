@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
@@ -31,6 +33,10 @@ class Drives(LeafSystem):
     - ``applied``: input, (nv + extra,).
       Every other generalised force that acts on the plant; from `ClearanceJoints`, or summed with the user's own.
       Entries after the first nv are not read.
+    - ``DRIVE.torque``: input, (1,), for each drive by torque.
+      Added to its torque [N m] or force [N]; zero if not connected.
+    - ``DRIVE.speed``: output, (1,), for each drive.
+      Rate of its joint [rad/s or m/s].
     - ``generalized_force``: output, (nv,).
       `applied` plus the forces of loads, drives and loops: for the plant's applied generalised forces.
     - ``torques``: output, (nd,).
@@ -69,13 +75,15 @@ class Drives(LeafSystem):
         )
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
-        needs = {
-            self.time_ticket(),
-            self.input_port_ticket(self._state.get_index()),
-            self.input_port_ticket(self._applied.get_index()),
-        }
+        self._powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
+        inputs = (self._state, self._applied, *self._powers)
+        needs = {self.time_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
         self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
         self._torques = self.DeclareVectorOutputPort("torques", len(self.joints), self._give_torques, needs)
+        dofs = [*tree.driven_dofs, *tree.powered_dofs]
+        for name, dof in zip(self.joints, dofs, strict=True):
+            give = partial(self._give_speed, place.v[dof])
+            self.DeclareVectorOutputPort(f"{name}.speed", 1, give, {self.input_port_ticket(self._state.get_index())})
 
     def get_state_input_port(self) -> InputPort:
         """Input port ``state``."""
@@ -100,16 +108,28 @@ class Drives(LeafSystem):
         return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
 
     def _solve(self, context: Context) -> tuple[Array, Array]:
-        return driven_forces(
+        applied, given = self._applied.Eval(context), [port.HasValue(context) for port in self._powers]
+        added = np.zeros(len(self.joints))
+        if any(given):
+            applied, first = np.array(applied), len(self.joints) - len(self._powers)
+            for k, port in enumerate(self._powers):
+                if given[k]:
+                    added[first + k] = port.Eval(context)[0]
+                    applied[self._place.velocities[self._tree.powered_dofs[k]]] += added[first + k]
+        force, drive = driven_forces(
             *self._model,
             context.get_time(),
             self._state.Eval(context),
             self._place.q,
             self._place.v,
-            self._applied.Eval(context),
+            applied,
             self._place.velocities,
             self._place.num_velocities,
         )
+        return force, drive + added
+
+    def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:
+        output.SetAtIndex(0, self._state.Eval(context)[place])
 
     def _give_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._solve(context)[0])
