@@ -125,7 +125,7 @@ class CodeCache:
             return
         library._ensure_finalized()
         functions = list(library._final_module.functions)
-        needs = tuple(_files[f.name] for f in functions if f.is_declaration and f.name in _files)
+        needs = tuple((_files[f.name], f.name) for f in functions if f.is_declaration and f.name in _files)
         if isinstance(library, UnitLibrary):
             code, symbols = library._get_compiled_object(), _defined(library)
             _files.update(dict.fromkeys(symbols, name))
@@ -178,7 +178,7 @@ def _read(name: str) -> Code | None:
     if place is None or content is None:
         return None
     library_name, needs, symbols, code, result = pickle.loads(content)
-    if not all(_load(need) for need in needs):
+    if not all(_load(need) and _files.get(symbol) == need for need, symbol in needs):
         return None
     with suppress(OSError):
         if time.time() - _path(place, name).stat().st_mtime > _FRESH:

@@ -8,6 +8,7 @@ be put into their callers; they are never machine code by themselves.
 
 from __future__ import annotations
 
+import hashlib
 from contextlib import suppress
 from typing import Any
 
@@ -17,6 +18,7 @@ from numba.core.cgutils import normalize_ir_text
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_machinery import FunctionPass, register_pass
+from numba.core.funcdesc import default_mangler
 from numba.core.typed_passes import NopythonTypeInference
 
 from linkages.kernel.identity import identity
@@ -98,6 +100,12 @@ def _owns(kind: Any, state: Any) -> bool:
     return bool(state.targetctx.data_model_manager[kind].contains_nrt_meminfo())
 
 
+def _mangled(name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> str:
+    """Name code by its types' full names: numba numbers types of records, otherwise in each process."""
+    digest = hashlib.sha256(" ".join(map(str, kinds)).encode()).hexdigest()[:32]
+    return str(default_mangler(name, (), abi_tags=(*abi_tags, digest), uid=uid))
+
+
 class _Named(Compiler):
     """Names code by what the function is, so that names are the same in all processes."""
 
@@ -114,6 +122,7 @@ class _Named(Compiler):
         state = self.state
         with suppress(TypeError):  # not of known content: it is not kept either
             state.func_id.unique_id = identity(state.func_id.func)
+        state.targetctx.mangler = _mangled
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         return super()._compile_bytecode()
