@@ -8,12 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from linkages.errors import InputError
+from linkages.files.toml import validate
 from linkages.results.impacts import Impact, read_impacts
-
-# what a summary must have, see docs/outputs.md
-_KEYS = (
-    "engine", "duration", "status", "mechanism", "outputs", "joints", "drives", "ideal", "error", "provenance",
-)  # fmt: skip
+from linkages.results.shape import Summary
 
 #: Figures with their captions, in the order of reading; the outputs' come first.
 FIGURES = {
@@ -105,12 +102,12 @@ def _summary(folder: Path) -> dict[str, Any]:
         summary = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise InputError(str(folder), "summary.json", f"is not there; {hint}") from None
-    except (OSError, ValueError) as problem:
+    except (OSError, ValueError, RecursionError) as problem:
         raise InputError(str(path), "", f"cannot be read ({problem}); {hint}") from None
-    missing = [key for key in _KEYS if not isinstance(summary, dict) or key not in summary]
-    if missing:
-        raise InputError(str(path), missing[0], f"is missing: not a summary of `linkages simulate`; {hint}")
-    return dict(summary)
+    if not isinstance(summary, dict):
+        raise InputError(str(path), "", f"is not a summary of `linkages simulate`; {hint}")
+    validate(Summary, summary, path)
+    return summary
 
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:

@@ -165,7 +165,8 @@ stiffness = 50.0
 free_length = 0.2
 """
     summary = summarize(study(system_of(BLOCK, toml), engine))
-    assert summary["loads"]["P"] == {"force": {"peak": 3.0}, "work": 0.0}
+    assert summary["loads"]["P"]["force"]["peak"] == 3.0
+    assert summary["loads"]["P"]["work"] == 0.0
     spring = summary["loads"]["S"]
     assert spring["force"]["peak"] == pytest.approx(50.0 * 0.1, rel=1e-6)
     released = 25.0 * 0.1**2 * (1.0 - np.cos(5.0 * 0.9) ** 2)

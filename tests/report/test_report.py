@@ -3,12 +3,17 @@
 import html
 import json
 import math
+import random
 import re
 import shutil
+from copy import deepcopy as copy_of
+from functools import reduce
 from html.parser import HTMLParser
+from operator import getitem
 
 import pytest
 
+from linkages import InputError
 from linkages.cli.main import main
 from linkages.model.experiment import load_experiment
 from linkages.report import load_results
@@ -193,8 +198,8 @@ BAD = {
     "no folder": (lambda folder: shutil.rmtree(folder), "is not a folder"),
     "no summary": (lambda folder: (folder / "summary.json").unlink(), "summary.json: is not there"),
     "no JSON": (lambda folder: (folder / "summary.json").write_text("{"), "cannot be read"),
-    "another summary": (lambda folder: (folder / "summary.json").write_text("{}"), "engine: is missing"),
-    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "engine: is missing"),
+    "another summary": (lambda folder: (folder / "summary.json").write_text("{}"), "is missing"),
+    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "is not a summary"),
     "broken contacts": (lambda folder: (folder / "impacts.csv").write_text("joint,start\nB,1\n"), "list of contacts"),
 }  # fmt: skip
 
@@ -209,6 +214,47 @@ def test_what_is_no_folder_of_results_is_bad_input(copy, capsys, case):
     assert reason in error
     assert "\n" not in error
     assert not (copy / "report.html").exists()
+
+
+def places(part, path=()):
+    """Paths of everything in nested tables and lists."""
+    yield path
+    items = part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ()
+    for key, value in items:
+        yield from places(value, (*path, key))
+
+
+def damaged(summary, path, value):
+    """A summary with another value at a path, or with nothing there."""
+    if not path:
+        return value
+    spoilt = copy_of(summary)
+    *way, last = path
+    part = reduce(getitem, way, spoilt)
+    if value is ...:
+        del part[last]
+    else:
+        part[last] = value
+    return spoilt
+
+
+def test_a_damaged_summary_is_told_or_refused_in_one_line(copy):
+    """Any value replaced or left out: no page, or a page of what is there; never another error."""
+    summary, tried, refused, told = load_results(copy).summary, 0, 0, 0
+    sample = random.Random(14)
+    for path in sample.sample(sorted(places(summary), key=str), 60):
+        for value in sample.sample([None, "x", 3, -1.5, [], {}, [1], math.nan, ...], 2):
+            if (path, value) == ((), ...):
+                continue
+            (copy / "summary.json").write_text(json.dumps(damaged(summary, path, value)))
+            try:
+                results = load_results(copy)
+            except InputError as problem:
+                refused += bool(re.fullmatch(r".*summary\.json: .+", str(problem)))
+            else:
+                told += bool(render(results))
+    assert told > 10
+    assert refused + told == tried
 
 
 def test_a_page_that_cannot_be_written_is_bad_input(copy, capsys):

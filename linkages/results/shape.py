@@ -1,0 +1,170 @@
+"""The shape of ``summary.json``, to check what is read: docs/outputs.md tells what its keys mean."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import ConfigDict, Field, model_validator
+
+from linkages.errors import Status
+from linkages.files.toml import Finite, NonNegative, Table, leaves
+from linkages.model.experiment import Experiment
+
+_Number = Finite | None  # null where it means nothing
+_Status = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]
+
+
+class _Part(Table):
+    """An object of the file; keys that it need not have are left alone."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class _Extremes(_Part):
+    min: _Number
+    max: _Number
+    peak: _Number
+    time: _Number = None
+
+
+class _Peak(_Part):
+    peak: _Number
+    time: _Number = None
+
+
+class _Ratio(_Part):
+    peak: Finite
+
+
+class _Joint(_Part):
+    model: str
+    force: _Peak
+    eccentricity_ratio: _Ratio | None = None
+    contact_fraction: Finite | None = None
+    impacts: int | None = Field(None, ge=0)
+
+    @model_validator(mode="after")
+    def _goes_together(self) -> Self:
+        if (self.force.peak is None) != (self.force.time is None):
+            raise ValueError("force: a peak goes with its time")
+        for key in ("eccentricity_ratio", "contact_fraction", "impacts"):
+            if (self.model == "ideal") != (getattr(self, key) is None):
+                raise ValueError(f"{key}: goes with a model that is not ideal")
+        return self
+
+
+class _Drive(_Part):
+    torque: _Peak
+    unit: str
+    work: _Number
+
+
+class _Load(_Part):
+    force: _Peak | None = None
+    torque: _Peak | None = None
+    work: _Number
+
+
+class _Numbers(_Part):
+    outputs: dict[str, _Extremes]
+    joints: dict[str, _Joint]
+    drives: dict[str, _Drive]
+    loads: dict[str, _Load] = Field({})
+
+    def lacks(self, other: _Numbers) -> str:
+        """Name what is among other numbers and not among these; "" if nothing is."""
+        for kind in ("outputs", "joints", "drives", "loads"):
+            for name in getattr(other, kind):
+                if name not in getattr(self, kind):
+                    return f"{kind}.{name}"
+        return ""
+
+
+class _Ideal(_Numbers):
+    status: _Status
+
+
+class _Window(_Numbers):
+    start: Finite = Field(alias="from")
+    to: Finite
+    ideal: _Numbers
+    error: dict[str, _Number]
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if missing := self.ideal.lacks(self):
+            raise ValueError(f"ideal.{missing} is missing")
+        return self
+
+
+class _Cut(_Part):
+    play: list[str]
+    ideal: list[str]
+
+
+class _Mechanism(_Part):
+    name: str
+    mobility: int
+    driven: list[str]
+    cut: _Cut
+    quality: _Number
+    loop_error: Finite
+
+
+class _Motion(_Part):
+    kind: str | None
+    why: str
+    period: _Number
+    periods: int | None
+    since: _Number
+
+
+class _Warning(_Part):
+    kind: str
+    time: _Number
+    what: str
+    remedy: str
+
+
+class _Ran(Experiment):
+    file: str
+
+
+class _Provenance(_Part):
+    versions: dict[str, str | None]
+    experiment: _Ran
+    sources: dict[str, str]
+    run: dict[str, str | Finite]
+    wall_time: NonNegative
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        known = {path for path, _ in leaves(self.experiment.model_dump(exclude_unset=True))}
+        if missing := self.sources.keys() - known:
+            raise ValueError(f"experiment.{min(missing)} has a source and no value")
+        return self
+
+
+class Summary(_Numbers):
+    """What a summary of a run must have."""
+
+    engine: str
+    duration: NonNegative
+    status: _Status
+    mechanism: _Mechanism
+    ideal: _Ideal
+    motion: _Motion
+    report: str
+    error: dict[str, _Number]
+    warnings: list[_Warning]
+    windows: dict[str, _Window]
+    provenance: _Provenance
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        for where, numbers in (("ideal", self.ideal), *((f"windows.{k}", w) for k, w in self.windows.items())):
+            if missing := numbers.lacks(self):
+                raise ValueError(f"{where}.{missing} is missing")
+        if self.report != "whole" and self.report not in self.windows:
+            raise ValueError(f'report: there is no window "{self.report}"')
+        return self
