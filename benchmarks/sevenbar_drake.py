@@ -18,7 +18,8 @@ from seven_bar_reference import orbit_error, reference
 
 from linkages import load
 from linkages.engines.drake import build_diagram
-from linkages.engines.drake.simulation import _advance, _set_up, _Watch
+from linkages.engines.drake.simulation import _Watch
+from linkages.engines.drake.steps import Steps
 from linkages.files.shipped import data_folder
 
 
@@ -28,13 +29,13 @@ def one_run(system):
     simulator = Simulator(diagram)
     root = simulator.get_mutable_context()
     linkage.set_initial_state(root)
-    integrator = _set_up(simulator, system)
-    watch = _Watch(linkage, None)
+    watch = _Watch(linkage, Steps(simulator, system), None)
     simulator.set_monitor(watch)
     start = time.perf_counter()
-    _advance(simulator, integrator, watch.steps, system.experiment.duration)
+    simulator.Initialize()
+    watch.steps.advance(system.experiment.duration)
     wall = time.perf_counter() - start
-    evaluations = watch.steps.evaluations + integrator.get_num_derivative_evaluations()
+    evaluations = watch.steps.evaluations
     context = linkage.clearance.GetMyContextFromRoot(root)
     orbit = []
     for t, x in zip(watch.times, watch.states, strict=True):

@@ -244,7 +244,7 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
     assert main(["doctor"]) == 1
     shown = capsys.readouterr().out
     wrong = re.findall(r"^WRONG (\S+)", shown, re.M)
-    assert wrong[:5] == ["numpy", "no-such-package", "data", "film", "self-check,"]
+    assert wrong[:6] == ["numpy", "no-such-package", "data", "compile", "film", "self-check,"]
     assert 'run `pip install -U "numpy>=999"`' in shown
     assert "set LINKAGES_CACHE to a folder that can be written" in shown
     assert "OSError: no such library" in shown

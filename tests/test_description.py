@@ -14,7 +14,7 @@ from linkages.cli.main import main
 from linkages.cli.options import seconds
 from linkages.cli.sweep import parse_range
 from linkages.files.drafting import body
-from linkages.files.units import si
+from linkages.files.units import si, without_units
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 TEXTS = {
@@ -202,6 +202,13 @@ def test_values_of_the_command_line_have_units():
     assert path == "joints.A.clearance"
     assert values == pytest.approx([1e-4, 2e-4, 3e-4])
     assert seconds("20 ms") == pytest.approx(0.02)
+
+
+def test_an_exponent_is_no_unit():
+    """Two parts in ten thousand, and not two of e to the -4."""
+    assert (seconds("2e-4"), si("2e-4 mm", "m")) == (2e-4, pytest.approx(2e-7))
+    assert parse_range("joints.A.clearance=5e-5:2E-4:2")[1] == [5e-5, 2e-4]
+    assert without_units("2e-4*a + 3e2 mm", {"a"}) == "2e-4*a + 0.3"
 
 
 @pytest.mark.slow

@@ -6,11 +6,12 @@ import re
 from functools import cache
 from typing import Any
 
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_UNSIGNED = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"  # whole: 2e-4 is no 2 of the unit e-4
+_NUMBER = rf"[-+]?{_UNSIGNED}"
 _NAME = r"[A-Za-zµμ°%]+"
 _FACTOR = rf"{_NAME}(?:\^?-?\d)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
-_IN_FORMULA = re.compile(rf"(?<![\w.])(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+)\s*({_FACTOR})(?![\w.(])")
+_IN_FORMULA = re.compile(rf"(?<![\w.])({_UNSIGNED})\s*({_FACTOR})(?![\w.(])")
 
 #: What a sliding joint has where a turning one has this.
 SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}

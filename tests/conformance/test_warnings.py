@@ -37,7 +37,7 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
     assert "another branch crosses there" in warning["what"]
     for numbers in (summary, summary["ideal"]):
         assert all(joint["force"] == {"peak": None, "time": None} for joint in numbers["joints"].values())
-        assert numbers["drives"]["O"] == {"torque": {"peak": None}, "unit": "N m", "work": None}
+        assert numbers["drives"]["O"] == {"torque": {"peak": None, "time": None}, "unit": "N m", "work": None}
         assert numbers["outputs"]["follower.alpha"]["peak"] is None
         assert numbers["outputs"]["follower.angle"]["min"] == pytest.approx(1.0)
     assert warning["what"] in format_summary(summary)
