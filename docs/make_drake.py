@@ -1,5 +1,6 @@
 """Writes the tables of ports in docs/drake.md from the code: ``python docs/make_drake.py``."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -12,8 +13,8 @@ START, END = "<!-- ports: docs/make_drake.py -->\n", "<!-- ports end -->\n"
 
 def ports(system: type) -> list[tuple[str, str, str]]:
     """Name, direction with size, and meaning of each port in a system's docstring."""
-    text = (system.__doc__ or "").partition("Ports\n    -----\n")[2].partition("\n\n")[0]
-    found = re.findall(r"- ``([\w.]+)``: (.*?)\n((?:      .*\n?)+)", text + "\n")
+    text = (inspect.getdoc(system) or "").partition("Ports\n-----\n")[2].partition("\n\n")[0]
+    found = re.findall(r"- ``([\w.]+)``: (.*?)\n((?:  .*\n?)+)", text + "\n")
     return [(name, kind.rstrip("."), " ".join(meaning.split())) for name, kind, meaning in found]
 
 
