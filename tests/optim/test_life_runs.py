@@ -61,13 +61,13 @@ def test_the_life_until_a_depth_is_the_exact_pockets(study):
 
 @pytest.mark.slow
 def test_the_optimum_of_the_shipped_study_stands_in_finer_runs():
-    """What the study finds, 39 kN/m: its life at half the tolerance, beside its neighbours'."""
+    """What the study finds, 38.5 kN/m: its life at half the tolerance, beside its neighbours'."""
     study = load_study(find_study("slidercrank_life"))
     finer = study.file.lives["pocket"].model_copy(update={"tolerance": 5e-6})
-    below, best, above = (cycles_of(study.system(np.array([k])), finer) for k in (20e3, 39365.0, 60e3))
+    below, best, above = (cycles_of(study.system(np.array([k])), finer) for k in (20e3, 38497.0, 60e3))
     assert best > 1.2 * below
     assert best > 1.2 * above
-    found = Evaluator(study)(np.array([[39365.0]])).objectives[0, 0]
+    found = Evaluator(study)(np.array([[38497.0]])).objectives[0, 0]
     assert found == pytest.approx(best, rel=0.1)  # the depth to 1e-5 of 5e-5 m
 
 
