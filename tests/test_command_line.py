@@ -114,6 +114,21 @@ def test_quiet_prints_nothing_and_verbose_says_how(experiment_file, tmp_path, ca
     assert capsys.readouterr().err.startswith("error: ")  # errors are never quiet
 
 
+LOADED = """
+import sys
+import linkages
+
+linkages.simulate(linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 1e-5}), "compiled")
+print(*sys.modules)
+"""
+
+
+def test_a_compiled_run_imports_neither_drake_nor_what_scipy_computes_with():
+    """They would take a second of every command."""
+    done = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+    assert not {"pydrake", "scipy.optimize", "scipy.interpolate", "scipy.sparse", "pint"} & set(done.stdout.split())
+
+
 ANNOUNCED = """
 import numba
 from linkages.cli import progress

@@ -23,7 +23,6 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import Akima1DInterpolator
 
 from linkages.errors import Status
 from linkages.results.trajectory import Trajectory
@@ -214,4 +213,6 @@ def _states(system: System, run: Trajectory, times: Array) -> Array:
             columns += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
     if not columns:
         return np.zeros((len(times), 0))
+    from scipy.interpolate import Akima1DInterpolator  # takes a third of a second to import
+
     return np.asarray(Akima1DInterpolator(run.time, np.array(columns).T, method="makima")(times))

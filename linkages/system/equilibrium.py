@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, root
 
 from linkages.errors import InputError
 from linkages.planar.contacts import Motion, contact_action, contact_motion
@@ -124,6 +123,8 @@ class _Joint:
 
     def _journal(self, wanted: Array) -> Array:
         """Every direction is alike in a round bearing: the distance gives the size, the direction follows."""
+        from scipy.optimize import brentq, root  # takes half a second to import
+
         law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
         clearance, can_touch = float(law["clearance"]), bool(self.system.touching[self.contacts[0]])
 
@@ -165,6 +166,8 @@ class _Joint:
 
     def _balanced(self, excess: Callable[[float], float], scale: float, arm: float) -> float:
         """Find where an excess of force, or over an arm of moment, that falls with the place is zero."""
+        from scipy.optimize import brentq
+
         if excess(0.0) == 0.0:
             return 0.0
         side = scale if excess(0.0) > 0.0 else -scale
