@@ -11,9 +11,10 @@ from linkages.files.writing import OutputFolder
 #: What stays in a folder of each command, and of reports and exports of it; by the first it is known whose it is.
 _WRITTEN = {
     "simulate": (
-        "summary.json", "trajectory.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet", "trajectory.nc",
-        "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "impacts.png", "joint_forces.png",
-        "drive_torques.png", "animation.html", "drawing.html", "drawing.png", "drawing.svg", "report.html",
+        "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
+        "trajectory.nc", "impacts.csv", "impacts_normal.csv", "output_*.png", "orbits.png", "guides.png", "impacts.png",
+        "joint_forces.png", "drive_torques.png", "animation.html", "drawing.html", "drawing.png", "drawing.svg",
+        "report.html",
     ),
     "compare": ("compare.json", "warnings.json"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.png"),

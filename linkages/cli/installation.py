@@ -21,27 +21,8 @@ from linkages.engines import ENGINES
 from linkages.errors import Status
 from linkages.files.shipped import data_folder
 
-_GRAVITY, _CLEARANCE, _MASS, _STIFFNESS = 9.81, 1e-3, 1.0, 1e9  # m/s2, m, kg, N/m^1.5
 _PLACE = "set NUMBA_CACHE_DIR to a folder that can be written"
 _TOLERANCE = 1e-6  # relative, of the self-check; the runs of both engines are ten times as accurate
-
-_DROP_SDF = f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="drop">
-<link name="journal"><inertial><mass>{_MASS}</mass>
-<inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
-<joint name="J" type="revolute"><parent>world</parent><child>journal</child><axis><xyz>0 0 1</xyz></axis>
-<linkages:bearing><linkages:radius>0.01</linkages:radius><linkages:length>0.02</linkages:length></linkages:bearing>
-</joint></model></sdf>"""
-
-_DROP_TOML = f"""mechanism = "drop.sdf"
-duration = 0.0155
-gravity = [0.0, {-_GRAVITY}, 0.0]
-[joints.J]
-model = "dry"
-clearance = {_CLEARANCE}
-contact = {{law = "lankarani-nikravesh", restitution = 1.0, stiffness = {_STIFFNESS}}}
-[solver]
-accuracy = 1e-12
-"""
 
 
 @dataclass(frozen=True)
@@ -162,43 +143,23 @@ def figures() -> Finding:
 
 
 def self_check(engine: str) -> Finding:
-    """Drop a journal in its bearing, and compare its impact with closed forms.
+    """Drop a journal in its bearing, and compare its impact with closed forms; see `linkages.engines.drop`."""
+    from linkages.engines.drop import CLEARANCE, GRAVITY, deepest, drop
+    from linkages.engines.study import simulate
+    from linkages.results.impacts import impacts
 
-    A centred journal under gravity g meets the wall after sqrt(2 c/g) with the speed sqrt(2 c g). Its largest
-    penetration d follows from the energy of an elastic contact of force K d^1.5: m g (c + d) = K d^2.5 / 2.5.
-    """
     begin = time.perf_counter()
-    found = _drop(engine)
+    run = simulate(drop(), engine)
+    if run.status is not Status.OK:
+        raise RuntimeError(f"the run ended with the status {run.status.value}")
+    (contact,) = impacts(run, ["J"])
     took = time.perf_counter() - begin
-    exact = (sqrt(2 * _CLEARANCE / _GRAVITY), sqrt(2 * _CLEARANCE * _GRAVITY), _deepest())
+    found = contact.start, contact.approach_speed, contact.peak_penetration
+    exact = (sqrt(2 * CLEARANCE / GRAVITY), sqrt(2 * CLEARANCE * GRAVITY), deepest())
     error = max(abs(value / known - 1.0) for value, known in zip(found, exact, strict=True))
     text = f"time, speed and depth of an impact agree with closed forms to {error:.1e}, in {took:.1f} s"
     remedy = f"more than {_TOLERANCE:g}: remove the compile cache, then try once more"
     return Finding(f"self-check, {engine}", text, "" if error < _TOLERANCE else remedy)
-
-
-def _drop(engine: str) -> tuple[float, float, float]:
-    """Run the drop; returns start [s], approach speed [m/s] and depth [m] of its contact."""
-    from linkages.engines.study import simulate
-    from linkages.results.impacts import impacts
-    from linkages.system import load
-
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "drop.sdf").write_text(_DROP_SDF, encoding="utf-8")
-        (Path(folder) / "drop.toml").write_text(_DROP_TOML, encoding="utf-8")
-        run = simulate(load(Path(folder) / "drop.toml"), engine)
-    if run.status is not Status.OK:
-        raise RuntimeError(f"the run ended with the status {run.status.value}")
-    (contact,) = impacts(run, ["J"])
-    return contact.start, contact.approach_speed, contact.peak_penetration
-
-
-def _deepest() -> float:
-    """Depth at which the contact has taken up the energy of the fall [m]."""
-    depth = 0.0
-    for _ in range(20):  # each brings it forty times closer
-        depth = (2.5 * _MASS * _GRAVITY * (_CLEARANCE + depth) / _STIFFNESS) ** 0.4
-    return depth
 
 
 def _writable(folder: Path) -> bool:

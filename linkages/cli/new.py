@@ -14,6 +14,7 @@ HELP = "write a commented machine (.sdf) and experiment (.toml) to begin with"
 _EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
   linkages new press --model dry --out machines
+  linkages new saw --flexible                              a slider-crank whose rod bends
   linkages new jansen --from leg.toml                      from points, links and parameters
 """
 
@@ -32,11 +33,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--from", dest="source", type=Path, metavar="FILE", help="description of the machine: points, links, parameters"
     )
-    parser.add_argument(
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument(
         "--model",
         choices=("lubricated", "dry"),
         default="lubricated",
         help="model of the joint with play; default: %(default)s",
+    )
+    kind.add_argument(
+        "--flexible",
+        dest="model",
+        action="store_const",
+        const="flexible",
+        help="a slider-crank whose rod bends, instead of a four-bar with play",
     )
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="default: the current folder")
 
@@ -66,10 +75,11 @@ def template_files(name: str, model: str) -> tuple[str, str]:
     name : str
         Replaces ``@NAME@`` in the templates.
     model : str
-        "lubricated" or "dry".
+        "lubricated" or "dry", a four-bar with play; or "flexible", a slider-crank whose rod bends.
     """
+    mechanism = "slider_crank.sdf" if model == "flexible" else "four_bar.sdf"
     templates = files("linkages") / "templates"
-    texts = ((templates / file).read_text(encoding="utf-8") for file in ("four_bar.sdf", f"{model}.toml"))
+    texts = ((templates / file).read_text(encoding="utf-8") for file in (mechanism, f"{model}.toml"))
     machine, experiment = (text.replace("@NAME@", name) for text in texts)
     return machine, experiment
 

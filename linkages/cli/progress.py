@@ -12,6 +12,7 @@ from functools import cache
 Advance = Callable[[float], None]
 
 _FIRST_LINE = 10.0  # s until the first line of progress, where there is no terminal
+_COMPILING = 5.0  # s between two lines on compilation
 _TELLING = 0.01  # part done from which on the pace tells how long the rest takes
 
 
@@ -89,18 +90,19 @@ def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[st
 
 @cache
 def announce_compilation() -> None:
-    """From now on say when the first kernel is compiled: the first run would otherwise be silent for long."""
-    from numba.core import event
+    """From now on say that kernels are compiled, and how many are ready: the first run would otherwise be silent."""
+    from linkages.kernel.ahead import tell
 
-    class Announcer(event.Listener):
-        announced = False
+    due = 0.0
 
-        def on_start(self, event: event.Event) -> None:
-            if not self.announced:
-                self.announced = True
-                print("compiling, once after an installation: up to a minute ...", file=sys.stderr)
+    def say(ready: int, known: int) -> None:
+        nonlocal due
+        now = time.monotonic()
+        if not due:
+            print("compiling, once after an installation: half a minute or so ...", file=sys.stderr, flush=True)
+        elif now > due:
+            print(f"compiling: {ready} of at most {known} kernels", file=sys.stderr, flush=True)
+        if now > due:
+            due = now + _COMPILING
 
-        def on_end(self, event: event.Event) -> None:
-            """Nothing: the run's own progress follows."""
-
-    event.register("numba:compile", Announcer())
+    tell(say)

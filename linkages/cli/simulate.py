@@ -40,7 +40,10 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
     parser.add_argument(
-        "--exaggerate", type=float, default=1.0, metavar="FACTOR", help="enlarge the clearances in the animation"
+        "--exaggerate",
+        type=float,
+        metavar="FACTOR",
+        help="enlarge clearances and deflections in the animation; default: only deflections, until they are seen",
     )
     parser.add_argument(
         "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
@@ -55,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.results.impacts import write_impacts
     from linkages.results.summary import judge, summarize
 
-    if not options.exaggerate >= 0.0:
+    if options.exaggerate is not None and not options.exaggerate >= 0.0:
         raise InputError("--exaggerate", str(options.exaggerate), "must be zero or positive")
     system = load_system(options)
     out = output_folder(options, system.experiment.source.stem, "simulate")
@@ -77,6 +80,7 @@ def run(options: argparse.Namespace) -> int:
     with (results := results_folder(out, "simulate")) as folder:
         (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
+        result.ideal.save(folder / "ideal.npz")
         if system.touching.any():
             write_impacts(result.contacts, folder)
         if not options.no_plots:
@@ -119,13 +123,13 @@ def _longest_step(result: Study) -> str:
     return f", steps of at most {step:g} s" if step else ""
 
 
-def _animate(result: Study, path: Path, exaggerate: float) -> None:
+def _animate(result: Study, path: Path, exaggerate: float | None) -> None:
     """Write the animation; clearances enlarged beyond what closes are the user's to reduce."""
     from linkages.plots.animation.recording import write_animation
 
     try:
         write_animation(result, path, exaggerate)
     except ValueError as problem:
-        if exaggerate == 1.0:
+        if exaggerate is None or exaggerate == 1.0:
             raise
         raise InputError("--exaggerate", f"{exaggerate:g}", f"{problem}; choose a smaller factor") from None

@@ -6,6 +6,8 @@
 | drake    | the Drake engine: a `MultibodyPlant` with systems for its joints and drives        |
 | budget   | how many steps a run may take                                                      |
 | study    | `simulate`, the ideal linkage beside a run, and how far the run can be trusted     |
+| drop     | the smallest machine, whose impact is known                                        |
+| ahead    | what the engines are about to call, compiled ahead on an empty cache               |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory``. The engines do not know each other.
 """

@@ -24,10 +24,12 @@ class Budget:
     ----------
     system : System
         That runs.
+    limit : int, optional
+        Of steps, instead of `most` of the system.
     """
 
-    def __init__(self, system: System) -> None:
-        self._most = most(system)
+    def __init__(self, system: System, limit: int | None = None) -> None:
+        self._most = most(system) if limit is None else limit
         self._least = system.experiment.duration * WINDOW / (_HOPELESS * MOST)
         self._steps = self._judged = 0
         self._time = 0.0

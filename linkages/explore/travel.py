@@ -12,6 +12,7 @@ from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.experiment import nothing_done
 from linkages.model.mechanism import Mechanism
 from linkages.model.skeleton import skeleton
+from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import spread
 from linkages.system import System
 from linkages.system.assembly import independent
@@ -134,9 +135,9 @@ def travel(system: System, drive: str) -> Travel:
             strict=True,
         )
     )
-    shape = len(q), len(system.tree.bodies)
-    pose, vel, acc = np.empty((*shape, 5)), np.empty((*shape, 3)), np.empty((*shape, 3))
-    spread(system.tree.bodies, q, v, np.zeros_like(q), pose, vel, acc)
+    bodies = system.tree.bodies
+    pose, vel, acc = (np.empty((len(q), *one(bodies).shape)) for one in (make_pose, make_motion, make_motion))
+    spread(bodies, q, v, np.zeros_like(q), pose, vel, acc)
     ends = ways[0][0].status, up.status
     found = tuple(_transmissions(system, drive, values, pose, vel, ends, full))
     return Travel(drive, values, pose, full, ends, found)
@@ -170,7 +171,7 @@ def _independent(system: System) -> bool:
     except (AssemblyError, InputError):
         return False
     rows = tree.closure_rows
-    return independent(tree, rows, q, tree.free_dofs) == independent(tree, rows, q)
+    return independent(tree, rows, q, tree.closing_dofs) == independent(tree, rows, q)
 
 
 def _way(system: System, drive: str, speed: float) -> IdealMotion:

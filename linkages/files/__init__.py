@@ -1,4 +1,6 @@
-"""Files: SDFormat and TOML read, shipped ones found, results written whole or not at all. It may import only errors.
+"""Files: SDFormat and TOML read, shipped ones found, results written whole or not at all.
+
+It may import errors and `flexible`.
 
 | module      | responsibility                                                          |
 |-------------|-------------------------------------------------------------------------|
@@ -7,6 +9,8 @@
 | places      | where its numbers stand, by dotted path                                 |
 | sdf         | the part of SDFormat that describes a mechanism                         |
 | raw_model   | what a machine's file says, in world coordinates                        |
+| elements    | numbers of elements, and of annotations                                 |
+| beams       | the beam of a link, and the mass that follows from it                   |
 | rigid       | links that are fixed to one another made into one                       |
 | urdf        | URDF in the terms of SDFormat                                           |
 | importing   | machines of other programs, and what was left out of them               |

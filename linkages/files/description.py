@@ -256,7 +256,7 @@ class _Drawing:
         pose = upright(angle, points[0])
         turn, centre = pose.rotation, np.array([*weighed.centre, 0.0])
         local = turn.T @ (centre - pose.translation), turn.T @ weighed.inertia @ turn
-        return RawLink(name, weighed.mass, turn, pose.translation, *local, ())
+        return RawLink(name, weighed.mass, turn, pose.translation, *local, (), None)
 
     def _given(self, weighed: Body, table: LinkTable, where: str) -> Body:
         """Return a body with the mass and the moment of inertia that are given."""

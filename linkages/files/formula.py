@@ -5,8 +5,9 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 from linkages.errors import nearest
 
@@ -28,7 +29,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int | None]] = {
     function.__name__: (function, count)
     for count, functions in (
         (1, (abs, math.sqrt, math.exp, math.log)),
-        (1, (math.sin, math.cos, math.tan, math.asin, math.acos, math.atan)),
+        (1, (math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, math.tanh)),
         (2, (math.atan2,)),
         (None, (math.hypot, min, max)),
     )
@@ -36,6 +37,10 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int | None]] = {
 }
 
 CONSTANTS = {"pi": math.pi}
+
+_COMPUTED = {function.__name__: function for function in (*_OPERATORS.values(), *(f for f, _ in FUNCTIONS.values()))}
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -57,14 +62,49 @@ class Formula:
     def __call__(self, values: Mapping[str, float]) -> float:
         """Evaluate with these values of its names; NaN where it is undefined or too large."""
         try:
-            result = _value(self._tree, CONSTANTS | dict(values))
+            result = self.fold(float, values.__getitem__, lambda name, given: _COMPUTED[name](*given))
         except (ValueError, ZeroDivisionError, OverflowError):
             return math.nan
         return result if math.isfinite(result) else math.nan
 
+    def fold(self, number: Callable[[float], T], name: Callable[[str], T], apply: Callable[[str, list[T]], T]) -> T:
+        """Work the formula out from its innermost parts.
 
-def parse(text: str) -> Formula:
+        Parameters
+        ----------
+        number, name : callable
+            What a number, and a name of `names`, stand for.
+        apply : callable
+            What a function makes of its arguments; operators are functions too, by their names in `operator`.
+        """
+
+        def value(node: ast.expr) -> T:
+            match node:
+                case ast.Constant(value=found):
+                    return number(float(found))  # type: ignore[arg-type]
+                case ast.Name(id=found):
+                    return number(CONSTANTS[found]) if found in CONSTANTS else name(found)
+                case ast.Attribute(value=ast.Name(id=owner), attr=part):
+                    return name(f"{owner}.{part}")
+                case ast.UnaryOp(op=op, operand=operand):
+                    return apply(_OPERATORS[type(op)].__name__, [value(operand)])
+                case ast.BinOp(left=left, op=op, right=right):
+                    return apply(_OPERATORS[type(op)].__name__, [value(left), value(right)])
+                case ast.Call(func=ast.Name(id=function), args=arguments):
+                    return apply(function, [value(argument) for argument in arguments])
+            raise AssertionError(ast.dump(node))  # `_check` let nothing else through
+
+        return value(self._tree)
+
+
+def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
     """Read a formula: numbers, names (``a``, ``A.x``), ``+ - * / **``, parentheses and `FUNCTIONS`.
+
+    Parameters
+    ----------
+    text : str
+    parts : collection of str
+        What can stand behind a name's dot.
 
     Raises
     ------
@@ -78,11 +118,11 @@ def parse(text: str) -> Formula:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ValueError(f'"{text}" is not a formula') from None
     names: set[str] = set()
-    _check(tree, names)
+    _check(tree, names, parts)
     return Formula(text, frozenset(names - set(CONSTANTS)), tree)
 
 
-def _check(node: ast.expr, names: set[str], depth: int = 0) -> None:
+def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int = 0) -> None:
     """Collect names; refuse whatever is not arithmetic."""
     if depth > _DEEPEST:
         raise ValueError("is nested too deeply")
@@ -94,13 +134,15 @@ def _check(node: ast.expr, names: set[str], depth: int = 0) -> None:
                 raise ValueError("has a number that is too large") from None
         case ast.Name(id=name):
             names.add(name)
-        case ast.Attribute(value=ast.Name(id=owner), attr="x" | "y" as part):
+        case ast.Attribute(value=ast.Name(id=owner), attr=part) if part in parts:
             names.add(f"{owner}.{part}")
+        case ast.Attribute(value=ast.Name(id=owner), attr=part):
+            raise ValueError(f'"{owner}.{part}" is not arithmetic: behind a dot, {nearest(part, parts)}')
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
-            _check(operand, names, depth + 1)
+            _check(operand, names, parts, depth + 1)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            _check(left, names, depth + 1)
-            _check(right, names, depth + 1)
+            _check(left, names, parts, depth + 1)
+            _check(right, names, parts, depth + 1)
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             if name not in FUNCTIONS:
                 raise ValueError(f'has no function "{name}"; {nearest(name, FUNCTIONS)}')
@@ -108,23 +150,6 @@ def _check(node: ast.expr, names: set[str], depth: int = 0) -> None:
             if len(arguments) != count and (count is not None or len(arguments) < 2):
                 raise ValueError(f"{name} takes {count or 'two or more'} argument{'s' * (count != 1)}")
             for argument in arguments:
-                _check(argument, names, depth + 1)
+                _check(argument, names, parts, depth + 1)
         case _:
             raise ValueError(f'"{ast.unparse(node)}" is not arithmetic: use numbers, names, + - * / ** and functions')
-
-
-def _value(node: ast.expr, values: Mapping[str, float]) -> float:
-    match node:
-        case ast.Constant(value=value):
-            return float(value)  # type: ignore[arg-type]
-        case ast.Name(id=name):
-            return float(values[name])
-        case ast.Attribute(value=ast.Name(id=owner), attr=part):
-            return float(values[f"{owner}.{part}"])
-        case ast.UnaryOp(op=op, operand=operand):
-            return _OPERATORS[type(op)](_value(operand, values))
-        case ast.BinOp(left=left, op=op, right=right):
-            return _OPERATORS[type(op)](_value(left, values), _value(right, values))
-        case ast.Call(func=ast.Name(id=name), args=arguments):
-            return FUNCTIONS[name][0](*(_value(argument, values) for argument in arguments))
-    raise AssertionError(ast.dump(node))  # `_check` let nothing else through

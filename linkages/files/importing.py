@@ -21,7 +21,7 @@ from linkages.files.xml import DEEPEST, label, read_xml
 
 _CARRIED = {
     "model": ("link", "joint", "frame", "pose", "static"),
-    "link": ("pose", "inertial", "visual"),
+    "link": ("pose", "inertial", "visual", "linkages:beam"),
     "joint": ("pose", "parent", "child", "axis", "linkages:bearing", "linkages:slot"),
     "axis": ("xyz", "use_parent_model_frame", "mimic"),  # who reads it refuses a mimic
     "frame": ("pose",),
@@ -205,8 +205,12 @@ def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
 
 
 def _rigid(path: Path, model: RawModel, notes: list[str]) -> RawModel:
-    """Make one link of those that are fixed to one another, the parent's; a frame has the name of the other."""
-    while joint := next((joint for joint in model.joints if joint.type == "fixed"), None):
+    """Make one link of those that are fixed to one another, the parent's; a frame has the name of the other.
+
+    A link with a beam stays one of its own: what is fixed to it moves with one of its sections.
+    """
+    beams = {link.name for link in model.links if link.beam is not None}
+    while joint := next((j for j in model.joints if j.type == "fixed" and beams.isdisjoint((j.parent, j.child))), None):
         gone, stays = (joint.parent, joint.child) if joint.child == "world" else (joint.child, joint.parent)
         notes.append(f"link {gone} is fixed to {stays}: one link with it, and a frame of that name")
         model = fixed_into(path, model, joint, gone)

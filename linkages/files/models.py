@@ -92,7 +92,7 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
             for key in _NAMING:
                 if part.get(key):
                     part.set(key, scoped(part.get(key, "")))
-            if part.tag in ("parent", "child"):
+            if part.tag in ("parent", "child", "linkages:from", "linkages:to"):
                 part.text = scoped((part.text or "").strip())
         element.set("name", scoped(element.get("name", "")))
         if element.tag == "frame" and not element.get("attached_to"):

@@ -7,6 +7,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from linkages.files.elements import annotation
+
 _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -46,14 +48,15 @@ def places(element: ET.Element) -> Iterator[tuple[str, Place]]:
     Parameters
     ----------
     element : Element
-        A link, joint or frame.
+        A link, joint or frame; the mass of a link with a beam stands nowhere, it follows from the beam.
 
     Yields
     ------
     (str, Place)
         The end of the path (``pose.x``), and where the number stands.
     """
-    holders = (element, "pose", _POSE_KEYS), (element.find("inertial"), "com", _POSE_KEYS[:3])
+    inertial = None if annotation(element, "beam") is not None else element.find("inertial")
+    holders = (element, "pose", _POSE_KEYS), (inertial, "com", _POSE_KEYS[:3])
     for holder, prefix, keys in holders:
         if holder is None:
             continue
@@ -62,14 +65,15 @@ def places(element: ET.Element) -> Iterator[tuple[str, Place]]:
             pose = ET.SubElement(holder, "pose")
         for index, key in enumerate(keys[:3] if is_quaternion(pose) else keys):
             yield f"{prefix}.{key}", Place(pose, index)
-    mass = element.find("inertial/mass")
+    mass = None if inertial is None else inertial.find("mass")
     if mass is not None:
         yield "mass", Place(mass)
-    for annotation in element:
-        _, prefixed, kind = annotation.tag.rpartition(":")
-        if prefixed and kind in ("bearing", "slot"):
-            for number in annotation:
-                yield f"{kind}.{number.tag.rpartition(':')[2]}", Place(number)
+    for kind in ("bearing", "slot", "beam"):
+        found = annotation(element, kind)
+        for number in found.iter() if found is not None else ():
+            key = number.tag.rpartition(":")[2]
+            if number is not found and not len(number) and key not in ("from", "to"):
+                yield f"{kind}.{key}", Place(number)
 
 
 def is_quaternion(pose: ET.Element) -> bool:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from linkages.flexible.beam import Beam
 
 Array = NDArray[np.float64]
 
@@ -72,6 +75,85 @@ class Slot:
 
 
 @dataclass(frozen=True)
+class LinkBeam:
+    """A uniform straight beam between two frames of a link.
+
+    Attributes
+    ----------
+    frames : (str, str)
+        Their names, from start to end.
+    start, end : (3,) arrays
+        Drawn positions of the frames in the world; in a `linkages.model.mechanism.Link` (2,) in the plane [m].
+    section : str
+        "rectangle", "circle", "tube" or "section".
+    sizes : mapping of str to float
+        Those of the section: width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer and
+        inner diameter of a tube; or area, second moment of area and full height in the plane [m, m2, m4].
+    youngs_modulus, density, poisson : float
+        [Pa, kg/m3, 1]
+    """
+
+    frames: tuple[str, str]
+    start: Array
+    end: Array
+    section: str
+    sizes: Mapping[str, float]
+    youngs_modulus: float
+    density: float
+    poisson: float
+
+    @property
+    def length(self) -> float:
+        """[m]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def area(self) -> float:
+        """Area of the section [m2]."""
+        return self._section[0]
+
+    @property
+    def second_moment(self) -> float:
+        """Second moment of area about the normal of the plane, through the centroid [m4]."""
+        return self._section[1]
+
+    @property
+    def height(self) -> float:
+        """Full height of the section in the plane [m]: a bending moment M stresses its edges by M height / (2 I)."""
+        return self._section[2]
+
+    @property
+    def mass(self) -> float:
+        """[kg]."""
+        return self.density * self.area * self.length
+
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia about an axis through the middle and normal to the beam, that of a thin rod [kg m2]."""
+        return self.mass * self.length**2 / 12.0
+
+    def part(self, first: float, last: float) -> LinkBeam:
+        """Return the part of it between two places from its start [m]."""
+        way = (self.end - self.start) / self.length
+        return replace(self, start=self.start + first * way, end=self.start + last * way)
+
+    def elastic(self) -> Beam:
+        """Euler-Bernoulli's beam between the frames, without rotary inertia."""
+        stiffness = self.youngs_modulus * self.area, self.youngs_modulus * self.second_moment
+        return Beam(self.length, *stiffness, self.density * self.area)
+
+    @property
+    def _section(self) -> tuple[float, float, float]:
+        s = self.sizes
+        if self.section == "section":
+            return s["area"], s["second_moment"], s["height"]
+        if self.section == "rectangle":
+            return s["width"] * s["height"], s["width"] * s["height"] ** 3 / 12.0, s["height"]
+        outer, inner = s.get("outer", s.get("diameter", 0.0)), s.get("inner", 0.0)
+        return math.pi / 4.0 * (outer**2 - inner**2), math.pi / 64.0 * (outer**4 - inner**4), outer
+
+
+@dataclass(frozen=True)
 class RawLink:
     """A rigid body as written.
 
@@ -85,6 +167,8 @@ class RawLink:
         Mass centre [m] and inertia tensor about it [kg m2], in link axes.
     visuals : tuple of str
         ``<visual>`` elements, as written but for their poses: each begins with one, in link axes.
+    beam : LinkBeam or None
+        What it is made of if it can bend; its mass, mass centre and inertia are the link's.
     """
 
     name: str
@@ -94,6 +178,7 @@ class RawLink:
     com_local: Array
     inertia_local: Array
     visuals: tuple[str, ...]
+    beam: LinkBeam | None
 
     @property
     def pose(self) -> Pose:

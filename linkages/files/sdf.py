@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError, nearest
+from linkages.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
+from linkages.files.elements import annotation, number, numbers, sizes
 from linkages.files.models import find_model, flattened
-from linkages.files.numbers import implausible
 from linkages.files.places import Place, is_in_degrees, is_quaternion, places
-from linkages.files.raw_model import Bearing, Pose, RawJoint, RawLink, RawModel, Slot, rotation
+from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot, rotation
 from linkages.files.rigid import without_massless
 from linkages.files.xml import DEEPEST, label, read_xml
 
@@ -45,8 +46,10 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
     overrides : mapping of str to float, optional
         Values that replace those of the file, by dotted path: ``links.NAME.mass`` [kg],
         ``links.NAME.com.x|y|z`` [m], ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad],
-        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m]; of a machine that was
-        written from a description, ``parameters.NAME``.
+        ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m],
+        ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
+        ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; of a machine that was written from a description,
+        ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
 
     Raises
     ------
@@ -91,10 +94,12 @@ class _Reader:
             for name, element in self.elements.items()
             for key, place in places(element)
         }
-        for key, value in overrides.items():
-            self.place(key).put(value)
         self.resolved: dict[str, Pose] = {}
         self.resolving: list[str] = []
+        self._check_beams()
+        for key, value in overrides.items():
+            self.place(key).put(value)
+        self.resolved.clear()
 
     def error(self, where: str, problem: str) -> InputError:
         return InputError(self.path, where, problem)
@@ -106,6 +111,12 @@ class _Reader:
         joints = tuple(self._joint(name, element) for name, element in self._tagged("joint").items())
         frames = {name: (self._carrier(name), self._pose(name)) for name in self._tagged("frame")}
         values = {path: place.value for path, place in self.places.items()}
+        for link in links:
+            if link.beam is not None:
+                values[f"links.{link.name}.mass"] = link.mass
+                values |= {
+                    f"links.{link.name}.com.{axis}": float(x) for axis, x in zip("xyz", link.com_local, strict=True)
+                }
         return RawModel(self.model.get("name", ""), links, joints, frames, values)
 
     def place(self, path: str) -> Place:
@@ -121,9 +132,18 @@ class _Reader:
         names = self._tagged(tag)
         if name not in names:
             raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, names)}')
+        if key.partition(".")[0] in ("mass", "com") and annotation(names[name], "beam") is not None:
+            raise self.error(where, FOLLOWS)
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
         raise self.error(where, f'"{key}" is unknown; {nearest(key, known)}')
+
+    def _check_beams(self) -> None:
+        """Check that each <inertial> is that of the link's beam, before any value is replaced."""
+        for name, element in self._tagged("link").items():
+            if (beam := self._beam(name, element)) is not None:
+                written = self._written(name, element)
+                check_inertial(self.path, written, of_beam(written, beam))
 
     # -- names and poses ---------------------------------------------------------------------------
 
@@ -181,7 +201,7 @@ class _Reader:
         if pose is None or not (pose.text or "").strip():
             return Pose()
         quaternion = is_quaternion(pose)
-        values = self._numbers(pose, 7 if quaternion else 6, f"{where}/<pose>")
+        values = numbers(self.path, pose, 7 if quaternion else 6, f"{where}/<pose>")
         if quaternion:
             if abs(np.linalg.norm(values[3:]) - 1.0) > 1e-6:
                 raise self.error(f"{where}/<pose>", "its quaternion is not of length one")
@@ -208,14 +228,34 @@ class _Reader:
     # -- elements ----------------------------------------------------------------------------------
 
     def _link(self, name: str, element: ET.Element) -> RawLink:
+        link, beam = self._written(name, element), self._beam(name, element)
+        return link if beam is None else of_beam(link, beam)
+
+    def _beam(self, name: str, element: ET.Element) -> LinkBeam | None:
+        """Read the beam of a link, and where its ends are."""
+        beam = written_beam(self.path, element)
+        if beam is None:
+            return None
+        where = f"{label(element)}/<linkages:beam>"
+        for key, frame in zip(("from", "to"), beam.frames, strict=True):
+            if (carrier := self._carrier(frame, f"{where}/<linkages:{key}>")) != name:
+                problem = f'"{frame}" is on "{carrier}"; it must be a frame of "{name}"'
+                raise self.error(f"{where}/<linkages:{key}>", problem)
+        start, end = (self._pose(frame).translation for frame in beam.frames)
+        if np.linalg.norm(end - start) < 1e-9:
+            raise self.error(where, f'has no length: "{beam.frames[0]}" and "{beam.frames[1]}" are one place')
+        return replace(beam, start=start, end=end)
+
+    def _written(self, name: str, element: ET.Element) -> RawLink:
+        """Read a link as its <inertial> has it."""
         where = label(element)
         pose = self._pose(name)
         visuals = tuple(self._visual(visual, pose, where) for visual in element.findall("visual"))
         inertial = element.find("inertial")
         if inertial is None:
             nothing = np.zeros(3), np.zeros((3, 3))
-            return RawLink(name, 0.0, pose.rotation, pose.translation, *nothing, visuals)
-        mass = self._number(inertial, "mass", f"{where}/<inertial>")
+            return RawLink(name, 0.0, pose.rotation, pose.translation, *nothing, visuals, None)
+        mass = number(self.path, inertial, "mass", f"{where}/<inertial>")
         if mass < 0.0:
             raise self.error(f"{where}/<inertial>/<mass>", f"is {mass:g} kg; it must be positive")
         centre = self._own_pose(inertial, f"{where}/<inertial>")
@@ -223,8 +263,8 @@ class _Reader:
         if tensor is None:
             raise self.error(f"{where}/<inertial>", "has no <inertia>; give ixx, iyy, izz")
         spot = f"{where}/<inertial>/<inertia>"
-        xx, yy, zz = (self._number(tensor, key, spot) for key in ("ixx", "iyy", "izz"))
-        xy, xz, yz = (self._number(tensor, key, spot, 0.0) for key in ("ixy", "ixz", "iyz"))
+        xx, yy, zz = (number(self.path, tensor, key, spot) for key in ("ixx", "iyy", "izz"))
+        xy, xz, yz = (number(self.path, tensor, key, spot, 0.0) for key in ("ixy", "ixz", "iyz"))
         matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         principal = np.linalg.eigvalsh(matrix)
         slack = 1e-9 * max(abs(principal[-1]), 1e-300)
@@ -233,7 +273,7 @@ class _Reader:
             rule = "none may be negative and none larger than the sum of the others"
             raise self.error(spot, f"no body has the principal moments {moments} kg m2; {rule}")
         rotated = centre.rotation @ matrix @ centre.rotation.T
-        return RawLink(name, mass, pose.rotation, pose.translation, centre.translation, rotated, visuals)
+        return RawLink(name, mass, pose.rotation, pose.translation, centre.translation, rotated, visuals, None)
 
     def _visual(self, element: ET.Element, link: Pose, where: str) -> str:
         """Write a <visual> with its pose first, and in link axes."""
@@ -283,13 +323,13 @@ class _Reader:
             )
         for part in axis:
             self._refuse_unknown(part, f"{where}/<axis>")
-        direction = self._numbers(xyz, 3, f"{where}/<axis>/<xyz>")
+        direction = numbers(self.path, xyz, 3, f"{where}/<axis>/<xyz>")
         length = float(np.linalg.norm(direction))
         if length < 1e-9:
             raise self.error(f"{where}/<axis>/<xyz>", "has no length; give a direction")
         dynamics, spot = axis.find("dynamics"), f"{where}/<axis>/<dynamics>"
         for key in ("damping", "friction", "spring_stiffness"):
-            if dynamics is not None and self._number(dynamics, key, spot, 0.0) != 0.0:
+            if dynamics is not None and number(self.path, dynamics, key, spot, 0.0) != 0.0:
                 raise self.error(f"{spot}/<{key}>", "is not supported; remove it or set it to 0")
         base = xyz.get("expressed_in", "")
         rotation = self._pose(base, where).rotation if base else pose.rotation
@@ -297,48 +337,10 @@ class _Reader:
 
     def _annotation(self, element: ET.Element, kind: type[Part]) -> Part | None:
         """Read <linkages:bearing> or <linkages:slot>: its two lengths."""
-        tag, keys = kind.__name__.lower(), [key.name for key in fields(kind)]
-        found = next((child for child in element if child.tag.endswith(f":{tag}")), None)
-        if found is None:
-            return None
-        where = f"{label(element)}/<linkages:{tag}>"
-        values = {child.tag.rpartition(":")[2]: child for child in found}
-        for key, child in values.items():
-            if key not in keys:
-                raise self.error(where, f"<{key}> is unknown; {nearest(key, keys)}")
-            if ":" not in child.tag:
-                raise self.error(where, f"write <linkages:{key}>, not <{key}>")
-        lengths = []
-        for key in keys:
-            if key not in values:
-                raise self.error(where, f"has no <linkages:{key}>; give it in metres")
-            value = float(self._numbers(values[key], 1, f"{where}/<linkages:{key}>")[0])
-            if value <= 0.0:
-                raise self.error(f"{where}/<linkages:{key}>", f"is {value:g} m; it must be positive")
-            lengths.append(value)
-        return kind(*lengths)
-
-    # -- numbers -----------------------------------------------------------------------------------
-
-    def _numbers(self, element: ET.Element, count: int, where: str) -> Array:
-        words = (element.text or "").split()
-        try:
-            values = np.array([float(word) for word in words])
-        except ValueError:
-            raise self.error(where, f'"{" ".join(words)}" is not {_count(count)}') from None
-        if len(values) != count:
-            raise self.error(where, f"has {_count(len(values))}; {count} are needed")
-        for problem in filter(None, map(implausible, values.tolist())):
-            raise self.error(where, problem)
-        return values
-
-    def _number(self, parent: ET.Element, key: str, where: str, default: float | None = None) -> float:
-        element = parent.find(key)
-        if element is None:
-            if default is None:
-                raise self.error(where, f"has no <{key}>")
-            return default
-        return float(self._numbers(element, 1, f"{where}/<{key}>")[0])
+        tag = kind.__name__.lower()
+        found, where = annotation(element, tag), f"{label(element)}/<linkages:{tag}>"
+        units = dict.fromkeys((key.name for key in fields(kind)), "m")
+        return None if found is None else kind(**sizes(self.path, found, where, units))
 
 
 def _attached_to(element: ET.Element) -> str:
@@ -346,7 +348,3 @@ def _attached_to(element: ET.Element) -> str:
     if element.tag == "joint":
         return element.findtext("child", "").strip()
     return (element.tag == "frame" and element.get("attached_to")) or "__model__"
-
-
-def _count(count: int) -> str:
-    return "a number" if count == 1 else f"{count} numbers"

@@ -8,6 +8,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 
+from linkages.files.beams import beam_text
 from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
 
 
@@ -53,6 +54,8 @@ def _link(link: RawLink) -> Iterator[str]:
     yield "  </inertial>"
     for visual in link.visuals:
         yield f"  {' '.join(visual.split())}"
+    for line in beam_text(link.beam) if link.beam is not None else ():
+        yield f"  {line}"
     yield "</link>"
 
 

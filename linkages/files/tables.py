@@ -7,14 +7,15 @@ import importlib
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from linkages.errors import InputError
 
-Columns = Mapping[str, NDArray[np.float64]]
+if TYPE_CHECKING:  # the command line reads the names of the formats, and must start at once
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Columns = Mapping[str, NDArray[np.float64]]
 
 _LONGEST = 63  # name in MATLAB
 

@@ -14,7 +14,7 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\
 _IN_FORMULA = re.compile(rf"(?<![\w.])({_UNSIGNED})\s*({_FACTOR})(?![\w.(])")
 
 #: What a sliding joint has where a turning one has this.
-SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N"}
+SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m"}
 
 
 def is_quantity(text: str) -> bool:

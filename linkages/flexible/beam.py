@@ -52,6 +52,16 @@ class Beam:
         if self.rotary < 0.0:
             raise InputError("beam", "rotary", f"is {self.rotary:g}; it must not be negative")
 
+    @property
+    def pinned_frequency(self) -> float:
+        """First frequency of bending with both ends pinned, of Euler-Bernoulli's beam [rad/s]."""
+        return float((np.pi / self.length) ** 2 * np.sqrt(self.bending / self.line_density))
+
+    @property
+    def held_frequency(self) -> float:
+        """First frequency of stretching with one end held [rad/s]."""
+        return float(0.5 * np.pi / self.length * np.sqrt(self.axial / self.line_density))
+
     def piece(self, count: int) -> Beam:
         """One of `count` equal parts."""
         return replace(self, length=self.length / count)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.linalg import eigvals
-from scipy.optimize import linear_sum_assignment
-from scipy.sparse.linalg import eigsh
 
 from linkages.flexible import Array
+
+if TYPE_CHECKING:  # scipy's parts take a while to import
+    from scipy import sparse
 
 _LEAST_MAC, _HALVINGS = 0.9, 10  # when and how often the step between two points is halved
 _SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechanism's zero modes do not disturb
@@ -52,6 +52,8 @@ def sparse_modes(k: sparse.csc_matrix, m: sparse.csc_matrix, count: int) -> tupl
     (count,), (size, count) arrays
         As from `dense_modes`.
     """
+    from scipy.sparse.linalg import eigsh
+
     values, found = eigsh(k, count, m, sigma=_SHIFT, v0=np.ones(k.shape[0]))  # repeatable: a fixed start
     order = np.argsort(values)
     return values[order], found[:, order]
@@ -59,6 +61,8 @@ def sparse_modes(k: sparse.csc_matrix, m: sparse.csc_matrix, count: int) -> tupl
 
 def eigenvalues(m: Array, c: Array, k: Array) -> NDArray[np.complexfloating]:
     """Eigenvalues s (2 size,) of M s^2 + C s + K [rad/s], for any (size, size) matrices with a regular M."""
+    from scipy.linalg import eigvals
+
     zero, one = np.zeros_like(m), np.eye(len(m))
     return eigvals(np.block([[zero, one], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]]))
 
@@ -113,6 +117,8 @@ def continued(shapes: Array, target: Array, mass: Array, together: int = 0) -> t
     (n,) array of int, (size, n), (n,) arrays
         Which they are, their shapes, and the MAC of each.
     """
+    from scipy.optimize import linear_sum_assignment
+
     if together:
         left, _, right = np.linalg.svd(target[:, :together].T @ mass @ shapes[:, :together])
         target = np.hstack([target[:, :together] @ left @ right, target[:, together:]])

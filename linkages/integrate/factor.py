@@ -1,4 +1,4 @@
-"""Small matrices: LU factorisation, real or complex; semi-definite systems, with their rank."""
+"""Small matrices: LU factorisation, real or complex; semi-definite systems, with their rank; singular values."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
+
+_ORTHOGONAL = 2.2e-16  # cosine of the angle of orthogonal vectors, by rounding, per entry
+_SWEEPS = 30  # at most; six are usual
 
 
 @kernel
@@ -97,3 +100,64 @@ def solve_semidefinite(matrix: Array, rhs: Array, rank: int, x: Array) -> float:
             total -= matrix[p, order[j]] * x[order[j]]
         x[p] = total / matrix[p, p]
     return math.sqrt(last / scale) if rank else 1.0
+
+
+@kernel
+def decompose(matrix: Array) -> tuple[Array, Array, Array]:
+    """Singular value decomposition U, s, V^T of a matrix (m, n), with min(m, n) values, the largest first.
+
+    One-sided Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.6.3) make the rows or the columns,
+    whichever are fewer, orthogonal: small values are as exact as large ones, and no LAPACK is loaded. Vectors of values
+    that are zero are zero.
+    """
+    m, n = matrix.shape
+    wide = m < n
+    few, many = (m, n) if wide else (n, m)
+    rows, turned = np.empty((few, many)), np.eye(few)
+    for i in range(few):
+        for j in range(many):
+            rows[i, j] = matrix[i, j] if wide else matrix[j, i]
+    for _ in range(_SWEEPS):
+        done = True
+        for i in range(few):
+            for j in range(i + 1, few):
+                if _turn(rows[i], rows[j], turned[i], turned[j]):
+                    done = False
+        if done:
+            break
+    s = np.empty(few)
+    for i in range(few):
+        s[i] = math.sqrt(_product(rows[i], rows[i]))
+    for k in range(few):
+        i = k + int(np.argmax(s[k:]))
+        s[k], s[i] = s[i], s[k]
+        for x in (rows, turned):
+            for j in range(x.shape[1]):
+                x[k, j], x[i, j] = x[i, j], x[k, j]
+        for j in range(many):
+            rows[k, j] = rows[k, j] / s[k] if s[k] > 0.0 else 0.0
+    return (turned.T.copy(), s, rows) if wide else (rows.T.copy(), s, turned)
+
+
+@inlined_kernel
+def _product(a: Array, b: Array) -> float:
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@kernel
+def _turn(a: Array, b: Array, first: Array, second: Array) -> bool:
+    """Rotate two vectors in their plane until they are orthogonal, and two others alike; False if they were."""
+    aa, bb, ab = _product(a, a), _product(b, b), _product(a, b)
+    if not abs(ab) > len(a) * _ORTHOGONAL * math.sqrt(aa) * math.sqrt(bb):
+        return False
+    half = 0.5 * (bb - aa) / ab
+    tangent = math.copysign(1.0, half) / (abs(half) + math.hypot(1.0, half))
+    cosine = 1.0 / math.hypot(1.0, tangent)
+    sine = tangent * cosine
+    for x, y in ((a, b), (first, second)):
+        for i in range(len(x)):
+            x[i], y[i] = cosine * x[i] - sine * y[i], sine * x[i] + cosine * y[i]
+    return True

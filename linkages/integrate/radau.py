@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from linkages.integrate.factor import back_substitute, factorise
-from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, HINT, LAST, NOTHING, PREDICTS, Stepper
-from linkages.kernel import Array, kernel
+from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, LAST, Stepper
+from linkages.kernel import Array, Indices, kernel
 
 ORDER = 5
 _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
@@ -49,11 +49,15 @@ _V2, _R2 = np.ascontiguousarray(_vectors[:, _complex]), np.ascontiguousarray(_in
 
 @kernel
 def _factorise(s: Stepper, h: float) -> bool:
-    n = len(s.new)
-    for i in range(n):
-        for j in range(n):
-            s.real[i, j] = -s.jacobian[i, j]
-            s.complex[i, j] = -s.jacobian[i, j]
+    """Factorise shift - J for both shifts; positions, of which the rates are entries of the state, are eliminated."""
+    m, k = len(s.new) - len(s.real), len(s.real)
+    for i in range(k):
+        for j in range(k):
+            s.real[i, j] = -s.jacobian[m + i, m + j]
+            s.complex[i, j] = -s.jacobian[m + i, m + j]
+        for j in range(m):
+            s.real[i, j] -= s.jacobian[m + i, j] * (h / _MU)
+            s.complex[i, j] -= s.jacobian[m + i, j] * (h / _NU)
         s.real[i, i] += _MU / h
         s.complex[i, i] += _NU / h
     s.memory[FACTORED] = h
@@ -61,21 +65,51 @@ def _factorise(s: Stepper, h: float) -> bool:
 
 
 @kernel
-def _predict(s: Stepper, h: float) -> None:
-    """Guess the stages: on the last step's collocation polynomial, on Hermite's cubic to a hint, or along the slope."""
-    n, kind, size = len(s.new), s.memory[PREDICTS], s.memory[LAST]
+def _solve(jacobian: Array, factors: Any, pivots: Any, shift: Any, x: Any) -> None:
+    """Solve (shift - J) x = b, b in place."""
+    m, k = len(x) - len(factors), len(factors)
+    inverse = 1.0 / shift
+    for j in range(m):
+        x[j] *= inverse
+        for i in range(k):
+            x[m + i] += jacobian[m + i, j] * x[j]
+    back_substitute(factors, pivots, x[m:])
+    for j in range(m):
+        x[j] += x[m + j] * inverse
+
+
+@kernel
+def hint(s: Stepper, now: float, size: float, times: Array, states: Array, points: Indices) -> None:
+    """Make up a last step, of this size, on the polynomial through up to four of the known states.
+
+    Their derivatives are of no use: where equations are stiff the smallest error of a state, times the largest rate
+    there is, spoils them.
+    """
+    weights = np.ones((4, len(points)))
+    for row in range(4):
+        at = now - size + (size * _C[row] if row < 3 else 0.0)
+        for j in range(len(points)):
+            for k in range(len(points)):
+                if k != j:
+                    weights[row, j] *= (at - times[points[k]]) / (times[points[j]] - times[points[k]])
     for stage in range(3):
-        if kind == NOTHING or size == 0.0:
+        for i in range(len(s.new)):
+            s.last[stage, i] = 0.0
+            for j in range(len(points)):
+                s.last[stage, i] += (weights[stage, j] - weights[3, j]) * states[points[j], i]
+    s.memory[LAST] = size
+
+
+@kernel
+def _predict(s: Stepper, h: float) -> None:
+    """Guess the stages: on the last step's collocation polynomial, or along the slope."""
+    n, size = len(s.new), s.memory[LAST]
+    for stage in range(3):
+        if size == 0.0:
             for i in range(n):
                 s.z[stage, i] = _C[stage] * h * s.f0[i]
             continue
-        x = _C[stage] * h / size
-        if kind == HINT:
-            a, b, c = x * x * (3.0 - 2.0 * x), x * (1.0 - x) * (1.0 - x) * size, x * x * (x - 1.0) * size
-            for i in range(n):
-                s.z[stage, i] = a * s.last[0, i] + b * s.f0[i] + c * s.last[1, i]
-            continue
-        x += 1.0
+        x = 1.0 + _C[stage] * h / size
         l0 = x * (x - _C[1]) * (x - _C[2]) / (_C[0] * (_C[0] - _C[1]) * (_C[0] - _C[2]))
         l1 = x * (x - _C[0]) * (x - _C[2]) / (_C[1] * (_C[1] - _C[0]) * (_C[1] - _C[2]))
         l2 = x * (x - _C[0]) * (x - _C[1]) / (_C[2] * (_C[2] - _C[0]) * (_C[2] - _C[1]))
@@ -89,7 +123,7 @@ def _estimate(s: Stepper, h: float, f: Array) -> float:
     n = len(s.new)
     for i in range(n):
         s.r1[i] = f[i] + (_ERROR[0] * s.z[0, i] + _ERROR[1] * s.z[1, i] + _ERROR[2] * s.z[2, i]) / h
-    back_substitute(s.real, s.pivots, s.r1)
+    _solve(s.jacobian, s.real, s.pivots, _MU / h, s.r1)
     total = 0.0
     for i in range(n):
         total += (s.r1[i] / s.scale[i]) ** 2
@@ -109,7 +143,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
             s.w2[i] = _R2[0] * s.z[0, i] + _R2[1] * s.z[1, i] + _R2[2] * s.z[2, i]
         goal = 1e-3 * _NEWTON if exact else _NEWTON
         iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
-        before, rate = 0.0, 0.0
+        before, earlier, rate = 0.0, 0.0, 0.0
         for iteration in range(iterations):
             for stage in range(3):
                 for i in range(n):
@@ -120,8 +154,8 @@ def radau(rhs: Any, jacobian: Any) -> Any:
                 f0, f1, f2 = s.stages[0, i], s.stages[1, i], s.stages[2, i]
                 s.r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2 - _MU / h * s.w1[i]
                 s.r2[i] = _R2[0] * f0 + _R2[1] * f1 + _R2[2] * f2 - _NU / h * s.w2[i]
-            back_substitute(s.real, s.pivots, s.r1)
-            back_substitute(s.complex, s.pivots2, s.r2)
+            _solve(s.jacobian, s.real, s.pivots, _MU / h, s.r1)
+            _solve(s.jacobian, s.complex, s.pivots2, _NU / h, s.r2)
             total = 0.0
             for i in range(n):
                 s.w1[i] += s.r1[i]
@@ -133,8 +167,11 @@ def radau(rhs: Any, jacobian: Any) -> Any:
             size = math.sqrt(total / (3 * n))
             if not size < 1e100:
                 return False, iteration + 1, 1.0
-            if iteration > 0:
-                rate = size / before
+            if (
+                iteration > 0
+            ):  # of two iterations where there are: stiff directions that turn undo one's gain in the next
+                rate = size / before if iteration == 1 else math.sqrt(size / earlier)
+            if iteration > 1:
                 left = iterations - 1 - iteration
                 if rate >= 1.0 and size > goal:  # diverges, or is as good as rounding lets it be
                     return before < _NEWTON, iteration + 1, rate
@@ -142,7 +179,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
                     return False, iteration + 1, rate
             if size == 0.0 or size < 1e-10 or (iteration > 0 and rate < 1.0 and rate / (1.0 - rate) * size < goal):
                 return True, iteration + 1, rate
-            before = size
+            before, earlier = size, before
         return before < goal, iterations, rate
 
     @kernel

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.kernel import Array, Indices, inlined_kernel, kernel
+from linkages.kernel import Array, Indices, inlined_kernel
 
 
 class Stepper(NamedTuple):
@@ -20,11 +20,11 @@ class Stepper(NamedTuple):
     stages: Array  # derivatives at the stages, (6, n)
     trial: Array  # state at a stage, (n,)
     z: Array  # stages less the state at the step's start, (3, n)
-    last: Array  # the same of the last step, or what `hint` gave, (3, n)
+    last: Array  # the same of the last step, (3, n)
     w1: Array  # from here on: for an implicit method's Newton iteration
     w2: NDArray[np.complex128]
     jacobian: Array
-    real: Array
+    real: Array  # without the lines of positions, see `make_stepper`
     complex: NDArray[np.complex128]
     pivots: Indices
     pivots2: Indices
@@ -34,20 +34,20 @@ class Stepper(NamedTuple):
 
 
 #: Indices of `Stepper.memory`: sizes of the last accepted step, and of the step of the factors, 0 if there are none;
-#: error of the last accepted step; whether the Jacobian is of the present state; what `last` holds; evaluations.
-LAST, FACTORED, ERROR, CURRENT, PREDICTS, COUNT = range(6)
-#: What `Stepper.last` holds: nothing of use, the last step's stages, a hint.
-NOTHING, STAGES, HINT = 0.0, 1.0, 2.0
+#: error of the last accepted step; whether the Jacobian is of the present state; evaluations;
+#: for who steps again through a run, the step whose start has the Jacobian, counted from 1.
+LAST, FACTORED, ERROR, CURRENT, COUNT, OF = range(6)
 
 
-def make_stepper(n: int) -> Stepper:
-    """Make the arrays for n equations."""
+def make_stepper(n: int, positions: int = 0) -> Stepper:
+    """Make the arrays for n equations; the first ones may be positions, of which as many rates follow: q' = v."""
+    k = n - positions
     return Stepper(
         new=np.zeros(n), f0=np.zeros(n), f1=np.zeros(n), scale=np.zeros(n),
         stages=np.zeros((6, n)), trial=np.zeros(n), z=np.zeros((3, n)), last=np.zeros((3, n)),
         w1=np.zeros(n), w2=np.zeros(n, np.complex128),
-        jacobian=np.zeros((n, n)), real=np.zeros((n, n)), complex=np.zeros((n, n), np.complex128),
-        pivots=np.zeros(n, np.int64), pivots2=np.zeros(n, np.int64),
+        jacobian=np.zeros((n, n)), real=np.zeros((k, k)), complex=np.zeros((k, k), np.complex128),
+        pivots=np.zeros(k, np.int64), pivots2=np.zeros(k, np.int64),
         r1=np.zeros(n), r2=np.zeros(n, np.complex128), memory=np.zeros(6),
     )  # fmt: skip
 
@@ -62,7 +62,7 @@ def copy(source: Array, target: Array) -> None:
 @inlined_kernel
 def restart(s: Stepper) -> None:
     """Forget what belongs to another state: Jacobian and prediction."""
-    s.memory[LAST], s.memory[FACTORED], s.memory[CURRENT], s.memory[PREDICTS] = 0.0, 0.0, 0.0, NOTHING
+    s.memory[LAST], s.memory[FACTORED], s.memory[CURRENT], s.memory[OF] = 0.0, 0.0, 0.0, 0.0
 
 
 @inlined_kernel
@@ -72,16 +72,5 @@ def accept(s: Stepper, h: float, error: float) -> None:
         copy(s.z[stage], s.last[stage])
     s.memory[LAST] = h
     s.memory[ERROR] = error
-    s.memory[PREDICTS] = STAGES
     s.memory[CURRENT] = 0.0
     copy(s.f1, s.f0)
-
-
-@kernel
-def hint(s: Stepper, y: Array, size: float, end: Array, slope: Array) -> None:
-    """Tell of a state and its slope that are known at a distance `size` from y."""
-    for i in range(len(y)):
-        s.last[0, i] = end[i] - y[i]
-        s.last[1, i] = slope[i]
-    s.memory[LAST] = size
-    s.memory[PREDICTS] = HINT

@@ -1,7 +1,7 @@
 """How functions are compiled: `kernel` and its relatives, references to named tuples, calls by address."""
 
-from linkages.kernel.by_address import address, caller
+from linkages.kernel.by_address import address, addresses, caller
 from linkages.kernel.compile import inlined_kernel, kernel
 from linkages.kernel.types import Array, Indices, Records, record_type
 
-__all__ = ["Array", "Indices", "Records", "address", "caller", "inlined_kernel", "kernel", "record_type"]
+__all__ = ["Array", "Indices", "Records", "address", "addresses", "caller", "inlined_kernel", "kernel", "record_type"]

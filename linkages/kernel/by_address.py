@@ -7,7 +7,7 @@ NUMBA_DISABLE_JIT=1 the addresses are tokens for the Python functions, which are
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, cast
 
@@ -50,6 +50,19 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     place = cast(int, compiled.address)
     _alive[place] = compiled
     return place
+
+
+def addresses(wanted: Sequence[tuple[Callable[..., Any], Any]]) -> list[int]:
+    """Compile several functions with their signatures: last those that another process is compiling already."""
+    compile_free(wanted)
+    return [address(*one) for one in wanted]
+
+
+def compile_free(wanted: Sequence[tuple[Callable[..., Any], Any]]) -> None:
+    """Compile those functions, with their signatures, that no other process is compiling."""
+    for function, signature in wanted if _COMPILING else ():
+        if not CodeCache(getattr(function, "py_func", function), UnitCompiler).compiled_elsewhere(signature):
+            address(function, signature)
 
 
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:

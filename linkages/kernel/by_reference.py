@@ -103,7 +103,7 @@ class Packed:
     """
 
     def __init__(self, value: Any) -> None:
-        self._value, self._numba_type_ = value, Reference(typeof(value))
+        self._value, self._numba_type_ = value, _reference_to(value)
         words = bytearray()
         _lay(value, words)
         self._words = np.frombuffer(words, np.uint8)
@@ -111,6 +111,27 @@ class Packed:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._value, name)
+
+
+_references: dict[Any, Reference] = {}  # by what `_shape` gives: numba takes milliseconds to find a type
+
+
+def _reference_to(value: Any) -> Reference:
+    shape = _shape(value)
+    if shape not in _references:
+        _references[shape] = Reference(typeof(value))
+    return _references[shape]
+
+
+def _shape(value: Any) -> Any:
+    """Find what the type of a value follows from."""
+    if isinstance(value, Packed):
+        return Packed, value._numba_type_
+    if isinstance(value, tuple):
+        return type(value), *map(_shape, value)
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim, value.flags.num
+    return type(value)
 
 
 def packed(value: T) -> T:

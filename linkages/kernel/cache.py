@@ -20,9 +20,11 @@ from typing import Any, NamedTuple
 from llvmlite import binding
 from numba.core.compiler import compile_result
 from numba.core.registry import cpu_target
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 from linkages.disk import cache_directory, keep, kept
+from linkages.kernel import ahead, claims
 from linkages.kernel.identity import identity
 from linkages.kernel.units import PartLibrary, UnitLibrary
 
@@ -94,10 +96,18 @@ class CodeCache:
         return None if place is None else str(place)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Load the code for a signature; None if it is not there, or something that it calls is not."""
-        context.refresh()  # the code calls numba's runtime, which that starts
-        name = self._name(signature)
+        """Load the code for a signature; None, and a claim on it, if it is not there or something that it calls is not.
+
+        What another process is compiling is waited for.
+        """
+        rtsys.initialize(context)  # the runtime that the code calls
+        name, place = self._name(signature), folder()
         code = None if name is None else _load(name)
+        if code is None and name is not None and place is not None:
+            claims.wait_and_claim(place, name)
+            code = _load(name)
+            if code is not None:
+                claims.release(place, name)
         if code is None:
             return None
         try:
@@ -118,14 +128,20 @@ class CodeCache:
             reload_init=(),
         )
 
+    def compiled_elsewhere(self, signature: Any) -> bool:
+        """Whether another process is compiling for a signature."""
+        name, place = self._name(signature), folder()
+        return name is not None and place is not None and not _path(place, name).exists() and claims.busy(place, name)
+
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Save code; on a disk that is full it is lost."""
+        """Save code, and give up the claim on it; on a disk that is full it is lost."""
         name, place, library = self._name(signature), folder(), result.library
         if name is None:
             return
         library._ensure_finalized()
         functions = list(library._final_module.functions)
-        needs = tuple((_files[f.name], f.name) for f in functions if f.is_declaration and f.name in _files)
+        called = [f.name for f in functions if f.is_declaration and not f.name.startswith("llvm.")]
+        needs = tuple((_files.get(symbol), symbol) for symbol in called)
         if isinstance(library, UnitLibrary):
             code, symbols = library._get_compiled_object(), _defined(library)
             _files.update(dict.fromkeys(symbols, name))
@@ -141,6 +157,7 @@ class CodeCache:
             keep(_path(place, name), name.encode(), content)
         except OSError as problem:
             say(f"not kept ({place}: {problem.strerror})")
+        claims.release(place, name)
         _prune(place)
 
     def flush(self) -> None:
@@ -169,6 +186,8 @@ def _load(name: str) -> Code | None:
     """Load a file, once, and before it those of the units that its code calls."""
     if _loaded.get(name) is None:
         _loaded[name] = _read(name)
+        if _loaded[name] is not None:
+            ahead.loaded()
     return _loaded[name]
 
 
@@ -178,8 +197,11 @@ def _read(name: str) -> Code | None:
     if place is None or content is None:
         return None
     library_name, needs, symbols, code, result = pickle.loads(content)
-    if not all(_load(need) and _files.get(symbol) == need for need, symbol in needs):
-        return None
+    for need, symbol in needs:
+        if need is None and binding.address_of_symbol(symbol) is None:
+            cpu_target.target_context.refresh()  # half of numba, for what few functions call
+        elif need is not None and not (_load(need) and _files.get(symbol) == need):
+            return None
     with suppress(OSError):
         if time.time() - _path(place, name).stat().st_mtime > _FRESH:
             os.utime(_path(place, name))

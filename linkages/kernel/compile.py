@@ -13,6 +13,7 @@ from typing import Any, TypeVar, cast
 
 from numba import config, njit
 
+from linkages.kernel import ahead
 from linkages.kernel.cache import CodeCache
 from linkages.kernel.units import PartCompiler, UnitCompiler
 
@@ -49,6 +50,7 @@ class Kernel:
 
     def __init__(self, function: Any, compiled: Any, kind: bytes) -> None:
         update_wrapper(self, function)
+        ahead.known()
         self.py_func, self.kind, self._compiled = function, kind, compiled
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:

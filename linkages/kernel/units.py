@@ -21,6 +21,7 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.funcdesc import default_mangler
 from numba.core.typed_passes import NopythonTypeInference
 
+from linkages.kernel import ahead, claims
 from linkages.kernel.identity import identity
 
 
@@ -125,7 +126,12 @@ class _Named(Compiler):
         state.targetctx.mangler = _mangled
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
-        return super()._compile_bytecode()
+        ahead.compiling()
+        try:
+            return super()._compile_bytecode()
+        except BaseException:
+            claims.release_all()
+            raise
 
 
 class UnitCompiler(_Named):

@@ -1,12 +1,17 @@
 """What a user writes, checked: the machine for ever, and what is done with it. It may import files, laws and `planar`.
 
-| module      | responsibility                                                               |
-|-------------|------------------------------------------------------------------------------|
-| mechanism   | `Mechanism`: links, joints, frames in the drawn pose, from SDFormat          |
-| experiment  | `Experiment`: drives, joint models, loads, settings, from TOML               |
-| tables      | the tables of an experiment: drives, joint models, solver                    |
-| load_tables | its tables of applied loads: forces, torques, springs                        |
-| skeleton    | what a link looks like: bars between its joints and frames                   |
-| doubts      | values that look like those of another unit                                  |
-| check       | do a mechanism and an experiment fit each other?                             |
+| module         | responsibility                                                               |
+|----------------|------------------------------------------------------------------------------|
+| mechanism      | `Mechanism`: links, joints, frames in the drawn pose, from SDFormat          |
+| experiment     | `Experiment`: drives, joint models, loads, settings, from TOML               |
+| tables         | the tables of an experiment: drives, joint models, solver                    |
+| load_tables    | its tables of applied loads: forces, torques, springs                        |
+| gear           | the table of its gears and belts                                             |
+| contact_tables | its tables of limit stops and points at straight lines                       |
+| link_tables    | its tables of links: which of them bend                                      |
+| bending        | links that bend: where they are held and loaded                              |
+| functions      | formulas and tables of time, positions and speeds                            |
+| skeleton       | what a link looks like: bars between its joints and frames                   |
+| doubts         | values that look like those of another unit                                  |
+| check          | do a mechanism and an experiment fit each other?                             |
 """

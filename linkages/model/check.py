@@ -8,18 +8,38 @@ from typing import Any, NoReturn
 
 from linkages.errors import InputError, nearest
 from linkages.files.keys import unit_of
+from linkages.files.toml import Table
 from linkages.files.units import SLIDING, read
 from linkages.laws import CONTACTS
-from linkages.model.experiment import QUANTITIES, Experiment
-from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
+from linkages.model.bending import check_links
+from linkages.model.contact_tables import LineContact, Stop
+from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, WHOLE_LINK, Experiment
+from linkages.model.functions import OF_JOINTS, OF_POINTS
+from linkages.model.gear import Gear
+from linkages.model.load_tables import Force, Function, JointFriction, Spring, Torque, TorsionSpring
 from linkages.model.mechanism import Frame, Mechanism
-from linkages.model.tables import Drive, JointModel
+from linkages.model.tables import Contact, Drive, JointModel
 
 #: Deepest wear, in parts of the bearing's radius, for which the geometry of overlaps holds.
 DEEPEST = 0.2
 
 #: Parts of a run that tables know without being told.
 OWN_WINDOWS = ("whole", "report", "steady")
+
+
+def unbent(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
+    """Leave out the outputs of bending of links that values replaced by these paths have made rigid."""
+    tables = {path.partition(".")[0] for path in replaced}
+    rigid = {name for name, link in experiment.links.items() if not link.bends}
+    if "links" not in tables or "outputs" in tables or not rigid:
+        return experiment
+
+    def gone(name: str) -> bool:
+        point, _, quantity = name.rpartition(".")
+        return quantity in BENDING_QUANTITIES and point in mechanism.point and mechanism.point[point].link in rigid
+
+    kept = [name for name in experiment.outputs if not gone(name)]
+    return experiment if kept == experiment.outputs else experiment.replaced({"outputs": kept})
 
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
@@ -33,8 +53,9 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
         _Check(mechanism, experiment, f"drives.{name}").drive(name, drive)
     for name in experiment.play:
         _Check(mechanism, experiment, f"joints.{name}").play(name, experiment.joints[name])
+    check_links(mechanism, experiment)
     taken = {"world", *mechanism.point, *mechanism.joint}
-    for table, name in experiment.loads:
+    for table, name in experiment.named:
         load = _Check(mechanism, experiment, f"{table}.{name}")
         if name in taken:
             load.refuse("", "is also the name of a link, frame, joint or load; choose another one")
@@ -46,6 +67,10 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
             "torques": load.torque,
             "springs": load.spring,
             "torsion_springs": load.torsion_spring,
+            "frictions": load.friction,
+            "gears": load.gear,
+            "stops": load.stop,
+            "contacts": load.line_contact,
         }
         checks[table](getattr(experiment, table)[name])
     for name, window in experiment.windows.items():
@@ -76,16 +101,20 @@ class _Check:
             self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
             self.refuse("force", "belongs to a joint that slides; give this one, which turns, a torque")
-        slides = self.mechanism.joint[name].type == "prismatic"
+        self.units(Drive, name)
+        self.covers(drive.times)
+
+    def units(self, table: type[Table], joint: str) -> None:
+        """Check the units of a table's values, of a joint that turns or slides."""
+        slides = self.mechanism.joint[joint].type == "prismatic"
         for path, text in self.experiment.texts.items():
             key = path.removeprefix(f"{self.where}.")
-            if key in Drive.model_fields:
-                unit = unit_of(Drive.model_fields[key])
+            if key in table.model_fields:
+                unit = unit_of(table.model_fields[key])
                 try:
                     read(text, SLIDING.get(unit, unit) if slides else unit)
                 except ValueError as problem:
                     self.refuse(key, str(problem))
-        self.covers(drive.times)
 
     def play(self, name: str, model: JointModel) -> None:
         """Check a joint with play against the machine's bearing or slot."""
@@ -114,18 +143,83 @@ class _Check:
             self.refuse("model", f'is "{model.model}"; a guide with play is "dry"')
         if model.wear is not None:
             self.refuse("wear", "is that of a journal in a bearing; a guide does not wear")
-        contact = model.contact
+        self.plain(model.contact)
+
+    def plain(self, contact: Contact | None) -> None:
+        """Check the law of a contact that is none of a journal in a bearing."""
         if contact is not None and (contact.stiffness is None or CONTACTS[contact.law].conformal):
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
+    def friction(self, friction: JointFriction) -> None:
+        self.known("joint", friction.joint, self.mechanism.joint)
+        if self.mechanism.joint[friction.joint].type == "fixed":
+            self.refuse("joint", f'"{friction.joint}" is fixed; nothing moves in it')
+        if friction.joint in self.experiment.play:
+            self.refuse("joint", f'"{friction.joint}" has play; give it a table [joints.{friction.joint}.friction]')
+        self.units(JointFriction, friction.joint)
+
+    def gear(self, gear: Gear) -> None:
+        for name in gear.joints:
+            self.known("joints", name, self.mechanism.joint)
+            if self.mechanism.joint[name].type == "fixed":
+                self.refuse("joints", f'"{name}" is fixed; name joints that turn or slide')
+            if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
+                self.refuse("joints", f'"{name}" has play; a rack needs an ideal guide')
+
+    def stop(self, stop: Stop) -> None:
+        self.known("joint", stop.joint, self.mechanism.joint)
+        if self.mechanism.joint[stop.joint].type == "fixed":
+            self.refuse("joint", f'"{stop.joint}" is fixed; it has no way that could end')
+        if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
+            self.refuse("joint", f'"{stop.joint}" has play; stop a point of its block by a table [contacts.NAME]')
+        self.units(Stop, stop.joint)
+        self.plain(stop.contact)
+
+    def line_contact(self, touch: LineContact) -> None:
+        link = self.point("point", touch.point).link
+        other = "world" if touch.line is None else self.point("line", touch.line).link
+        if link == other:
+            self.refuse("", f'is that of a point and a line on the same link, "{link}"')
+        self.plain(touch.contact)
+
     def force(self, load: Force) -> None:
         self.covers(load.times)
+        self.depends(load)
         if self.point("point", load.point).link == "world":
             self.refuse("point", f'"{load.point}" is fixed to the world; name a link\'s')
 
     def torque(self, load: Torque) -> None:
         self.covers(load.times)
-        self.known("link", load.link, self.mechanism.link)
+        self.depends(load)
+        if load.link is not None:
+            self.known("link", load.link, self.mechanism.link)
+        else:
+            self.turns(load.joint or "")
+
+    def turns(self, name: str) -> None:
+        """Check that a joint is there and can turn."""
+        self.known("joint", name, self.mechanism.joint)
+        kind = self.mechanism.joint[name].type
+        if kind != "revolute":
+            self.refuse("joint", f'"{name}" is {kind}; a revolute joint can turn')
+
+    def depends(self, load: Function) -> None:
+        """Check the positions and speeds that a load depends on, and the unit of a table over one."""
+        for name in load.signals:
+            key = "formula" if load.formulas else "over"
+            owner, _, part = name.rpartition(".")
+            known: Iterable[str] = self.mechanism.point if part in OF_POINTS else self.mechanism.joint
+            self.known(key, owner, known)
+            unit = (OF_POINTS | OF_JOINTS)[part]
+            if part in OF_JOINTS:
+                kind = self.mechanism.joint[owner].type
+                if kind == "fixed":
+                    self.refuse(key, f'"{owner}" is fixed; it has no {part}')
+                unit = SLIDING[unit] if kind == "prismatic" else unit
+            try:
+                read(self.experiment.texts.get(f"{self.where}.at"), unit)
+            except ValueError as problem:
+                self.refuse("at", str(problem))
 
     def spring(self, load: Spring) -> None:
         link = self.point("point", load.point).link
@@ -135,10 +229,7 @@ class _Check:
 
     def torsion_spring(self, load: TorsionSpring) -> None:
         if load.joint is not None:
-            self.known("joint", load.joint, self.mechanism.joint)
-            kind = self.mechanism.joint[load.joint].type
-            if kind != "revolute":
-                self.refuse("joint", f'"{load.joint}" is {kind}; a revolute joint can turn')
+            self.turns(load.joint)
             return
         first, second = load.links or ["", ""]
         for link in (first, second):
@@ -151,8 +242,14 @@ class _Check:
         if point not in self.mechanism.point:
             near = nearest(point, self.mechanism.point)
             self.refuse("", f'{self.mechanism.source.name} has no link or frame "{point}"; {near}')
-        if quantity not in QUANTITIES:
-            self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, QUANTITIES)}')
+        link = self.mechanism.point[point].link
+        if quantity in BENDING_QUANTITIES and link not in self.experiment.flexible:
+            self.refuse(
+                "", f'is that of a link that bends, and "{link}" is rigid; set links.{link}.model, or leave it out'
+            )
+        known = {*QUANTITIES, *BENDING_QUANTITIES} if link in self.experiment.flexible else QUANTITIES
+        if quantity not in known or (quantity in WHOLE_LINK and point != link):
+            self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
 
     def covers(self, times: list[float] | None) -> None:
         """Check that a table lasts as long as the run."""

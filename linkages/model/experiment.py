@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, PrivateAttr
 
 from linkages.errors import InputError
+from linkages.files.beams import MATERIAL, SECTIONS
 from linkages.files.keys import bracketed, described_keys, table_keys
 from linkages.files.toml import (
     Finite,
@@ -28,14 +29,17 @@ from linkages.files.toml import (
     value_at,
 )
 from linkages.files.units import read
-from linkages.model.load_tables import Force, Spring, Torque, TorsionSpring
+from linkages.model.contact_tables import LineContact, Stop
+from linkages.model.gear import Gear
+from linkages.model.link_tables import LinkModel
+from linkages.model.load_tables import Force, JointFriction, Spring, Torque, TorsionSpring
 from linkages.model.tables import Drive, JointModel, Solver, Window
 
 #: Where a replaced value came from, as its source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
 
 #: The tables of applied loads, in the order in which the loads are packed.
-LOADS = ("forces", "torques", "springs", "torsion_springs")
+LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions")
 
 #: What an output can measure of a link or frame, in plane axes; units m, rad and s.
 QUANTITIES = {
@@ -51,11 +55,22 @@ QUANTITIES = {
     "acceleration": "size of the point's acceleration [m/s2]",
 }
 
+#: And of a link that bends: at its frames, and as a whole.
+BENDING_QUANTITIES = {
+    "deflection": "a frame's distance from the line between the beam's ends, to its left, less that unbent [m]",
+    "bending": "largest bending moment in the link, its magnitude [N m]",
+    "stress": "largest normal stress in the link, its magnitude [Pa]",
+    "stress_place": "where that is, from the beam's first end [m]",
+    "compression": "largest compressive force in the link, zero in tension [N]",
+}
+WHOLE_LINK = ("bending", "stress", "stress_place", "compression")
+
 
 #: SI units of a machine's values, by the end of their paths.
 _OF_MACHINE = {
     "mass": "kg", "inertia": "kg m2", "roll": "rad", "pitch": "rad", "yaw": "rad",
     **dict.fromkeys(("x", "y", "z", "radius", "length", "height"), "m"),
+    **{key: unit for sizes in (*SECTIONS.values(), MATERIAL) for key, unit in sizes.items()},
 }  # fmt: skip
 
 
@@ -72,14 +87,23 @@ class Experiment(Table):
         "centred",
         description="where journals start: at their offset, by default the centre, or at rest under their loads",
     )
-    outputs: list[str] = Field([], description="what to report: LINK_OR_FRAME." + "|".join(QUANTITIES))
+    outputs: list[str] = Field(
+        [], description="what to report: LINK_OR_FRAME." + "|".join((*QUANTITIES, *BENDING_QUANTITIES))
+    )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
+    links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
     forces: dict[str, Force] = Field({}, description="applied forces, each with a name of its own")
     torques: dict[str, Torque] = Field({}, description="applied torques, each with a name of its own")
     springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, each named")
     torsion_springs: dict[str, TorsionSpring] = Field(
         {}, description="torsion springs and dampers, each with a name of its own"
+    )
+    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, each with a name of its own")
+    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, each with a name of its own")
+    stops: dict[str, Stop] = Field({}, description="limit stops of joints, each with a name of its own")
+    contacts: dict[str, LineContact] = Field(
+        {}, description="contacts of points with straight lines, each with a name of its own"
     )
     report: Literal["steady", "whole"] = Field(
         "steady", description="what tables give first: the last period of a motion that has become periodic, or all"
@@ -135,9 +159,20 @@ class Experiment(Table):
         return tuple(name for name, joint in self.joints.items() if joint.has_play)
 
     @property
+    def flexible(self) -> tuple[str, ...]:
+        """Links that bend."""
+        return tuple(name for name, link in self.links.items() if link.bends)
+
+    @property
     def loads(self) -> tuple[tuple[str, str], ...]:
         """Table and name of each applied load: forces, torques, springs, torsion springs."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
+
+    @property
+    def named(self) -> tuple[tuple[str, str], ...]:
+        """Table and name of whatever has a name of its own: loads, gears, stops, contacts."""
+        others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
+        return self.loads + others
 
     def value(self, path: str) -> float:
         """Return the number at a dotted path.
@@ -160,9 +195,13 @@ class Experiment(Table):
         return _build(self._source, self.model_dump(exclude_unset=True), self._sources, overrides, origin)
 
     def ideal(self) -> Experiment:
-        """Return the same experiment with every joint ideal."""
-        joints = {name: {"model": "ideal"} for name in self.joints}
-        data = self.model_dump(exclude_unset=True) | {"joints": joints}
+        """Return the same experiment with every joint ideal and every link rigid."""
+        perfect = {
+            "joints": {name: {"model": "ideal"} for name in self.joints},
+            "links": {name: {"model": "rigid"} for name in self.links},
+            "outputs": [name for name in self.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES],
+        }
+        data = self.model_dump(exclude_unset=True) | perfect
         return _build(self._source, data, self._sources, {}, ARGUMENT)
 
 

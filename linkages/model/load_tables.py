@@ -6,15 +6,58 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from linkages.files.toml import Finite, NonNegative, Table, check_history
-from linkages.planar import motion
-from linkages.planar.motion import Pieces
+from linkages.files.formula import Formula, parse
+from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
+from linkages.model.functions import TIME, check_table, formula
 
 Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
+Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
+Over = Annotated[
+    str | None,
+    Field(description="table over a position or speed instead: POINT.x|y|angle|vx|vy|omega or JOINT.coordinate|rate"),
+]
+At = Annotated[list[Finite] | None, Field(description="values of `over` in a table, increasing")]
 
 
-class Force(Table):
-    """A force at a point of a link, constant or over time.
+class Function(Table):
+    """What a force and a torque have in common: constant, a table, or a formula."""
+
+    @property
+    def formulas(self) -> list[Formula]:
+        """Its components as formulas of t and of positions and speeds; none if it has no formula."""
+        given = getattr(self, "formula", None)
+        return [formula(text) for text in ([given] if isinstance(given, str) else given or [])]
+
+    @property
+    def over_time(self) -> bool:
+        """Whether it changes with time itself, not with the linkage's motion alone."""
+        return getattr(self, "times", None) is not None or any(TIME in found.names for found in self.formulas)
+
+    @property
+    def signals(self) -> list[str]:
+        """The positions and speeds it depends on, such as ``slider.x``."""
+        over = getattr(self, "over", None)
+        return [over] if over is not None else sorted({n for f in self.formulas for n in f.names} - {TIME})
+
+    def _check(self, one: str, many: str) -> None:
+        """Check that it is just one of: constant, a table over time, a table over something else, a formula."""
+        times, over, at = (getattr(self, key) for key in ("times", "over", "at"))
+        values = getattr(self, many)
+        given = [getattr(self, key) is not None for key in (one, many, "formula")]
+        if sum(given) != 1:
+            raise ValueError(f"give either {one}, or times with {many}, or over and at with {many}, or formula")
+        if times is not None and over is not None:
+            raise ValueError("give either times, or over and at")
+        check_table(over, at, values, many)
+        if over is None:
+            check_history(times, values, many)
+        for found in self.formulas:
+            if any(name.rpartition(".")[0] == "world" for name in found.names):
+                raise ValueError('a formula cannot ask where "world" is; it stays where it is')
+
+
+class Force(Function):
+    """A force at a point of a link, constant or over time, a position or a speed.
 
     In plane axes, or in those of the point's own frame, which turn with the link: x along its x axis (whose angle is
     the column ``POINT.angle``), y a quarter turn counter-clockwise from it.
@@ -25,41 +68,43 @@ class Force(Table):
         "plane", description="axes of its components: the plane's, or the point's own, turning with the link"
     )
     force: Pair | None = Field(None, description="constant force [N]")
-    times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
-    forces: list[Pair] | None = Field(None, description="forces at `times`; between them monotone cubics [N]")
+    times: Times = None
+    over: Over = None
+    at: At = None
+    forces: list[Pair] | None = Field(None, description="forces at `times` or `at`; between them monotone cubics [N]")
+    formula: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="its two components as formulas of t and of positions and speeds, [N] in SI units"
+    )
 
     @model_validator(mode="after")
     def _one_kind(self) -> Force:
-        _check_values("force", "forces", self.force, self.times, self.forces)
+        self._check("force", "forces")
         return self
 
-    def components(self) -> tuple[Pieces, Pieces]:
-        """Both components over time."""
-        if self.times is not None and self.forces is not None:
-            xs, ys = zip(*self.forces, strict=True)
-            return motion.monotone_table(self.times, xs), motion.monotone_table(self.times, ys)
-        x, y = self.force or (0.0, 0.0)
-        return motion.constant_rate(x, 0.0), motion.constant_rate(y, 0.0)
 
+class Torque(Function):
+    """A torque on a link, positive counter-clockwise about the plane's normal, or in a joint, positive about its axis.
 
-class Torque(Table):
-    """A torque on a link, constant or over time, positive counter-clockwise about the plane's normal."""
+    Constant, or over time, a position or a speed. In a joint it acts on the child, and its opposite on the parent.
+    """
 
-    link: str = Field(description="the link it acts on")
+    link: str | None = Field(None, description="the link it acts on")
+    joint: str | None = Field(None, description="or the revolute joint it acts in, along its coordinate")
     torque: Finite | None = Field(None, description="constant torque, counter-clockwise [N m]")
-    times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
-    torques: list[Finite] | None = Field(None, description="torques at `times`; between them monotone cubics [N m]")
+    times: Times = None
+    over: Over = None
+    at: At = None
+    torques: list[Finite] | None = Field(
+        None, description="torques at `times` or `at`; between them monotone cubics [N m]"
+    )
+    formula: str | None = Field(None, description="as a formula of t and of positions and speeds, [N m] in SI units")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Torque:
-        _check_values("torque", "torques", self.torque, self.times, self.torques)
+        if (self.link is None) == (self.joint is None):
+            raise ValueError("give either link or joint")
+        self._check("torque", "torques")
         return self
-
-    def history(self) -> Pieces:
-        """Torque over time."""
-        if self.times is not None and self.torques is not None:
-            return motion.monotone_table(self.times, self.torques)
-        return motion.constant_rate(self.torque or 0.0, 0.0)
 
 
 class Spring(Table):
@@ -97,8 +142,27 @@ class TorsionSpring(Table):
         return self
 
 
-def _check_values(one: str, many: str, value: object, times: list[float] | None, values: object) -> None:
-    """Check that a load is either constant or a table."""
-    if (value is None) == (values is None):
-        raise ValueError(f"give either {one}, or times with {many}")
-    check_history(times, values, many)  # type: ignore[arg-type]
+class JointFriction(Table):
+    """Friction in an ideal joint by a given torque (a force where the joint slides), not by the force that it carries.
+
+    constant * tanh(v/speed) + viscous * v against the rate v of the joint's coordinate: Coulomb's friction as the
+    law "coulomb" of dry joints regularises it, and viscous friction.
+    """
+
+    of_any_joint = True
+
+    joint: str = Field(description="the ideal joint")
+    constant: NonNegative = Field(0.0, description="Coulomb part, whatever the joint carries [N m]")
+    viscous: NonNegative = Field(0.0, description="viscous part [N m s/rad]")
+    speed: Positive = Field(1e-2, description="at which 76 % of the Coulomb part act, 96 % at twice it [rad/s]")
+
+    @model_validator(mode="after")
+    def _acts(self) -> JointFriction:
+        if not self.constant and not self.viscous:
+            raise ValueError("give constant, or viscous, or both")
+        return self
+
+    @property
+    def law(self) -> Formula:
+        """Torque or force along the coordinate, as a formula of its rate v."""
+        return parse(f"-{self.constant!r}*tanh(v/{self.speed!r}) - {self.viscous!r}*v")

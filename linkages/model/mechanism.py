@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError, nearest
+from linkages.files.beams import FOLLOWS
 from linkages.files.numbers import implausible
 from linkages.files.raw_model import Chains, RawJoint, RawLink, RawModel
 from linkages.files.sdf import read_sdf
@@ -147,7 +148,7 @@ class Mechanism:
         Raises
         ------
         InputError
-            If there is no such link, or a value is not positive.
+            If there is no such link, it has a beam, from which they follow, or a value is not positive.
         """
         if not values:
             return self
@@ -156,6 +157,8 @@ class Mechanism:
             if path not in self.values:
                 name = path.split(".")[1]
                 raise InputError(self.source, where, f'there is no link "{name}"; {nearest(name, self.link)}')
+            if self.link[path.split(".")[1]].beam is not None:
+                raise InputError(self.source, where, FOLLOWS)
             if not value > 0.0:
                 raise InputError(self.source, where, f"is {value:g}; it must be positive")
             if problem := implausible(value):
@@ -208,7 +211,7 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
 def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanism:
     """Return a machine in its plane; as `load_mechanism`, with values for moments of inertia alone."""
     basis = _plane(path, raw)
-    links = tuple(_link(link, basis) for link in raw.links)
+    links = tuple(_link(path, link, basis) for link in raw.links)
     joints = tuple(_joint(joint, basis) for joint in raw.joints)
     frames = tuple(
         Frame(name, link, basis[:, :2].T @ pose.translation, _angle(pose.rotation, basis))
@@ -264,10 +267,15 @@ def _angle(rotation: Array, basis: Array) -> float:
     return float(np.arctan2(-y_axis[0], y_axis[1]))
 
 
-def _link(raw: RawLink, basis: Array) -> Link:
+def _link(path: Path, raw: RawLink, basis: Array) -> Link:
     to_plane, normal = basis[:, :2].T, raw.rotation.T @ basis[:, 2]
+    beam = raw.beam
+    if beam is not None:
+        if abs(basis[:, 2] @ (beam.end - beam.start)) > _PARALLEL * beam.length:
+            raise _wrong(path, raw, "its <linkages:beam> does not lie in the plane of motion")
+        beam = replace(beam, start=to_plane @ beam.start, end=to_plane @ beam.end)
     return Link(
-        **vars(raw),
+        **vars(raw) | {"beam": beam},
         origin=to_plane @ raw.translation,
         angle=_angle(raw.rotation, basis),
         com=to_plane @ (raw.translation + raw.rotation @ raw.com_local),

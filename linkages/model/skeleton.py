@@ -49,7 +49,10 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
     size : float
         Extent of the linkage [m].
     """
-    color = COLORS[mechanism.links.index(link) % len(COLORS)]
+    families = list(
+        dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links)
+    )  # pieces have their link's
+    color = COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
     places = _places(mechanism, link, _SAME * size)
     if len(places) < 2:
         return Skeleton(places, (), (), color)

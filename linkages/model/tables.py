@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, get_args
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from linkages.files.keys import OneOf
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
+from linkages.model.functions import TIME, formula, program
 from linkages.planar import motion
-from linkages.planar.motion import Pieces
+from linkages.planar.motion import Pieces, Program
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # that of pitch is 2e8
@@ -20,7 +22,7 @@ FrictionLaw = Annotated[str, OneOf(FRICTIONS)]
 
 
 class Drive(Table):
-    """A driven joint: a prescribed motion (speed, or a table of angles), a torque, or a force where it slides.
+    """A driven joint: a prescribed motion (speed, table, formula), a torque, or a force where it slides.
 
     Coordinates are those of the SDF joint: zero in the drawn pose, positive about (along) its axis. For a
     prismatic joint read m for rad.
@@ -33,6 +35,7 @@ class Drive(Table):
     ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
     angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
+    formula: str | None = Field(None, description="joint coordinate as a formula of the time t, [rad] in SI units")
     torque: Finite | None = Field(None, description="constant torque, of a joint that turns [N m]")
     torques: list[Finite] | None = Field(None, description="torques at `times` [N m]")
     force: Finite | None = Field(None, description="constant force along its way, of a joint that slides [N]")
@@ -40,13 +43,18 @@ class Drive(Table):
 
     @model_validator(mode="after")
     def _one_kind(self) -> Drive:
-        kinds = [k for k in ("angles", "torque", "torques", "force", "forces") if getattr(self, k) is not None]
+        kinds = [
+            k for k in ("angles", "formula", "torque", "torques", "force", "forces") if getattr(self, k) is not None
+        ]
         if len(kinds) > 1:
             raise ValueError(f"give only one of {' and '.join(kinds)}")
         if not kinds and self.speed is None:
-            raise ValueError("give speed, or times with angles, or torque (force, of a joint that slides)")
-        if "angles" in kinds and (self.speed is not None or self.ramp or self.angle):
-            raise ValueError("angles prescribe the whole motion; remove speed, ramp and angle")
+            raise ValueError("give speed, or times with angles, or formula, or torque (force, of a joint that slides)")
+        verb = "prescribes" if kinds == ["formula"] else "prescribe"
+        if kinds in (["angles"], ["formula"]) and (self.speed is not None or self.ramp or self.angle):
+            raise ValueError(f"the {kinds[0]} {verb} the whole motion; remove speed, ramp and angle")
+        if self.formula is not None:
+            formula(self.formula, of_state=False)
         if self.ramp and kinds:
             raise ValueError("ramp belongs to a constant speed; remove it")
         values = next((v for v in (self.angles, self.torques, self.forces) if v is not None), None)
@@ -58,8 +66,20 @@ class Drive(Table):
         """Whether the motion is prescribed; otherwise the torque or the force is."""
         return all(given is None for given in (self.torque, self.torques, self.force, self.forces))
 
-    def motion(self) -> Pieces:
+    @property
+    def varies(self) -> bool:
+        """Whether it follows a table or a formula."""
+        return self.times is not None or self.formula is not None
+
+    @property
+    def start(self) -> float:
+        """Joint coordinate at t = 0."""
+        return float(motion.Motions([self.motion()])(np.zeros(1))[0][0, 0]) if self.prescribed else self.angle
+
+    def motion(self) -> Pieces | Program:
         """Coordinate over time of a prescribed drive."""
+        if self.formula is not None:
+            return program(formula(self.formula, of_state=False), {TIME: 0})
         if self.angles is not None and self.times is not None:
             return motion.table(self.times, self.angles)
         if self.ramp:

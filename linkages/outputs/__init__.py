@@ -5,4 +5,5 @@
 | registry | which outputs a system has, their units, the records of each        |
 | values   | the value of each output at a state, in compiled code               |
 | columns  | outputs over time, from the states of a run or of an ideal motion   |
+| segments | those of links that bend, from a run of rigid pieces              |
 """

@@ -7,13 +7,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from linkages.kernel import Array
+from linkages.kernel import Array, Records
 from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
-from linkages.outputs.values import DRIVE, JOINT, make_view, tabulate
+from linkages.outputs.segments import whole_columns
+from linkages.outputs.values import OF_FORCES, make_view, tabulate
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
+from linkages.system.segments import Segmented
 
 Columns = dict[str, Array]
 
@@ -40,7 +42,7 @@ def columns(
         `linkages.planar.contacts.CLEARANCE_OUTPUTS` of each contact, from an engine. Without it the joints with play
         are taken as ideal, and the forces in them computed like the others'.
     names : sequence of str, optional
-        Outputs of `linkages.outputs.registry`; default all there are.
+        Outputs of `linkages.outputs.registry`; default all there are, for links in segments as `whole_columns`.
 
     Returns
     -------
@@ -54,15 +56,16 @@ def columns(
         If jitter is asked for where the ideal linkage does not close.
     """
     ideal = contacts is None
-    wanted = all_names(system, ideal) if names is None else list(names)
-    outputs = pack(system, wanted, ideal)
+    if names is None and isinstance(system, Segmented):
+        return whole_columns(system, ideal, lambda own: columns(system, times, q, v, a, contacts, own))
+    wanted, outputs = _records(system, None if names is None else tuple(names), ideal)
     nt = len(times)
     if contacts is None:
         contacts = np.zeros((nt, 0, WIDTH))
     out = np.empty((len(wanted), nt))
     tabulate(
         outputs,
-        bool(np.isin(outputs["kind"], (JOINT, DRIVE)).any()),
+        bool(np.isin(outputs["kind"], OF_FORCES).any()),
         make_view(system.ideal_arrays if ideal else system.arrays, q.shape[1]),
         *(np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts)),  # type: ignore[call-arg]
         out,
@@ -74,6 +77,13 @@ def columns(
         for name in jitter:
             out[wanted.index(name)] -= exact[name.removesuffix(JITTER)]
     return {"time": times} | dict(zip(wanted, out, strict=True))
+
+
+@lru_cache(maxsize=8)  # a search for peaks asks again and again
+def _records(system: System, names: tuple[str, ...] | None, ideal: bool) -> tuple[tuple[str, ...], Records]:
+    """Names of the outputs that are asked for, and their records."""
+    wanted = tuple(all_names(system, ideal)) if names is None else names
+    return wanted, pack(system, wanted, ideal)
 
 
 @lru_cache(maxsize=4)

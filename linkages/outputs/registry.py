@@ -23,8 +23,22 @@ import numpy as np
 
 from linkages.errors import AssemblyError, InputError, nearest
 from linkages.kernel import Records
-from linkages.model.experiment import QUANTITIES
-from linkages.outputs.values import CONTACT, COORDINATE, DRIVE, GUIDE, JOINT, LINKAGE, LOAD, OUTPUT, POINT
+from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, WHOLE_LINK
+from linkages.model.segments import HINGE
+from linkages.outputs.values import (
+    BEND,
+    CONTACT,
+    COORDINATE,
+    DRIVE,
+    GEAR,
+    GUIDE,
+    JOINT,
+    LINKAGE,
+    LOAD,
+    OUTPUT,
+    POINT,
+    WITHIN,
+)  # fmt: skip
 from linkages.system import System
 
 JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
@@ -75,6 +89,8 @@ _CONTACT = _described(
         "load": "normal load of the contact, without the film's [N]",
     }
 )
+_BENDING = _described(BENDING_QUANTITIES)
+_PASSED = Quantity("power that passes to the second joint", "W", 1)
 _POWER = Quantity("power that the load delivers to the linkage", "W", 2)
 
 
@@ -82,11 +98,27 @@ def _some(quantities: dict[str, Quantity], *without: str) -> dict[str, Quantity]
     return {name: quantity for name, quantity in quantities.items() if name not in without}
 
 
+def _beside(quantities: dict[str, Quantity], *chosen: str) -> dict[str, Quantity]:
+    """Choose quantities of a contact that is none of a journal in its bearing, in words that suit it."""
+    words = {
+        "fx": "force on the point along x_P",
+        "penetration": "depth of the point beyond the wall, negative: its distance from it",
+        "sliding": "speed of the point along the wall",
+        "load": "normal force",
+    }
+    return {name: quantities[name]._replace(meaning=words.get(name, quantities[name].meaning)) for name in chosen}
+
+
+def _stops(kind: str) -> Callable[[System], Iterable[str]]:
+    """List the stops of joints that turn, or slide."""
+    return lambda s: [name for name, stop in s.experiment.stops.items() if s.mechanism.joint[stop.joint].type == kind]
+
+
 def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
     """Labels of the contacts with and without film, that can and cannot touch."""
 
     def names(system: System) -> Iterator[str]:
-        for (joint, label), model in zip(system.tree.contacts, system.models, strict=True):
+        for (joint, label), model in zip(system.tree.contacts, system.models, strict=False):
             has_film = model.has_film and system.mechanism.joint[joint].bearing is not None
             if (has_film, model.can_touch) == (film, touching):
                 yield label
@@ -95,7 +127,7 @@ def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
 
 
 def _contact(system: System, name: str) -> tuple[Any, ...]:
-    k = [label for _, label in system.tree.contacts].index(name)
+    k = [label for _, label in system.contacts].index(name)
     return k, 0, _NOWHERE, float(system.laws["clearance"][k])
 
 
@@ -103,11 +135,27 @@ def _point(system: System, name: str) -> tuple[Any, ...]:
     return 0, 0, system.tree.named_marker(name), system.mechanism.point[name].angle
 
 
+def _deflection(system: System, name: str) -> tuple[Any, ...]:
+    tree, point = system.tree, system.mechanism.point[name]
+    beam = system.mechanism.link[point.link].beam
+    if beam is None:
+        raise AssertionError("a link that bends has a beam")
+    first, last = (tree.marker(point.link, end)[0] for end in (beam.start, beam.end))
+    (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
+    return first, last, tree.named_marker(name), float(dx * y - dy * x)
+
+
+def _within(system: System, name: str) -> tuple[Any, ...]:
+    link = system.tree.pieces[name]
+    first = list(system.tree.bent).index(link[0].name)
+    return first, first + len(link), _NOWHERE, 0.0
+
+
 def _guide(system: System, name: str) -> tuple[Any, ...]:
     tree, joint = system.tree, system.mechanism.joint[name]
     k = [owner for owner, _ in tree.contacts].index(name)
-    across = (tree.index[joint.parent], float(-joint.direction[1]), float(joint.direction[0]))
-    return k, tree.index[joint.child], across, float(system.laws["clearance"][k])
+    across = (tree.marker(joint.parent, joint.on_parent)[0], float(-joint.direction[1]), float(joint.direction[0]))
+    return k, tree.marker(joint.child, joint.on_child)[0], across, float(system.laws["clearance"][k])
 
 
 def _drive(system: System, name: str) -> tuple[Any, ...]:
@@ -117,6 +165,23 @@ def _drive(system: System, name: str) -> tuple[Any, ...]:
 
 def _load(system: System, name: str) -> tuple[Any, ...]:
     return [load for _, load in system.experiment.loads].index(name), 0, _NOWHERE, 0.0
+
+
+def _gears(kind: str) -> Callable[[System], Iterable[str]]:
+    """List the gears whose second joint turns, or slides."""
+    return lambda s: [n for n, gear in s.experiment.gears.items() if s.mechanism.joint[gear.joints[1]].type == kind]
+
+
+def _frictions(kind: str) -> Callable[[System], Iterable[str]]:
+    """List the frictions in joints that turn, or slide."""
+    return lambda s: [
+        n for n, friction in s.experiment.frictions.items() if s.mechanism.joint[friction.joint].type == kind
+    ]
+
+
+def _gear(system: System, name: str) -> tuple[Any, ...]:
+    gears = system.experiment.gears
+    return list(gears).index(name) - len(gears), 0, _NOWHERE, system.tree.coordinate(gears[name].joints[1])[1]
 
 
 def _loads(*tables: str) -> Callable[[System], Iterable[str]]:
@@ -174,7 +239,10 @@ OWNERS = (
     ),
     Owner(
         LOAD, "TORQUE", False, _loads("torques"), _load,
-        {"torque": Quantity("applied torque, counter-clockwise", "N m", 0), "power": _POWER},
+        {
+            "torque": Quantity("applied torque, counter-clockwise; in a joint along its coordinate", "N m", 0),
+            "power": _POWER,
+        },
     ),
     Owner(
         LOAD, "SPRING", False, _loads("springs"), _load,
@@ -188,12 +256,55 @@ OWNERS = (
             "power": _POWER,
         },
     ),
+    Owner(
+        LOAD, "FRICTION (turning)", False, _frictions("revolute"), _load,
+        {"torque": Quantity("friction in an ideal joint, along its coordinate", "N m", 0), "power": _POWER},
+    ),
+    Owner(
+        LOAD, "FRICTION (sliding)", False, _frictions("prismatic"), _load,
+        {"force": Quantity("friction in an ideal joint, along its coordinate", "N", 0), "power": _POWER},
+    ),
+    Owner(
+        GEAR, "GEAR (turning)", False, _gears("revolute"), _gear,
+        {"torque": Quantity("torque on the second joint, along its coordinate", "N m", 0), "power": _PASSED},
+    ),
+    Owner(
+        GEAR, "GEAR (sliding)", False, _gears("prismatic"), _gear,
+        {"force": Quantity("force on the second joint, along its coordinate", "N", 0), "power": _PASSED},
+    ),
+    Owner(
+        CONTACT, "STOP (turning)", True, _stops("revolute"), _contact,
+        {
+            "torque": Quantity("size of the torque that it pushes back with", "N m", 11),
+            "penetration": Quantity("angle beyond it, negative: up to it", "rad", 8),
+            "closing": Quantity("rate of the penetration", "rad/s", 9),
+            "power": _POWER._replace(code=6),
+        },
+    ),
+    Owner(
+        CONTACT, "STOP (sliding)", True, _stops("prismatic"), _contact,
+        _beside(_CONTACT, "force", "penetration", "closing", "sliding", "load", "power"),
+    ),
+    Owner(
+        CONTACT, "CONTACT", True, lambda s: s.experiment.contacts, _contact,
+        _beside(_CONTACT, "fx", "fy", "force", "penetration", "closing", "sliding", "load", "power"),
+    ),
+    Owner(
+        BEND, "FRAME (flexible link)", False,
+        lambda s: [frame.name for frame in s.mechanism.point.values() if frame.link in s.tree.pieces],
+        _deflection, _some(_BENDING, *WHOLE_LINK),
+    ),
+    Owner(
+        WITHIN, "LINK (flexible)", False, lambda s: s.tree.pieces, _within, _some(_BENDING, "deflection"),
+    ),
     Owner(COORDINATE, "q", False, lambda s: (), lambda s, name: (), {}),
     Owner(
         LINKAGE, "", False, lambda s: ("",), lambda s, name: (0, 0, _NOWHERE, 0.0),
         {
             "kinetic_energy": Quantity("kinetic energy of the whole linkage", "J", 0),
-            "potential_energy": Quantity("energy of weight and springs", "J", 1),
+            "potential_energy": Quantity("energy of weight, springs and bent links", "J", 1),
+            "strain_energy": Quantity("energy of bent links", "J", 2),
+            "damping_power": Quantity("power that bent links lose to the damping of their material", "W", 3),
         },
     ),
 )  # fmt: skip
@@ -242,11 +353,14 @@ def unit(system: System, name: str) -> str:
     if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
         return "rad/s"
     plain = name.removeprefix(IDEAL).removesuffix(JITTER)
+    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.pieces:  # of a run in segments
+        return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     joint = system.mechanism.joint.get(thing)
     slides = joint is not None and joint.type == "prismatic"
     if owner.kind == COORDINATE:
-        return "m" if slides or thing.endswith((".x", ".y")) else "rad"
+        floats, _, part = thing.rpartition(".")  # x, y or angle of a floating link, or a mode
+        return "m" if slides or (floats and part != "angle") else "rad"
     return quantity.prismatic if slides and quantity.prismatic else quantity.unit
 
 
@@ -296,7 +410,7 @@ def table() -> Iterator[tuple[str, str, str]]:
         also = f" or {quantity.prismatic}" if quantity.prismatic else ""
         shown = f"{label} ({', '.join(found)})" if found[0] else label
         yield _joined(shown, name), quantity.meaning, quantity.unit + also
-    yield "q.COORDINATE", "coordinate of the spanning tree: a joint's, or a floating link's", "rad or m"
+    yield "q.COORDINATE", "coordinate of the spanning tree: of a joint, a floating link, a mode, a hinge", "rad or m"
     yield f"POINT.quantity{JITTER}", "a point's quantity less that of the ideal linkage", "its own"
     yield f"{IDEAL}NAME", "an output of the linkage with every joint ideal", "its own"
     yield f"{IDEAL}JOINT.{TURNING}", "rate at which the direction of the force in a joint turns", "rad/s"

@@ -11,9 +11,11 @@ from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Records, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
+from linkages.planar.bending import beam_energy
 from linkages.planar.contacts import WIDTH, contact_motion
 from linkages.planar.dynamics import Workspace, clear, inertial_load, make_workspace
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.internal_forces import beam_state, deflection
+from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities, term_rate
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
@@ -21,17 +23,22 @@ from linkages.planar.reactions import add_known_contacts, joint_forces, row_reac
 from linkages.planar.record_types import MARKER, WORN
 
 #: Kinds of owners.
-POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE = range(8)
+POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE, BEND, WITHIN, GEAR = range(11)
+
+#: Kinds that need the forces in joints.
+OF_FORCES = (JOINT, DRIVE, WITHIN, GEAR)
 
 #: One output.
 OUTPUT = record_type(
     kind="i8",
     what="i8",  # quantity of the kind
-    at="i8",  # contact, joint, drive, load or coordinate
-    other="i8",  # drive: its coordinate; guide: the block's body
+    at="i8",  # contact, joint, drive, load, coordinate, or first beam; deflection: section at the beam's first end;
+    # gear: less the number of gears
+    other="i8",  # drive: its coordinate; guide: the block's body; deflection: section at the beam's last end;
+    # beams: behind the last
     jitter="i8",  # 1: less the ideal linkage's
     marker=MARKER,  # point: where it is; guide: the slot's body and the direction across it
-    constant="f8",  # point: drawn angle; contact: clearance
+    constant="f8",  # point: drawn angle; contact: clearance; deflection: that of the straight beam; gear: second's sign
 )
 
 _CORNERS = 4
@@ -69,7 +76,26 @@ def output_value(output: np.record, view: View) -> float:
         return math.hypot(load[0], load[1]) if what == 3 else load[what]
     if kind == COORDINATE:
         return state.q[at]
+    if kind == BEND:
+        rx, ry = arm(state.pose, output.marker)
+        b = output.marker.body
+        x, y = state.pose[b, 0] + rx, state.pose[b, 1] + ry
+        return deflection(at, output.other, x, y, output.constant, state.pose)
+    if kind == WITHIN:
+        return _within_beam(what, at, output.other, view)
+    if kind == GEAR:  # counted from the end of the rows
+        row = view.model.rows[len(view.model.rows) + at]
+        reaction = row.scale * state.reaction[len(view.model.rows) + at]
+        return output.constant * reaction if what == 0 else reaction * term_rate(row.term, state.pose, state.vel)
     return _energy(what, view)
+
+
+@kernel
+def _within_beam(what: int, first: int, last: int, view: View) -> float:
+    model, w = view.model, view.state
+    return beam_state(
+        what, model.beams[first:last], model.bodies, model.stations, model.gravity, w.pose, w.vel, w.acc, w.load
+    )
 
 
 @kernel
@@ -133,9 +159,13 @@ def _guide_value(output: np.record, view: View) -> float:
 @kernel
 def _energy(what: int, view: View) -> float:
     bodies, gravity, pose, vel = view.model.bodies, view.model.gravity, view.state.pose, view.state.vel
-    kinetic, potential = 0.0, 0.0
-    for i in range(1, len(bodies)):
-        body = bodies[i]
+    kinetic, potential, strain, lost = 0.0, 0.0, 0.0, 0.0
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
+        if body.modes > 0:
+            own = beam_energy(bodies, i, pose, vel, gravity)
+            kinetic, potential, strain, lost = kinetic + own[0], potential + own[1], strain + own[2], lost + own[3]
+            continue
         cx, cy = turned(pose, i, body.cx, body.cy)
         w = vel[i, 0]
         vx, vy = marker_velocity(vel, i, cx, cy)
@@ -143,7 +173,7 @@ def _energy(what: int, view: View) -> float:
         potential -= body.mass * (gravity[0] * (pose[i, 0] + cx) + gravity[1] * (pose[i, 1] + cy))
     for k in range(len(view.loads)):
         potential += view.loads[k, 3]
-    return kinetic if what == 0 else potential
+    return (kinetic, potential + strain, strain, lost)[what]
 
 
 @kernel
@@ -169,7 +199,7 @@ def tabulate(
     """
     model, w = view.model, view.state
     bodies, powered = model.bodies, model.powered_bodies
-    loads = (model.loads, model.load_t, model.load_c, model.load_n)
+    loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
     torques = (model.torque, model.torque_c, model.torque_n)
     np_ = len(powered)
     value, rate, second = np.zeros(np_), np.zeros(np_), np.zeros(np_)
@@ -188,7 +218,7 @@ def tabulate(
             load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
             evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
-                w.tau[bodies[powered[k]].dof] = value[k]
+                w.tau[bodies.records[powered[k]].dof] = value[k]
             inertial_load(bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
             if len(model.rows):
                 row_reactions(model, w)
@@ -199,7 +229,7 @@ def tabulate(
 
 def make_view(model: Arrays, n: int) -> View:
     """Make the arrays of a view of a linkage with n coordinates, for `tabulate`."""
-    work = make_workspace(len(model.bodies), n, len(model.rows))
+    work = make_workspace(len(model.bodies.records), n, len(model.rows), model.bodies.shapes.shape[2])
     forces, efforts = np.zeros((len(model.joints), 3)), np.zeros(len(model.driven) + len(model.powered))
     parts = np.zeros((len(model.ends), WIDTH)), forces, efforts, np.zeros((len(model.loads), len(LOAD_OUTPUTS)))
     return packed(View(packed(model), packed(work), *parts))

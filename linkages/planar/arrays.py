@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from linkages.kernel import Array, Indices, Records
+from linkages.planar.bodies import Bodies
 
 
 class Arrays(NamedTuple):
     """What does not change during a run of a linkage with nc contacts; `linkages.system.System.arrays` makes it."""
 
-    bodies: Records  # the tree
+    bodies: Bodies  # the tree; see `linkages.planar.bodies`
     rows: Records  # of its cut ideal joints
     rank: int  # how many of the rows are independent, but in singular positions
     ends: Records  # of its contacts
@@ -32,8 +33,11 @@ class Arrays(NamedTuple):
     torque_c: Array
     torque_n: Indices
     loads: Records  # applied loads; see `linkages.planar.loads`
+    signals: Records  # what they depend on
     load_t: Array
     load_c: Array
     load_n: Indices
+    beams: Records  # links that bend, for the forces within them
+    stations: Array  # see `linkages.planar.internal_forces`, (ns, 4 + 6 nm)
     gravity: Array  # (2,)
     size: float  # length of the linkage [m]

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from linkages.integrate.factor import back_substitute, factorise
-from linkages.kernel import Array, Indices, Records, kernel
+from linkages.integrate.factor import back_substitute, decompose, factorise
+from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
+from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.kinematics import (
     add_row_wrench,
     add_to_parent,
@@ -28,7 +29,7 @@ _DEPENDENT = 1e-11  # singular values below, in parts of the largest, are those 
 
 
 @kernel
-def closure_error(bodies: Records, rows: Records, offset: Array, q: Array, pose: Array) -> Array:
+def closure_error(bodies: Bodies, rows: Records, offset: Array, q: Array, pose: Array) -> Array:
     """Closure errors (nr,) at q less the wanted offsets; fills `pose`."""
     body_positions(bodies, q, pose)
     error = np.empty(len(rows))
@@ -38,34 +39,36 @@ def closure_error(bodies: Records, rows: Records, offset: Array, q: Array, pose:
 
 
 @kernel
-def closure_jacobian(bodies: Records, rows: Records, pose: Array, n: int) -> Array:
+def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int) -> Array:
     """Exact Jacobian (nr, n) of the closure rows: row k is the generalised force of a unit reaction of that row."""
-    jacobian, wrench = np.zeros((len(rows), n)), np.zeros((len(bodies), 3))
+    jacobian, wrench = np.zeros((len(rows), n)), new_motion(bodies)
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, 1.0, wrench)
-        i, j = rows[k].a.body, rows[k].b.body
+        i, j = rows[k].term.a.body, rows[k].term.b.body
+        if rows[k].ratio != 0.0:  # two pairs of branches
+            for outer in range(len(bodies.records) - 1, 0, -1):
+                _pass_on(bodies, pose, outer, wrench, jacobian[k])
+            i, j = 0, 0
         while i != j:  # where their branches meet, action and reaction balance
             outer = max(i, j)
-            body = bodies[outer]
-            if body.dof >= 0:
-                jacobian[k, body.dof] = along(body, pose, wrench[outer])
-            add_to_parent(bodies, pose, outer, wrench)
-            for m in range(3):
-                wrench[outer, m] = 0.0
-            i, j = min(i, j), body.mount.body
-        for m in range(3):
+            _pass_on(bodies, pose, outer, wrench, jacobian[k])
+            i, j = min(i, j), bodies.records[outer].mount.body
+        for m in range(wrench.shape[1]):
             wrench[i, m] = 0.0
     return jacobian
 
 
-@kernel
-def decompose(matrix: Array) -> tuple[Array, Array, Array]:
-    """Singular value decomposition U, s, V^T of a matrix (m, n), with min(m, n) values."""
-    m, n = matrix.shape
-    if m == 0 or n == 0:
-        return np.empty((m, 0)), np.empty(0), np.empty((0, n))
-    u, s, vt = np.linalg.svd(matrix, False)
-    return np.ascontiguousarray(u), s, np.ascontiguousarray(vt)
+@inlined_kernel
+def _pass_on(bodies: Bodies, pose: Array, outer: int, wrench: Array, line: Array) -> None:
+    """Move a body's wrench to its parent; fill what it is along the body's coordinates."""
+    body = bodies.records[outer]
+    if body.dof >= 0:
+        line[body.dof] = along(body, pose, wrench[outer])
+    for m in range(body.modes):
+        line[body.eta + m] = wrench[outer, 3 + m]
+    add_to_parent(bodies, pose, outer, wrench)
+    for m in range(wrench.shape[1]):
+        wrench[outer, m] = 0.0
 
 
 @kernel
@@ -111,7 +114,7 @@ def sum_of_squares(x: Array) -> float:
 
 
 @kernel
-def close(bodies: Records, rows: Records, offset: Array, free: Indices, size: float, q: Array) -> bool:
+def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: float, q: Array) -> bool:
     """Move the free coordinates of ``q`` (in place) until the rows are closed.
 
     Newton's method with step halving on the sum of squares. Returns False if it does not converge.
@@ -125,7 +128,7 @@ def close(bodies: Records, rows: Records, offset: Array, free: Indices, size: fl
     size : float
         Length of the linkage [m], which scales the tolerance.
     """
-    pose = np.empty((len(bodies), 5))
+    pose = new_pose(bodies)
     error = closure_error(bodies, rows, offset, q, pose)
     merit = sum_of_squares(error)
     for _ in range(_ITERATIONS):
@@ -154,10 +157,10 @@ def close(bodies: Records, rows: Records, offset: Array, free: Indices, size: fl
 
 
 @kernel
-def consistent_rates(bodies: Records, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
+def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
     """Fill the free entries of rates v and accelerations a so that the rows stay closed; others are given."""
-    nb, n = len(bodies), len(q)
-    pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
+    n = len(q)
+    pose, vel, acc = new_pose(bodies), new_motion(bodies), new_motion(bodies)
     body_positions(bodies, q, pose)
     inner = closure_jacobian(bodies, rows, pose, n)[:, free]
     for i in range(len(free)):
@@ -180,7 +183,7 @@ def consistent_rates(bodies: Records, rows: Records, free: Indices, q: Array, v:
 
 
 @kernel
-def closure_quality(bodies: Records, rows: Records, free: Indices, q: Array) -> float:
+def closure_quality(bodies: Bodies, rows: Records, free: Indices, q: Array) -> float:
     """Ratio of the smallest to the largest singular value of the free columns of the closure's Jacobian.
 
     It is zero where the linkage is singular or has a free motion left.
@@ -189,7 +192,7 @@ def closure_quality(bodies: Records, rows: Records, free: Indices, q: Array) -> 
         return 1.0
     if len(rows) < len(free):
         return 0.0
-    pose = np.empty((len(bodies), 5))
+    pose = new_pose(bodies)
     body_positions(bodies, q, pose)
     values = decompose(closure_jacobian(bodies, rows, pose, len(q))[:, free])[1]
     return values[-1] / values[0] if values[0] > 0.0 else 0.0
@@ -197,7 +200,7 @@ def closure_quality(bodies: Records, rows: Records, free: Indices, q: Array) -> 
 
 @kernel
 def follow(
-    bodies: Records,
+    bodies: Bodies,
     rows: Records,
     offset: Array,
     free: Indices,

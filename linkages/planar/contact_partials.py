@@ -9,7 +9,7 @@ import numpy as np
 from linkages.kernel import Array, kernel
 from linkages.planar.contacts import Motion, contact_action
 from linkages.planar.dynamics import clear
-from linkages.planar.record_types import CORNER, JOURNAL
+from linkages.planar.record_types import CORNER, JOURNAL, STOP
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
 INPUTS = 9
@@ -36,11 +36,15 @@ def contact_partials(
     c = law.clearance
     distance = math.hypot(ex, ey)
     open_by = c + end.half - ex * nx - ey * ny if corner else c - distance
+    if end.kind == STOP:
+        open_by = c + end.half - end.nx * (ny - nx)
     gap = max(abs(open_by), _NEAR * c)
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
     turn = gap / (distance if corner else lever)  # by the gap, seen from the corner or on a worn surface
+    if end.kind == STOP:
+        turn = gap
     scales = (gap, gap, speed, speed, spin, spin, turn, turn, 1.0 / law.bristle_stiffness)
     clear(out)
     for i in range(INPUTS):

@@ -9,15 +9,16 @@ import numpy as np
 from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
+from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
-from linkages.planar.record_types import CORNER, WORN
+from linkages.planar.record_types import CORNER, STOP, WORN
 
 #: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
 #: its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without that of a film [N],
 #: rate of LuGre's bristles [m/s]. For the corner of a block e points from the slot's marked point, on its middle line,
-#: to the corner, and the force acts at the corner.
+#: to the corner, and the force acts at the corner. Of a stop penetration, its rate and the load are those of turning.
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
 WIDTH = len(CLEARANCE_OUTPUTS)
 
@@ -79,7 +80,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     -------
     motion : tuple
         Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall;
-        worn: angles of outer and inner body.
+        worn, stop: angles of outer and inner body.
     arms : tuple
         From the origin of the outer body's frame to its end, and of the inner's.
     """
@@ -88,7 +89,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     nx, ny = 0.0, 0.0
     if end.kind == CORNER:
         nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
-    elif end.kind == WORN:
+    elif end.kind == WORN or end.kind == STOP:
         nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
     return (ex, ey, vx, vy, vel[end.bearing.body, 0], vel[end.journal.body, 0], nx, ny), arms
 
@@ -108,6 +109,10 @@ def contact_action(
         closing, sliding = vx * nx + vy * ny, vy * nx - vx * ny
         load, drag, rate = dry_force(law, delta, closing, sliding, approach, bristle)
         return -load * nx + drag * ny, -load * ny - drag * nx, 0.0, rate, delta, closing, sliding, load
+    if end.kind == STOP:
+        delta, closing = end.nx * (ny - nx) - end.half - law.clearance, end.nx * (wj - wb)
+        load, _, _ = dry_force(law, delta, closing, 0.0, approach, 0.0)
+        return 0.0, 0.0, -end.nx * load, 0.0, delta, closing, 0.0, load
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
     fx, fy, couple, rate, load = clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
@@ -121,7 +126,7 @@ def contact_action(
 
 @kernel
 def clearance_forces(
-    bodies: Records,
+    bodies: Bodies,
     ends: Records,
     laws: Records,
     tables: Array,
@@ -148,8 +153,8 @@ def clearance_forces(
     (size + WIDTH nj,) array
         Generalised forces, then `CLEARANCE_OUTPUTS` of each joint.
     """
-    nb, n, nj = len(bodies), len(into), len(ends)
-    pose, vel, wrench, tau = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.zeros(n)
+    nj = len(ends)
+    pose, vel, wrench, tau = new_pose(bodies), new_motion(bodies), new_motion(bodies), np.zeros(len(into))
     body_positions(bodies, state[positions], pose)
     body_velocities(bodies, pose, state[rates], vel)
     result = np.zeros(size + WIDTH * nj)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
+from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.dynamics import clear, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
 from linkages.planar.loads import Loads, load_wrenches
@@ -14,7 +15,7 @@ from linkages.planar.passage import accelerate_onto
 
 @kernel
 def constrained_dynamics(
-    bodies: Records,
+    bodies: Bodies,
     rows: Records,
     rank: int,
     size: float,
@@ -43,14 +44,14 @@ def constrained_dynamics(
     loops : (n,) array
         Filled with the generalised forces of the loops, which have one there too.
     """
-    work = workspace(len(bodies), len(q), len(rows))
+    work = workspace(len(bodies.records), len(q), len(rows), bodies.shapes.shape[2])
     work.q[:] = q
     work.v[:] = v
     work.tau[:] = tau
     work.wrench[:] = wrench
-    for i in range(len(bodies)):
-        if bodies[i].driven >= 0:
-            work.a[bodies[i].dof] = acceleration[bodies[i].dof]
+    for i in range(len(bodies.records)):
+        if bodies.records[i].driven >= 0:
+            work.a[bodies.records[i].dof] = acceleration[bodies.records[i].dof]
     body_positions(bodies, q, work.pose)
     body_velocities(bodies, work.pose, v, work.vel)
     accelerate_onto(bodies, rows, rank, size, stabilisation, gravity, work)
@@ -64,9 +65,9 @@ def constrained_dynamics(
         add_row_wrench(rows[k], work.pose, reaction[k], work.wrench)
     loops[:] = 0.0
     generalized_force(bodies, work.pose, work.wrench, loops)
-    for i in range(len(bodies)):
-        d = bodies[i].dof
-        if d >= 0 and bodies[i].driven >= 0:
+    for i in range(len(bodies.records)):
+        d = bodies.records[i].dof
+        if d >= 0 and bodies.records[i].driven >= 0:
             tau[d] = needed[d] - loops[d]
         elif d >= 0 and len(rows):
             loops[d] = needed[d] - tau[d]
@@ -74,7 +75,7 @@ def constrained_dynamics(
 
 @kernel
 def driven_forces(
-    bodies: Records,
+    bodies: Bodies,
     rows: Records,
     rank: int,
     length: float,
@@ -125,7 +126,7 @@ def driven_forces(
     """
     nd, np_, n = len(driven), len(powered), len(into)
     q, v, tau = state[positions], state[rates], applied[into]
-    pose, vel, wrench = np.empty((len(bodies), 5)), np.empty((len(bodies), 3)), np.zeros((len(bodies), 3))
+    pose, vel, wrench = new_pose(bodies), new_motion(bodies), new_motion(bodies)
     body_positions(bodies, q, pose)
     body_velocities(bodies, pose, v, vel)
     load_wrenches(loads, t, pose, vel, wrench)

@@ -5,6 +5,9 @@ the accelerations that the bodies would have if no free joint accelerated: veloc
 them, and what is left is linear. Bodies that no free joint moves take no part. Vectors are (moment, fx, fy) and
 (alpha, ax, ay) in plane axes at the origin of each body's own frame. Symmetric 3x3 inertias are stored as
 (I00, I01, I02, I11, I12, I22). Cost is linear in the number of bodies.
+
+Of a body that bends the modal coordinates are eliminated before its joint's, as if they were joints of their own
+between it and its frame; the inertia of what hangs on its sections is in them. See `linkages.planar.bodies`.
 """
 
 from __future__ import annotations
@@ -15,13 +18,25 @@ import numpy as np
 
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, inlined_kernel, kernel
-from linkages.planar.kinematics import add_row_wrench, add_to_parent, along, body_accelerations, row_acceleration
+from linkages.planar.bending import add_to_modes, beam_inertia, beam_load, eliminate, hang, moved_modes, pushed_modes
+from linkages.planar.bodies import Bodies, new_poses
+from linkages.planar.kinematics import (
+    add_row_wrench,
+    add_to_parent,
+    along,
+    body_accelerations,
+    modal_motion,
+    row_acceleration,
+)
 from linkages.planar.markers import turned
-from linkages.planar.record_types import REVOLUTE
+from linkages.planar.record_types import REVOLUTE, SECTION
 
 
 class Workspace(NamedTuple):
-    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows."""
+    """Arrays of one evaluation of the dynamics: nb bodies, n coordinates, nr closure rows.
+
+    Where bodies bend those with a line for each body are wider, see `linkages.planar.bodies`.
+    """
 
     q: Array  # coordinates, (n,)
     v: Array  # rates
@@ -44,12 +59,14 @@ class Workspace(NamedTuple):
     passing: Array  # 1 where accelerations are those of a singular position that is passed, (1,)
 
 
-def make_workspace(nb: int, n: int, nr: int) -> Workspace:
-    """Make the arrays, all zero, in the order of the attributes."""
+def make_workspace(nb: int, n: int, nr: int, nm: int = 0) -> Workspace:
+    """Make the arrays, all zero, in the order of the attributes; nm: most modes of a body."""
+    wide = nb, 3 + nm
     return Workspace(
         np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.zeros((nb, 5)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros(nr),
-        np.zeros((nb, 6)), np.zeros((nb, 8)), np.zeros((nb, 3)), np.zeros((nb, 3)), np.zeros((nb, 3)),
+        new_poses(nb, nm), np.zeros(wide), np.zeros(wide), np.zeros(wide), np.zeros(nr),
+        np.zeros((nb, 6 + 3 * nm + nm * nm)), np.zeros((nb, 8 + 4 * nm)),
+        np.zeros(wide), np.zeros(wide), np.zeros(wide),
         np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros(1),
     )  # fmt: skip
 
@@ -67,25 +84,30 @@ def clear(matrix: Array) -> None:
 
 
 @kernel
-def generalized_force(bodies: Records, pose: Array, wrench: Array, tau: Array) -> None:
+def generalized_force(bodies: Bodies, pose: Array, wrench: Array, tau: Array) -> None:
     """Add J^T w of the bodies' wrenches to ``tau`` (n,); `wrench` is used up."""
-    for i in range(len(bodies) - 1, 0, -1):
-        body = bodies[i]
+    for i in range(len(bodies.records) - 1, 0, -1):
+        body = bodies.records[i]
         if body.dof >= 0:
             tau[body.dof] += along(body, pose, wrench[i])
+        for k in range(body.modes):
+            tau[body.eta + k] += wrench[i, 3 + k]
         add_to_parent(bodies, pose, i, wrench)
 
 
 @kernel
-def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> None:
+def articulate(bodies: Bodies, pose: Array, inertia: Array, axis: Array) -> None:
     """Articulated inertias of a configuration.
 
     Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
-    is not free), U = I S and S.U.
+    is not free), U = I S and S.U. Where bodies bend both are wider, see `linkages.planar.bending`.
     """
-    for i in range(len(bodies)):
-        body = bodies[i]
+    for i in range(len(bodies.records)):
+        body = bodies.records[i]
         if not body.moving:
+            continue
+        if body.modes > 0:
+            beam_inertia(bodies, i, pose, inertia)
             continue
         cx, cy = turned(pose, i, body.cx, body.cy)
         m = body.mass
@@ -95,11 +117,15 @@ def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> Non
         inertia[i, 3] = m
         inertia[i, 4] = 0.0
         inertia[i, 5] = m
-    for i in range(len(bodies) - 1, 0, -1):
-        body = bodies[i]
+    for i in range(len(bodies.records) - 1, 0, -1):
+        body = bodies.records[i]
         if not body.moving:
             continue
         p = body.mount.body
+        if body.modes > 0:
+            eliminate(body.modes, i, bodies.shapes.shape[2], inertia, axis)
+        elif body.type == SECTION:
+            hang(bodies, i, pose, inertia)
         i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
         i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
         if body.dof >= 0 and body.driven < 0:
@@ -121,7 +147,7 @@ def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> Non
             i3 -= u1 * u1 * axis[i, 6]
             i4 -= u1 * u2 * axis[i, 6]
             i5 -= u2 * u2 * axis[i, 6]
-        if not bodies[p].moving:
+        if not bodies.records[p].moving:
             continue
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         b0 = i0 - ry * i1 + rx * i2
@@ -137,11 +163,16 @@ def articulate(bodies: Records, pose: Array, inertia: Array, axis: Array) -> Non
 
 @kernel
 def inertial_load(
-    bodies: Records, pose: Array, vel: Array, acc: Array, gravity: Array, wrench: Array, load: Array
+    bodies: Bodies, pose: Array, vel: Array, acc: Array, gravity: Array, wrench: Array, load: Array
 ) -> None:
     """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches."""
-    for i in range(len(bodies)):
-        body = bodies[i]
+    for i in range(len(bodies.records)):
+        body = bodies.records[i]
+        if body.modes > 0:
+            beam_load(bodies, i, pose, vel, acc, gravity, load)
+            for k in range(3 + body.modes):
+                load[i, k] -= wrench[i, k]
+            continue
         cx, cy = turned(pose, i, body.cx, body.cy)
         m, al, w2 = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]
         fx = m * (acc[i, 1] - al * cy - w2 * cx - gravity[0])
@@ -152,12 +183,14 @@ def inertial_load(
 
 
 @kernel
-def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array) -> None:
+def respond(
+    bodies: Bodies, pose: Array, inertia: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
+) -> None:
     """Change of the accelerations that given loads cause; branches without loads cost next to nothing.
 
     Parameters
     ----------
-    axis
+    inertia, axis
         From `articulate`.
     load : (nb, 3) array
         From `inertial_load`; used up.
@@ -168,14 +201,16 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
     a : (n,) array
         The change of the free joints' accelerations is added.
     """
-    nb = len(bodies)
+    nb = len(bodies.records)
     for i in range(nb - 1, 0, -1):
-        body = bodies[i]
+        body = bodies.records[i]
         if not body.moving:
             continue
-        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
         is_free = body.dof >= 0 and body.driven < 0
         axis[i, 7] = 0.0
+        if body.modes > 0:
+            pushed_modes(bodies, i, tau, inertia, axis, load)
+        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
         if f0 == 0.0 and f1 == 0.0 and f2 == 0.0 and not (is_free and tau[body.dof] != 0.0):
             continue
         if is_free:
@@ -188,17 +223,21 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
         load[p, 0] += f0 + rx * f2 - ry * f1
         load[p, 1] += f1
         load[p, 2] += f2
+        if body.type == SECTION:
+            add_to_modes(bodies, i, pose, f0, f1, f2, load)
     for i in range(1, nb):
-        body = bodies[i]
+        body = bodies.records[i]
         if not body.moving:
             continue
         p = body.mount.body
         a0, a1, a2 = 0.0, 0.0, 0.0
-        if bodies[p].moving and moves(change, p):
+        if body.type == SECTION:
+            a0, a1, a2 = modal_motion(bodies, i, pose, change)
+        if bodies.records[p].moving and moves(change, p):
             rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-            a0 = change[p, 0]
-            a1, a2 = change[p, 1] - a0 * ry, change[p, 2] + a0 * rx
-        elif axis[i, 7] == 0.0:
+            a0 += change[p, 0]
+            a1, a2 = a1 + change[p, 1] - change[p, 0] * ry, a2 + change[p, 2] + change[p, 0] * rx
+        elif axis[i, 7] == 0.0 and body.modes == 0 and body.type != SECTION:
             change[i, 0], change[i, 1], change[i, 2] = 0.0, 0.0, 0.0
             continue
         if body.dof >= 0 and body.driven < 0:
@@ -208,6 +247,8 @@ def respond(bodies: Records, pose: Array, axis: Array, load: Array, tau: Array, 
             a1 += axis[i, 1] * qdd
             a2 += axis[i, 2] * qdd
         change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
+        if body.modes > 0:
+            moved_modes(bodies, i, axis, change, a)
 
 
 @inlined_kernel
@@ -217,7 +258,7 @@ def moves(change: Array, body: int) -> bool:
 
 
 @inlined_kernel
-def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: Workspace) -> float:
+def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: Workspace) -> float:
     """Accelerations and loop reactions of a tree whose cut ideal joints are closed by multipliers.
 
     Takes `work`'s v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free joints; fills a,
@@ -241,7 +282,7 @@ def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: 
     body_accelerations(bodies, pose, vel, work.v, work.a, acc)
     articulate(bodies, pose, work.inertia, work.axis)
     inertial_load(bodies, pose, vel, acc, gravity, work.wrench, work.load)
-    respond(bodies, pose, work.axis, work.load, work.tau, change, work.a)
+    respond(bodies, pose, work.inertia, work.axis, work.load, work.tau, change, work.a)
     add_change(bodies, change, acc)
     nr = len(rows)
     if nr == 0:
@@ -253,22 +294,22 @@ def accelerate(bodies: Records, rows: Records, rank: int, gravity: Array, work: 
     clear(work.load)
     for k in range(nr):
         add_row_wrench(rows[k], pose, -work.reaction[k], work.load)
-    respond(bodies, pose, work.axis, work.load, work.rest, change, work.a)
+    respond(bodies, pose, work.inertia, work.axis, work.load, work.rest, change, work.a)
     add_change(bodies, change, acc)
     return margin
 
 
 @inlined_kernel
-def add_change(bodies: Records, change: Array, acc: Array) -> None:
+def add_change(bodies: Bodies, change: Array, acc: Array) -> None:
     """Add what `respond` found to the bodies' accelerations."""
-    for i in range(1, len(bodies)):
-        if bodies[i].moving:
-            for k in range(3):
+    for i in range(1, len(bodies.records)):
+        if bodies.records[i].moving:
+            for k in range(3 + bodies.records[i].modes):
                 acc[i, k] += change[i, k]
 
 
 @kernel
-def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
+def loop_responses(bodies: Bodies, rows: Records, work: Workspace) -> None:
     """Accelerations that a unit reaction of each row causes: of coordinates and rows.
 
     Takes `work`'s pose and axis; fills row_a and response.
@@ -278,10 +319,11 @@ def loop_responses(bodies: Records, rows: Records, work: Workspace) -> None:
     clear(work.load)
     for k in range(len(rows)):
         add_row_wrench(rows[k], work.pose, -1.0, work.load)
-        respond(bodies, work.pose, work.axis, work.load, work.rest, change, work.row_a[k])
+        respond(bodies, work.pose, work.inertia, work.axis, work.load, work.rest, change, work.row_a[k])
         clear(work.load)
         for m in range(k + 1):
             size = 0.0
-            if moves(change, rows[m].a.body) or moves(change, rows[m].b.body):
+            term = rows[m].term
+            if rows[m].ratio != 0.0 or moves(change, term.a.body) or moves(change, term.b.body):
                 size = row_acceleration(rows[m], work.pose, work.still, change)
             work.response[m, k], work.response[k, m] = size, size

@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, Records, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.planar.bending import add_to_modes, bend, deform, modal_motion, shortening
+from linkages.planar.bodies import Bodies
 from linkages.planar.markers import (
     add_pair,
     arm,
@@ -18,15 +20,18 @@ from linkages.planar.markers import (
     marker_velocity,
     turned,
 )
-from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
+from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE, SECTION
 
 
 @kernel
-def body_positions(bodies: Records, q: Array, pose: Array) -> None:
-    """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine."""
+def body_positions(bodies: Bodies, q: Array, pose: Array) -> None:
+    """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine.
+
+    Of bodies that bend there is more, see `linkages.planar.bodies.POSE`.
+    """
     pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3], pose[0, 4] = 0.0, 0.0, 0.0, 1.0, 0.0
-    for i in range(1, len(bodies)):
-        body = bodies[i]
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
         p = body.mount.body
         rx, ry = arm(pose, body.mount)
         x, y = pose[p, 0] + rx, pose[p, 1] + ry
@@ -38,16 +43,25 @@ def body_positions(bodies: Records, q: Array, pose: Array) -> None:
         if body.type == REVOLUTE:
             angle += body.sign * q[body.dof]
             cosine, sine = math.cos(angle), math.sin(angle)
+        elif body.type == SECTION:
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            stretch, deflection, turn = bend(bodies, i, ux, uy, pose)
+            x += ux * stretch - uy * deflection
+            y += uy * stretch + ux * deflection
+            angle += turn
+            cosine, sine = math.cos(angle), math.sin(angle)
         pose[i, 0], pose[i, 1] = x, y
         pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
+        if body.modes > 0:
+            deform(bodies, i, q, pose)
 
 
 @kernel
-def body_velocities(bodies: Records, pose: Array, v: Array, vel: Array) -> None:
+def body_velocities(bodies: Bodies, pose: Array, v: Array, vel: Array) -> None:
     """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
     vel[0, :] = 0.0
-    for i in range(1, len(bodies)):
-        body = bodies[i]
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
         p = body.mount.body
         w = vel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
@@ -58,15 +72,20 @@ def body_velocities(bodies: Records, pose: Array, v: Array, vel: Array) -> None:
             ux, uy = turned(pose, p, body.ux, body.uy)
             vx += ux * v[body.dof]
             vy += uy * v[body.dof]
+        elif body.type == SECTION:
+            turn, dx, dy = modal_motion(bodies, i, pose, vel)
+            w, vx, vy = w + turn, vx + dx, vy + dy
         vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
+        for k in range(body.modes):
+            vel[i, 3 + k] = v[body.eta + k]
 
 
 @kernel
-def body_accelerations(bodies: Records, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
+def body_accelerations(bodies: Bodies, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
     """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin."""
     acc[0, :] = 0.0
-    for i in range(1, len(bodies)):
-        body = bodies[i]
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
         p = body.mount.body
         w, al = vel[p, 0], acc[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
@@ -78,70 +97,110 @@ def body_accelerations(bodies: Records, pose: Array, vel: Array, v: Array, a: Ar
             rate = 2.0 * w * v[body.dof]
             ax += ux * a[body.dof] - uy * rate
             ay += uy * a[body.dof] + ux * rate
+        elif body.type == SECTION:
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            _, dx, dy = modal_motion(bodies, i, pose, vel)
+            turn, ddx, ddy = modal_motion(bodies, i, pose, acc)
+            bent = shortening(bodies, i, vel, vel)
+            al, ax, ay = al + turn, ax + ddx - 2.0 * w * dy - bent * ux, ay + ddy + 2.0 * w * dx - bent * uy
         acc[i, 0], acc[i, 1], acc[i, 2] = al, ax, ay
+        for k in range(body.modes):
+            acc[i, 3 + k] = a[body.eta + k]
 
 
 @kernel
-def row_value(row: np.record, pose: Array) -> float:
-    """Closure error of one row [m, rad]; zero when the joint is closed."""
-    if row.kind == ANGLE:
-        return pose[row.b.body, 2] - pose[row.a.body, 2]
-    dx, dy, _ = gap(pose, row.a, row.b)
-    ux, uy = row_direction(row, pose)
+def term_value(term: np.record, pose: Array) -> float:
+    """Value of a term [m, rad]."""
+    if term.kind == ANGLE:
+        return pose[term.b.body, 2] - pose[term.a.body, 2]
+    dx, dy, _ = gap(pose, term.a, term.b)
+    ux, uy = term_direction(term, pose)
     return dx * ux + dy * uy
 
 
 @inlined_kernel
-def row_direction(row: np.record, pose: Array) -> tuple[float, float]:
-    """Direction of a row in plane axes."""
-    if row.kind == ALONG_BODY:
-        return turned(pose, row.a.body, row.ux, row.uy)
-    return row.ux, row.uy
+def term_direction(term: np.record, pose: Array) -> tuple[float, float]:
+    """Direction of a term in plane axes."""
+    if term.kind == ALONG_BODY:
+        return turned(pose, term.a.body, term.ux, term.uy)
+    return term.ux, term.uy
 
 
 @kernel
-def row_rate(row: np.record, pose: Array, vel: Array) -> float:
-    """Time derivative of `row_value`."""
-    if row.kind == ANGLE:
-        return vel[row.b.body, 0] - vel[row.a.body, 0]
-    dx, dy, arms = gap(pose, row.a, row.b)
-    vx, vy = gap_rate(vel, row.a, row.b, arms)
-    ux, uy = row_direction(row, pose)
+def term_rate(term: np.record, pose: Array, vel: Array) -> float:
+    """Time derivative of `term_value`."""
+    if term.kind == ANGLE:
+        return vel[term.b.body, 0] - vel[term.a.body, 0]
+    dx, dy, arms = gap(pose, term.a, term.b)
+    vx, vy = gap_rate(vel, term.a, term.b, arms)
+    ux, uy = term_direction(term, pose)
     rate = vx * ux + vy * uy
-    if row.kind == ALONG_BODY:
-        rate += vel[row.a.body, 0] * (dy * ux - dx * uy)
+    if term.kind == ALONG_BODY:
+        rate += vel[term.a.body, 0] * (dy * ux - dx * uy)
     return rate
 
 
 @kernel
-def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
-    """Second time derivative of `row_value`."""
-    if row.kind == ANGLE:
-        return acc[row.b.body, 0] - acc[row.a.body, 0]
-    dx, dy, arms = gap(pose, row.a, row.b)
-    ax, ay = gap_acceleration(vel, acc, row.a, row.b, arms)
-    ux, uy = row_direction(row, pose)
+def term_acceleration(term: np.record, pose: Array, vel: Array, acc: Array) -> float:
+    """Second time derivative of `term_value`."""
+    if term.kind == ANGLE:
+        return acc[term.b.body, 0] - acc[term.a.body, 0]
+    dx, dy, arms = gap(pose, term.a, term.b)
+    ax, ay = gap_acceleration(vel, acc, term.a, term.b, arms)
+    ux, uy = term_direction(term, pose)
     second = ax * ux + ay * uy
-    if row.kind == ALONG_BODY:
-        w, al = vel[row.a.body, 0], acc[row.a.body, 0]
-        vx, vy = gap_rate(vel, row.a, row.b, arms)
+    if term.kind == ALONG_BODY:
+        w, al = vel[term.a.body, 0], acc[term.a.body, 0]
+        vx, vy = gap_rate(vel, term.a, term.b, arms)
         turn = al * (dy * ux - dx * uy) - w * w * (dx * ux + dy * uy)
         second += 2.0 * w * (vy * ux - vx * uy) + turn
     return second
 
 
 @kernel
-def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
-    """Add the wrench of a row's reaction of this size: on body b, and the opposite on body a."""
-    if row.kind == ANGLE:
-        wrench[row.b.body, 0] += size
-        wrench[row.a.body, 0] -= size
+def add_term_wrench(term: np.record, pose: Array, size: float, wrench: Array) -> None:
+    """Add the wrench of a term's reaction of this size: on body b, and the opposite on body a."""
+    if term.kind == ANGLE:
+        wrench[term.b.body, 0] += size
+        wrench[term.a.body, 0] -= size
         return
-    dx, dy, arms = gap(pose, row.a, row.b)
-    ux, uy = row_direction(row, pose)
-    if row.kind == ALONG_BODY:  # acts on body a at point b, where it touches
+    dx, dy, arms = gap(pose, term.a, term.b)
+    ux, uy = term_direction(term, pose)
+    if term.kind == ALONG_BODY:  # acts on body a at point b, where it touches
         arms = both_at_b(arms, dx, dy)
-    add_pair(wrench, row.a, row.b, arms, size * ux, size * uy)
+    add_pair(wrench, term.a, term.b, arms, size * ux, size * uy)
+
+
+@kernel
+def row_value(row: np.record, pose: Array) -> float:
+    """Closure error of one row [m, rad]; zero when the joint is closed."""
+    value = term_value(row.term, pose)
+    return value if row.ratio == 0.0 else row.scale * (value - row.ratio * term_value(row.other, pose) - row.offset)
+
+
+@kernel
+def row_rate(row: np.record, pose: Array, vel: Array) -> float:
+    """Time derivative of `row_value`."""
+    rate = term_rate(row.term, pose, vel)
+    return rate if row.ratio == 0.0 else row.scale * (rate - row.ratio * term_rate(row.other, pose, vel))
+
+
+@kernel
+def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
+    """Second time derivative of `row_value`."""
+    second = term_acceleration(row.term, pose, vel, acc)
+    if row.ratio == 0.0:
+        return second
+    return row.scale * (second - row.ratio * term_acceleration(row.other, pose, vel, acc))
+
+
+@kernel
+def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
+    """Add the wrench of a row's reaction of this size."""
+    if row.ratio != 0.0:
+        size *= row.scale
+        add_term_wrench(row.other, pose, -row.ratio * size, wrench)
+    add_term_wrench(row.term, pose, size, wrench)
 
 
 @inlined_kernel
@@ -154,17 +213,19 @@ def along(body: np.record, pose: Array, wrench: Array) -> float:
 
 
 @inlined_kernel
-def add_to_parent(bodies: Records, pose: Array, i: int, wrench: Array) -> None:
+def add_to_parent(bodies: Bodies, pose: Array, i: int, wrench: Array) -> None:
     """Add the wrench of body i to its parent's."""
-    p = bodies[i].mount.body
+    p = bodies.records[i].mount.body
     rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
     wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
     wrench[p, 1] += wrench[i, 1]
     wrench[p, 2] += wrench[i, 2]
+    if bodies.records[i].type == SECTION:
+        add_to_modes(bodies, i, pose, wrench[i, 0], wrench[i, 1], wrench[i, 2], wrench)
 
 
 @kernel
-def spread(bodies: Records, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
+def spread(bodies: Bodies, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
     """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
     for k in range(len(q)):
         body_positions(bodies, q[k], pose[k])

@@ -1,7 +1,8 @@
 """Applied loads: forces, torques, springs and torsion springs with dampers, from body states to wrenches.
 
-Loads are packed as ``(records, breaks, coefficients, segments)``: an array of `LOAD`, and `Motions.arrays` with the
-values over time of forces and torques; see `linkages.system.loads.pack_loads`.
+Loads are packed as ``(records, signals, breaks, coefficients, segments)``: an array of `LOAD`, one of `SIGNAL`, and
+`Motions.arrays` with the values of forces and torques, whose inputs are the time and the signals; see
+`linkages.system.loads.pack_loads`.
 
 A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
 T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A torsion spring between bodies a and b at the angle phi (zero in the
@@ -18,6 +19,7 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
+from linkages.planar.kinematics import add_term_wrench, term_rate, term_value
 from linkages.planar.markers import (
     Two,
     add_force,
@@ -33,14 +35,15 @@ from linkages.planar.markers import (
     marker_velocity,
     turned,
 )
-from linkages.planar.motion import Curves, motion_value
-from linkages.planar.record_types import FORCE, SPRING, TORQUE
+from linkages.planar.motion import Curves, function_jet
+from linkages.planar.record_types import FORCE, PUSH, SPRING, TORQUE
+from linkages.planar.tangent import add_term_tangent, term_rate_tangent
 
-Loads = tuple[Records, Array, Array, Indices]
+Loads = tuple[Records, Records, Array, Array, Indices]
 
 #: What is known of each load at a state. Force: fx, fy in plane axes [N]; torque: its value [N m] and 0; spring:
-#: tension [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]. Then for each the power that it
-#: delivers to the bodies [W], and the energy that it stores [J].
+#: tension [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]; push: torque or force, and 0.
+#: Then for each the power that it delivers to the bodies [W], and the energy that it stores [J].
 LOAD_OUTPUTS = ("value", "second", "power", "energy")
 
 
@@ -59,16 +62,21 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     wrench : (nb, 3) array
         Added to.
     """
-    records, curves = loads[0], loads[1:]
+    records, curves = loads[0], loads[2:]
+    inputs = _inputs(loads[1], t, pose, vel)
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
-            wrench[a, 0] += motion_value(curves, load.motion, t)
+            torque = load.sign * function_jet(curves, load.motion, inputs)[0]
+            wrench[b, 0] += torque
+            wrench[a, 0] -= torque
         elif load.kind == FORCE:
-            fx, fy = _force(load, curves, t, pose)
+            fx, fy, _, _ = _force(load, curves, inputs, pose)
             rx, ry = arm(pose, load.a)
             add_force(wrench, a, rx, ry, fx, fy)
+        elif load.kind == PUSH:
+            add_term_wrench(load.term, pose, load.sign * function_jet(curves, load.motion, inputs)[0], wrench)
         elif load.kind == SPRING:
             tension, ux, uy, _, _ = _spring(load, pose, vel)
             _, _, arms = gap(pose, load.a, load.b)
@@ -82,15 +90,19 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
 @kernel
 def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load."""
-    records, curves = loads[0], loads[1:]
+    records, curves = loads[0], loads[2:]
+    inputs = _inputs(loads[1], t, pose, vel)
     for k in range(len(records)):
         load = records[k]
         second, energy = 0.0, 0.0
         if load.kind == TORQUE:
-            value = motion_value(curves, load.motion, t)
-            power = value * vel[load.a.body, 0]
+            value = function_jet(curves, load.motion, inputs)[0]
+            power = value * load.sign * (vel[load.b.body, 0] - vel[load.a.body, 0])
+        elif load.kind == PUSH:
+            value = function_jet(curves, load.motion, inputs)[0]
+            power = value * load.sign * term_rate(load.term, pose, vel)
         elif load.kind == FORCE:
-            value, second = _force(load, curves, t, pose)
+            value, second, _, _ = _force(load, curves, inputs, pose)
             rx, ry = arm(pose, load.a)
             vx, vy = marker_velocity(vel, load.a.body, rx, ry)
             power = value * vx + second * vy
@@ -105,13 +117,28 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
 
 
 @kernel
-def _force(load: np.record, curves: Curves, t: float, pose: Array) -> tuple[float, float]:
-    """Components of a force in plane axes."""
-    fx = motion_value(curves, load.motion, t)
-    fy = motion_value(curves, load.motion + 1, t)
+def _inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
+    """Time and signals, (1 + ns, 3); their derivatives are zero."""
+    inputs = np.zeros((1 + len(signals), 3))
+    inputs[0, 0] = t
+    for k in range(len(signals)):
+        signal = signals[k]
+        if signal.rate:
+            inputs[1 + k, 0] = signal.scale * term_rate(signal.term, pose, vel)
+        else:
+            inputs[1 + k, 0] = signal.scale * (term_value(signal.term, pose) - signal.offset)
+    return inputs
+
+
+@kernel
+def _force(load: np.record, curves: Curves, inputs: Array, pose: Array) -> tuple[float, float, float, float]:
+    """Components of a force in plane axes, and what they change by where its axes keep their direction."""
+    x, dx, _ = function_jet(curves, load.motion, inputs)
+    y, dy, _ = function_jet(curves, load.motion + 1, inputs)
+    ux, uy = load.ux, load.uy
     if load.turns:
-        fx, fy = turned(pose, load.a.body, fx, fy)
-    return fx, fy
+        ux, uy = turned(pose, load.a.body, ux, uy)
+    return ux * x - uy * y, uy * x + ux * y, ux * dx - uy * dy, uy * dx + ux * dy
 
 
 @kernel
@@ -153,18 +180,31 @@ def load_wrenches_tangent(
     dwrench : (nb, 3) array
         Added to.
     """
-    records, curves = loads[0], loads[1:]
+    records, curves = loads[0], loads[2:]
+    inputs = _inputs(loads[1], t, pose, vel)
+    for k in range(len(loads[1])):
+        signal = loads[1][k]
+        if signal.rate:
+            inputs[1 + k, 1] = signal.scale * term_rate_tangent(signal.term, pose, vel, dpose, dvel)
+        else:
+            inputs[1 + k, 1] = signal.scale * term_rate(signal.term, pose, dpose)
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
         if load.kind == TORQUE:
-            continue
-        if load.kind == FORCE:
-            fx, fy = _force(load, curves, t, pose)
+            torque = load.sign * function_jet(curves, load.motion, inputs)[1]
+            dwrench[b, 0] += torque
+            dwrench[a, 0] -= torque
+        elif load.kind == FORCE:
+            fx, fy, dfx, dfy = _force(load, curves, inputs, pose)
             turn = dpose[a, 0] if load.turns else 0.0
             rx, ry = arm(pose, load.a)
             drx, dry = arm_tangent(dpose, load.a, rx, ry)
-            add_force_tangent(dwrench, a, rx, ry, drx, dry, (fx, fy), (-turn * fy, turn * fx))
+            add_force_tangent(dwrench, a, rx, ry, drx, dry, (fx, fy), (dfx - turn * fy, dfy + turn * fx))
+        elif load.kind == PUSH:
+            value, change, _ = function_jet(curves, load.motion, inputs)
+            add_term_wrench(load.term, pose, load.sign * change, dwrench)
+            add_term_tangent(load.term, pose, load.sign * value, dpose, dwrench)
         elif load.kind == SPRING:
             _spring_tangent(load, pose, vel, dpose, dvel, dwrench)
         else:

@@ -1,4 +1,8 @@
-"""Prescribed motions and torques over time as piecewise polynomials, for compiled evaluation."""
+"""Functions of time and of the state for compiled evaluation: piecewise polynomials and formulas.
+
+A formula is a program: each of its instructions (code, first, second) makes a value, with two derivatives, of numbers,
+of inputs, or of values that instructions before it have made. Input 0 is the time.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
+from linkages.planar.jets import FIRST_BINARY, Jet, binary, unary
 
-#: Piecewise polynomials: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,).
+#: Functions: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) of piecewise polynomials. Of a
+#: program that number is less than zero, and its instructions stand in the first three columns of the coefficients.
 Curves = tuple[Array, Array, Indices]
 
 
@@ -18,6 +24,17 @@ class Pieces(NamedTuple):
 
     c: Array  # coefficients of powers of the time since each piece's start, highest power first, (order, n)
     x: Array  # breaks between the pieces [s], (n + 1,)
+
+
+#: Codes of instructions beside those of `linkages.planar.jets.CODES`: a number; an input, by its index; the polynomial
+#: with an index at a value. Indices of values count the instructions of the program.
+NUMBER, INPUT, TABLE = 0, 1, 2
+
+
+class Program(NamedTuple):
+    """A formula; see the head of the module."""
+
+    steps: Array  # code, first, second; (m, 3)
 
 
 def constant_rate(start: float, speed: float) -> Pieces:
@@ -57,17 +74,21 @@ def monotone_table(times: Sequence[float], values: Sequence[float]) -> Pieces:
 
 
 class Motions:
-    """Several piecewise polynomials packed into arrays for `evaluate_motions`."""
+    """Several functions packed into arrays for `evaluate_motions` and `function_jet`."""
 
-    def __init__(self, pieces: Sequence[Pieces]) -> None:
+    def __init__(self, pieces: Sequence[Pieces | Program]) -> None:
         self.pieces = tuple(pieces)
         n = len(self.pieces)
-        longest = max((len(p.x) for p in self.pieces), default=2)
-        order = max((len(p.c) for p in self.pieces), default=1)
+        longest = max((len(p.x) if isinstance(p, Pieces) else len(p.steps) + 1 for p in self.pieces), default=2)
+        order = max((len(p.c) if isinstance(p, Pieces) else 3 for p in self.pieces), default=1)
         self.breaks = np.full((n, longest), np.inf)
         self.coefficients = np.zeros((n, longest - 1, order))
         self.segments = np.zeros(n, dtype=np.int64)
         for i, p in enumerate(self.pieces):
+            if isinstance(p, Program):
+                self.segments[i] = -len(p.steps)
+                self.coefficients[i, : len(p.steps), :3] = p.steps
+                continue
             self.breaks[i, : len(p.x)] = p.x
             self.segments[i] = len(p.x) - 1
             self.coefficients[i, : len(p.x) - 1, order - len(p.c) :] = p.c.T
@@ -105,28 +126,82 @@ def last_start(starts: Array, n: int, t: float) -> int:
     return low
 
 
-@kernel
-def motion_value(curves: Curves, i: int, t: float) -> float:
-    """Value of polynomial i alone; see `evaluate_motions`."""
+@inlined_kernel
+def _polynomial(curves: Curves, i: int, x: float) -> Jet:
+    """Value of piecewise polynomial i and its first two derivatives; the first and last pieces extend to all x."""
     breaks, coefficients, segments = curves
-    k = last_start(breaks[i], segments[i], t)
-    s = t - breaks[i, k]
-    value = 0.0
+    k = last_start(breaks[i], segments[i], x)
+    s = x - breaks[i, k]
+    p0, p1, p2 = 0.0, 0.0, 0.0
     for m in range(coefficients.shape[2]):
-        value = value * s + coefficients[i, k, m]
-    return value
+        p2 = p2 * s + 2.0 * p1
+        p1 = p1 * s + p0
+        p0 = p0 * s + coefficients[i, k, m]
+    return p0, p1, p2
+
+
+@kernel
+def function_jet(curves: Curves, i: int, inputs: Array) -> Jet:
+    """Value of function i and its first two derivatives along a line.
+
+    Parameters
+    ----------
+    curves : tuple
+    i : int
+        A piecewise polynomial is one of time.
+    inputs : (m, 3) array
+        Inputs with their first two derivatives along the line, the time first.
+    """
+    if curves[2][i] < 0:
+        return _program_jet(curves, i, inputs)
+    p0, p1, p2 = _polynomial(curves, i, inputs[0, 0])
+    return p0, p1 * inputs[0, 1], p1 * inputs[0, 2] + p2 * inputs[0, 1] ** 2
+
+
+@kernel
+def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
+    """Run program i; see `function_jet`. A table keeps its end values beyond its ends."""
+    breaks, coefficients, segments = curves
+    steps = coefficients[i]
+    count = -segments[i]
+    made = np.zeros((count, 3))
+    for k in range(count):
+        code, first, second = int(steps[k, 0]), int(steps[k, 1]), int(steps[k, 2])
+        if code == NUMBER:
+            made[k, 0] = steps[k, 1]
+        elif code == INPUT:
+            for m in range(3):
+                made[k, m] = inputs[first, m]
+        elif code == TABLE:
+            x, x1, x2 = made[second, 0], made[second, 1], made[second, 2]
+            low, high = breaks[first, 0], breaks[first, segments[first]]
+            p0, p1, p2 = _polynomial(curves, first, min(max(x, low), high))
+            if x < low or x > high:
+                p1, p2 = 0.0, 0.0
+            made[k, 0], made[k, 1], made[k, 2] = p0, p1 * x1, p1 * x2 + p2 * x1 * x1
+        else:
+            x = made[first, 0], made[first, 1], made[first, 2]
+            if code < FIRST_BINARY:
+                found = unary(code, x)
+            else:
+                found = binary(code, x, (made[second, 0], made[second, 1], made[second, 2]))
+            made[k, 0], made[k, 1], made[k, 2] = found
+    return made[count - 1, 0], made[count - 1, 1], made[count - 1, 2]
+
+
+@kernel
+def _over_time(curves: Curves, i: int, t: float) -> Jet:
+    """Value of function i of time alone, its rate and second derivative."""
+    inputs = np.zeros((1, 3))
+    inputs[0, 0], inputs[0, 1] = t, 1.0
+    return function_jet(curves, i, inputs)
 
 
 @kernel
 def evaluate_motions(curves: Curves, t: float, value: Array, rate: Array, acceleration: Array) -> None:
-    """Fill value, rate and acceleration (n,) at time t; the first and last pieces extend to all times."""
-    breaks, coefficients, segments = curves
-    for i in range(len(segments)):
-        k = last_start(breaks[i], segments[i], t)
-        s = t - breaks[i, k]
-        p0, p1, p2 = 0.0, 0.0, 0.0
-        for c in coefficients[i, k]:
-            p2 = p2 * s + 2.0 * p1
-            p1 = p1 * s + p0
-            p0 = p0 * s + c
-        value[i], rate[i], acceleration[i] = p0, p1, p2
+    """Fill value, rate and acceleration (n,) at time t of functions of time alone."""
+    for i in range(len(curves[2])):
+        if curves[2][i] > 0:
+            value[i], rate[i], acceleration[i] = _polynomial(curves, i, t)
+        else:
+            value[i], rate[i], acceleration[i] = _over_time(curves, i, t)

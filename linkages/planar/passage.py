@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Records, kernel
+from linkages.planar.bodies import Bodies
 from linkages.planar.dynamics import Workspace, accelerate
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
 from linkages.planar.projection import correct, project, value_errors
@@ -30,24 +31,33 @@ WEIGHTS = (4 / 5, -2 / 5, 4 / 35, -1 / 70)
 
 
 @kernel
-def accelerate_through(bodies: Records, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
+def accelerate_through(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
     """Find accelerations as `linkages.planar.dynamics.accelerate`, through singular positions too.
 
     Takes also `work`'s q; says in its passing whether accelerations are interpolated. Its reaction, response and what
     belongs to them mean nothing then.
     """
     work.passing[0] = 0.0
+    if not len(rows):
+        accelerate(bodies, rows, rank, gravity, work)
+        return
+    given = work.a.copy()
     margin = accelerate(bodies, rows, rank, gravity, work)
     if margin < _NEAR:
         q, v = work.q.copy(), work.v.copy()
         if _interpolate(bodies, rows, rank, size, gravity, margin, work):
             work.passing[0] = 1.0
+            _put(bodies, q, v, work)
+            return
+        for i in range(len(given)):
+            work.a[i] = given[i]
         _put(bodies, q, v, work)
+        accelerate(bodies, rows, rank, gravity, work)  # the states beside have left their reactions
 
 
 @kernel
 def accelerate_onto(
-    bodies: Records, rows: Records, rank: int, size: float, rate: float, gravity: Array, work: Workspace
+    bodies: Bodies, rows: Records, rank: int, size: float, rate: float, gravity: Array, work: Workspace
 ) -> None:
     """Find the accelerations of the nearest state whose loops are closed, and a feedback that leads there.
 
@@ -66,15 +76,15 @@ def accelerate_onto(
             work.a[i] = given[i]
         project(bodies, rows, rank, _CLOSED, size, work)
         accelerate(bodies, rows, rank, gravity, work)
-    for i in range(len(bodies)):
-        d = bodies[i].dof
-        if d >= 0 and bodies[i].driven < 0:
+    for i in range(len(bodies.records)):
+        d = bodies.records[i].dof
+        if d >= 0 and bodies.records[i].driven < 0:
             work.a[d] -= rate * (2.0 * (v[d] - work.v[d]) + rate * (q[d] - work.q[d]))
     _put(bodies, q, v, work)
 
 
 @kernel
-def _put(bodies: Records, q: Array, v: Array, work: Workspace) -> None:
+def _put(bodies: Bodies, q: Array, v: Array, work: Workspace) -> None:
     """Put `work` into a state, with the accelerations that it has."""
     for i in range(len(q)):
         work.q[i], work.v[i] = q[i], v[i]
@@ -84,14 +94,14 @@ def _put(bodies: Records, q: Array, v: Array, work: Workspace) -> None:
 
 
 @kernel
-def beside(bodies: Records, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
+def beside(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
     """Leave `work`, which passes a singular position, solved at a state beside it."""
     _solve_beside(bodies, rows, rank, size, gravity, _time(bodies, size, work), work)
 
 
 @kernel
 def _interpolate(
-    bodies: Records, rows: Records, rank: int, size: float, gravity: Array, margin: float, work: Workspace
+    bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, margin: float, work: Workspace
 ) -> bool:
     """Put `work` onto the branch, interpolated; False where no crossing is passed: it stays as it is."""
     n, step = len(work.q), _time(bodies, size, work)
@@ -122,7 +132,7 @@ def _interpolate(
 
 
 @kernel
-def _is_least(bodies: Records, rows: Records, rank: int, margin: float, step: float, work: Workspace) -> bool:
+def _is_least(bodies: Bodies, rows: Records, rank: int, margin: float, step: float, work: Workspace) -> bool:
     """Whether the rows are much farther from dependent a step before and behind; leaves `work` elsewhere."""
     q, nowhere = work.q.copy(), np.zeros(len(work.q))
     for side in (-1.0, 1.0):
@@ -135,19 +145,19 @@ def _is_least(bodies: Records, rows: Records, rank: int, margin: float, step: fl
 
 
 @kernel
-def _time(bodies: Records, size: float, work: Workspace) -> float:
+def _time(bodies: Bodies, size: float, work: Workspace) -> float:
     """Time in which the fastest coordinate goes one step; zero at rest."""
     fastest = 0.0
-    for i in range(len(bodies)):
-        if bodies[i].dof >= 0:
-            rate = abs(work.v[bodies[i].dof])
-            fastest = max(fastest, rate / size if bodies[i].type == PRISMATIC else rate)
+    for i in range(len(bodies.records)):
+        if bodies.records[i].dof >= 0:
+            rate = abs(work.v[bodies.records[i].dof])
+            fastest = max(fastest, rate / size if bodies.records[i].type == PRISMATIC else rate)
     return _STEP / fastest if fastest > 0.0 else 0.0
 
 
 @kernel
 def _solve_beside(
-    bodies: Records, rows: Records, rank: int, size: float, gravity: Array, time: float, work: Workspace
+    bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, time: float, work: Workspace
 ) -> float:
     """Move `work` along its velocity, close it there and find its accelerations.
 
@@ -155,9 +165,9 @@ def _solve_beside(
     """
     for i in range(len(work.q)):
         work.q[i] += time * work.v[i]
-    for i in range(len(bodies)):
-        if bodies[i].dof >= 0 and bodies[i].driven < 0:
-            work.a[bodies[i].dof] = 0.0
+    for i in range(len(bodies.records)):
+        if bodies.records[i].dof >= 0 and bodies.records[i].driven < 0:
+            work.a[bodies.records[i].dof] = 0.0
     body_positions(bodies, work.q, work.pose)
     body_velocities(bodies, work.pose, work.v, work.vel)
     project(bodies, rows, rank, _GOAL, size, work)

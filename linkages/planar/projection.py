@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, kernel
+from linkages.planar.bodies import Bodies
 from linkages.planar.dynamics import Workspace, articulate, loop_responses
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
 
@@ -11,7 +12,7 @@ _ROUNDS = 6
 
 
 @kernel
-def project(bodies: Records, rows: Records, rank: int, goal: float, size: float, work: Workspace) -> bool:
+def project(bodies: Bodies, rows: Records, rank: int, goal: float, size: float, work: Workspace) -> bool:
     """Move `work`'s coordinates and rates to where the loops are closed; False if they were already.
 
     The move is the smallest in the metric of the mass matrix: what unit reactions would cause, so that no motion along
@@ -32,7 +33,7 @@ def project(bodies: Records, rows: Records, rank: int, goal: float, size: float,
     if moved:
         body_velocities(bodies, work.pose, work.v, work.vel)
     worst, speed = 0.0, 0.0
-    for i in range(len(bodies)):
+    for i in range(len(bodies.records)):
         speed = max(speed, abs(work.vel[i, 0]) * size)
     for k in range(len(rows)):
         work.error[k] = -row_rate(rows[k], work.pose, work.vel)
@@ -55,7 +56,7 @@ def value_errors(rows: Records, work: Workspace) -> float:
 
 
 @kernel
-def correct(bodies: Records, rows: Records, rank: int, work: Workspace, x: Array) -> float:
+def correct(bodies: Bodies, rows: Records, rank: int, work: Workspace, x: Array) -> float:
     """Add to x (coordinates or rates) what takes the rows by `work`'s errors; returns as `solve_semidefinite`."""
     articulate(bodies, work.pose, work.inertia, work.axis)
     loop_responses(bodies, rows, work)

@@ -119,6 +119,6 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
                 moment += (rx - cx) * contacts[i, 3] - (ry - cy) * contacts[i, 2]
         forces[k, 0], forces[k, 1], forces[k, 2] = fx, fy, moment
     for k in range(len(driven)):
-        efforts[k] = along(bodies[driven[k]], pose, load[driven[k]])
+        efforts[k] = along(bodies.records[driven[k]], pose, load[driven[k]])
     for k in range(len(powered)):
-        efforts[len(driven) + k] = work.tau[bodies[powered[k]].dof]
+        efforts[len(driven) + k] = work.tau[bodies.records[powered[k]].dof]

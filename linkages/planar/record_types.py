@@ -11,18 +11,23 @@ MARKER = record_type(
     y="f8",
 )
 
-FIXED, REVOLUTE, PRISMATIC = 0, 1, 2
+#: How a body is carried; `SECTION`: it is a cross-section of its parent, which bends.
+FIXED, REVOLUTE, PRISMATIC, SECTION = 0, 1, 2, 3
 
-#: One body and the joint that carries it. A parent always stands before its children.
+#: One body and the joint that carries it. A parent always stands before its children. See `linkages.planar.bodies`.
 BODY = record_type(
-    mount=MARKER,  # joint on the parent
-    type="i8",  # FIXED, REVOLUTE or PRISMATIC
+    mount=MARKER,  # joint on the parent; section: where it is on the straight beam
+    type="i8",  # FIXED, REVOLUTE, PRISMATIC or SECTION
     dof="i8",  # index of its coordinate in q and v; -1 if fixed
     driven="i8",  # index of the motion that prescribes it; -1 if free
-    moving="i8",  # whether a free joint carries it, directly or through its parents
+    moving="i8",  # whether a free coordinate moves it, directly or through its parents
     sign="f8",  # revolute: +1 if q turns the body counter-clockwise
-    ux="f8",  # prismatic: unit direction in the parent's frame
+    ux="f8",  # prismatic: unit direction in the parent's frame; section: that of the beam
     uy="f8",
+    modes="i8",  # how many modal coordinates it has
+    eta="i8",  # index of the first one in q and v
+    ex="f8",  # of a body that bends: direction of the beam in its frame
+    ey="f8",
     mass="f8",  # [kg]
     cx="f8",  # mass centre in the body's frame [m]
     cy="f8",
@@ -32,8 +37,8 @@ BODY = record_type(
 #: Row kinds: displacement along a world direction, along a direction fixed to body a, relative angle.
 ALONG_WORLD, ALONG_BODY, ANGLE = 0, 1, 2
 
-#: One scalar closure equation between markers a and b. Two or three rows close a cut joint.
-ROW = record_type(
+#: A displacement or angle between markers a and b.
+TERM = record_type(
     kind="i8",
     a=MARKER,
     b=MARKER,
@@ -41,37 +46,68 @@ ROW = record_type(
     uy="f8",
 )
 
-#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot, a journal and a bearing of
-#: which one or both are worn.
-JOURNAL, CORNER, WORN = 0, 1, 2
+#: One scalar closure equation: a term is zero. Two or three such rows close a cut joint. A gear's row is that the term
+#: less ``ratio`` times another is ``offset``; it is multiplied by ``scale``, that it may be compared with other rows.
+ROW = record_type(
+    term=TERM,
+    ratio="f8",  # 0: no other term
+    other=TERM,
+    offset="f8",
+    scale="f8",
+)
+
+#: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot (or any point at a straight
+#: line), a journal and a bearing of which one or both are worn, an angle between two bodies at its limit.
+JOURNAL, CORNER, WORN, STOP = 0, 1, 2, 3
 
 #: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
-#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one.
+#: Corner: a point of the slot's middle line on the outer body, the corner on the inner one. Stop: any points.
 ENDS = record_type(
     kind="i8",
     bearing=MARKER,  # on the outer body
     journal=MARKER,  # on the inner body
-    nx="f8",  # corner: normal into the wall, in the outer body's frame
-    ny="f8",
-    half="f8",  # corner: half the height of the block [m]
+    nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if the inner body meets it turning
+    ny="f8",  # counter-clockwise from the outer one, -1 if clockwise
+    half="f8",  # corner: half the height of the block [m]; stop: nx times the angle at which it stands, less the play
 )
 
 #: Kinds of applied load.
-FORCE, TORQUE, SPRING, TORSION = 0, 1, 2, 3
+FORCE, TORQUE, SPRING, TORSION, PUSH = 0, 1, 2, 3, 4
 
-#: One applied load. A force acts at marker a, a torque on its body; their values over time are motions
+#: A position or speed that a load depends on: ``scale`` times a term's value less ``offset``, or times its rate.
+SIGNAL = record_type(
+    term=TERM,
+    scale="f8",
+    offset="f8",
+    rate="i8",  # 1 for the rate
+)
+
+#: A link that bends, or a piece of one, for the forces within it.
+BEAM = record_type(
+    body="i8",
+    first="i8",  # its first station, see `linkages.planar.internal_forces`
+    count="i8",  # and how many there are
+    area="f8",  # of the section [m2]
+    leverage="f8",  # stress at its edges over the bending moment [1/m3]
+    origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
+)
+
+#: One applied load. A force acts at marker a, a torque on b's body and against a's; their values are the functions
 #: ``motion`` (and ``motion + 1``, a force's second component). A spring joins marker a to marker b; a torsion spring
-#: turns b's body against a's.
+#: turns b's body against a's. A push acts along a joint's coordinate, on the child and against the parent.
 LOAD = record_type(
     kind="i8",
     a=MARKER,
     b=MARKER,
-    motion="i8",  # index of the value over time; -1 for springs
-    turns="i8",  # force: 1 if given in the body's axes, 0 if in plane axes
-    sign="f8",  # torsion: +1 if its angle grows with b's angle from a
+    motion="i8",  # index of the value's function; -1 for springs
+    turns="i8",  # force: 1 if given in the axes of a frame on the body, 0 if in plane axes
+    ux="f8",  # force: x axis of that frame
+    uy="f8",
+    sign="f8",  # torque, torsion: +1 if it turns b's body counter-clockwise, its angle grows with b's angle from a
     stiffness="f8",  # [N/m], torsion [N m/rad]
     free="f8",  # free length [m] or angle [rad]
     damping="f8",  # [N s/m], torsion [N m s/rad]
+    term=TERM,  # push: whose change is that of the joint's coordinate, times the sign
 )
 
 #: Where the force in a joint comes from: the tree's recursion, a cut joint's closure rows, a journal's contact, the

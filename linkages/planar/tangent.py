@@ -11,10 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel
+from linkages.kernel import Array, kernel
+from linkages.planar.bending_tangent import ONCE, add_turned_modes, beam_load_tangent, section_tangent
+from linkages.planar.bodies import Bodies
 from linkages.planar.contact_partials import INPUTS, OUTPUTS
 from linkages.planar.dynamics import Workspace
-from linkages.planar.kinematics import add_to_parent, row_direction
+from linkages.planar.kinematics import add_to_parent, term_direction
 from linkages.planar.markers import (
     acceleration_tangent,
     add_pair_tangent,
@@ -27,43 +29,73 @@ from linkages.planar.markers import (
     turned,
     velocity_tangent,
 )
-from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE
+from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE, SECTION
 
 
 class Scratch(NamedTuple):
     """Arrays of a Jacobian and of one direction at a time."""
 
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
-    force: Array  # wrench that each body gets through its joint at the state, (nb, 3); see `transmitted`
+    force: Array  # wrench that each body gets through its joint at the state; see `transmitted`
     dq: Array  # the direction, (n,)
     dv: Array
-    dpose: Array  # changes along it, (nb, 3)
+    touched: Array  # 1 where the direction moves a body, (nb,)
+    dpose: Array  # changes along it, each as wide as in a `Workspace`
     dvel: Array
     dacc: Array
     dload: Array
     dwrench: Array
+    bent: Array  # of links that bend, see `linkages.planar.bending_tangent`
     tau: Array  # changes of generalised forces and of accelerations, (n,)
     da: Array
     response: Array  # for the changes of the rows' reactions, (nr, nr)
     sizes: Array
 
 
-def make_scratch(nb: int, n: int, nr: int, nc: int) -> Scratch:
-    """Make the arrays for nb bodies, n coordinates, nr closure rows and nc contacts, all zero."""
-    tree = (nb, 3)
-    shapes = ((nc, OUTPUTS, INPUTS), tree, n, n, tree, tree, tree, tree, tree, n, n, (nr, nr), nr)
+def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
+    """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
+    tree = (nb, 3 + nm)
+    shapes = (
+        (nc, OUTPUTS, INPUTS),
+        tree,
+        n,
+        n,
+        nb,
+        tree,
+        tree,
+        tree,
+        tree,
+        tree,
+        (nb, ONCE + 7 * nm),
+        n,
+        n,
+        (nr, nr),
+        nr,
+    )
     return Scratch(*(np.zeros(shape) for shape in shapes))
 
 
 @kernel
-def body_tangents(bodies: Records, work: Workspace, s: Scratch) -> None:
-    """Fill the changes of poses, velocities and accelerations."""
+def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
+    """Fill the changes of poses, velocities and accelerations; those of bodies that the direction leaves are zero."""
     pose, vel, acc, v, a = work.pose, work.vel, work.acc, work.v, work.a
     dq, dv, dpose, dvel, dacc = s.dq, s.dv, s.dpose, s.dvel, s.dacc
-    for i in range(1, len(bodies)):
-        body = bodies[i]
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
         p = body.mount.body
         if not body.moving:
+            continue
+        touched = s.touched[p] > 0.0 or (body.dof >= 0 and (dq[body.dof] != 0.0 or dv[body.dof] != 0.0))
+        for k in range(body.modes):
+            dpose[i, 3 + k], dvel[i, 3 + k] = dq[body.eta + k], dv[body.eta + k]
+            touched = touched or dq[body.eta + k] != 0.0 or dv[body.eta + k] != 0.0
+        s.touched[i] = 1.0 if touched else 0.0
+        if not touched:
+            for k in range(3):
+                dpose[i, k], dvel[i, k], dacc[i, k] = 0.0, 0.0, 0.0
+            continue
+        if body.type == SECTION:
+            section_tangent(bodies, i, s.bent, pose, vel, acc, dpose, dvel, dacc)
             continue
         w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
@@ -88,11 +120,18 @@ def body_tangents(bodies: Records, work: Workspace, s: Scratch) -> None:
 
 
 @kernel
-def inertial_tangents(bodies: Records, gravity: Array, work: Workspace, s: Scratch) -> None:
+def inertial_tangents(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None:
     """Fill ``dload`` with the change of the rate of momentum less weight."""
     pose, vel, acc, dpose, dvel, dacc, dload = work.pose, work.vel, work.acc, s.dpose, s.dvel, s.dacc, s.dload
-    for i in range(len(bodies)):
-        body = bodies[i]
+    for i in range(len(bodies.records)):
+        body = bodies.records[i]
+        if s.touched[i] == 0.0:
+            for k in range(dload.shape[1]):
+                dload[i, k] = 0.0
+            continue
+        if body.modes > 0:
+            beam_load_tangent(bodies, i, gravity, s.bent, pose, vel, acc, dpose, dvel, dacc, dload)
+            continue
         cx, cy = turned(pose, i, body.cx, body.cy)
         m, w, al, turn = body.mass, vel[i, 0], acc[i, 0], dpose[i, 0]
         dw, dal = dvel[i, 0], dacc[i, 0]
@@ -106,11 +145,11 @@ def inertial_tangents(bodies: Records, gravity: Array, work: Workspace, s: Scrat
 
 
 @kernel
-def residual_tangents(bodies: Records, pose: Array, s: Scratch) -> None:
+def residual_tangents(bodies: Bodies, pose: Array, s: Scratch) -> None:
     """Fill the free entries of ``tau`` with the change of the free joints' generalised forces; uses up ``dload``."""
     force, dpose, dload, out = s.force, s.dpose, s.dload, s.tau
-    for i in range(len(bodies) - 1, 0, -1):
-        body = bodies[i]
+    for i in range(len(bodies.records) - 1, 0, -1):
+        body = bodies.records[i]
         if not body.moving:
             continue
         p = body.mount.body
@@ -122,53 +161,75 @@ def residual_tangents(bodies: Records, pose: Array, s: Scratch) -> None:
                 turn = dpose[p, 0]
                 out[body.dof] = ux * dload[i, 1] + uy * dload[i, 2]
                 out[body.dof] += turn * (ux * force[i, 2] - uy * force[i, 1])
+        for k in range(body.modes):
+            out[body.eta + k] = dload[i, 3 + k]
         drx, dry = dpose[i, 1] - dpose[p, 1], dpose[i, 2] - dpose[p, 2]
         add_to_parent(bodies, pose, i, dload)
         dload[p, 0] += drx * force[i, 2] - dry * force[i, 1]
+        if body.type == SECTION:
+            add_turned_modes(bodies, i, pose, dpose, (force[i, 1], force[i, 2]), dload)
 
 
 @kernel
-def transmitted(bodies: Records, pose: Array, load: Array) -> None:
-    """Turn the bodies' own loads (nb, 3), in place, into the wrenches that they get through their joints."""
-    for i in range(len(bodies) - 1, 0, -1):
+def transmitted(bodies: Bodies, pose: Array, load: Array) -> None:
+    """Turn the bodies' own loads, in place, into the wrenches that they get through their joints."""
+    for i in range(len(bodies.records) - 1, 0, -1):
         add_to_parent(bodies, pose, i, load)
 
 
 @kernel
-def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
-    """Add the change of a row's reaction wrench, of fixed size, to the bodies' wrenches."""
-    if row.kind == ANGLE:
+def add_term_tangent(term: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
+    """Add the change of a term's reaction wrench, of fixed size, to the bodies' wrenches."""
+    if term.kind == ANGLE:
         return
-    dx, dy, arms = gap(pose, row.a, row.b)
-    ex, ey, moved = gap_tangent(dpose, row.a, row.b, arms)
-    ux, uy = row_direction(row, pose)
+    dx, dy, arms = gap(pose, term.a, term.b)
+    ex, ey, moved = gap_tangent(dpose, term.a, term.b, arms)
+    ux, uy = term_direction(term, pose)
     dux, duy = 0.0, 0.0
-    if row.kind == ALONG_BODY:
-        turn = dpose[row.a.body, 0]
+    if term.kind == ALONG_BODY:
+        turn = dpose[term.a.body, 0]
         dux, duy = -turn * uy, turn * ux
         arms, moved = both_at_b(arms, dx, dy), both_at_b(moved, ex, ey)
     force, change = (size * ux, size * uy), (size * dux, size * duy)
-    add_pair_tangent(dwrench, row.a, row.b, arms, moved, force, change)
+    add_pair_tangent(dwrench, term.a, term.b, arms, moved, force, change)
 
 
 @kernel
-def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
-    """Change of `row_acceleration`."""
-    if row.kind == ANGLE:
-        return dacc[row.b.body, 0] - dacc[row.a.body, 0]
-    px, py, arms = gap(pose, row.a, row.b)
-    dpx, dpy, moved = gap_tangent(dpose, row.a, row.b, arms)
-    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, row.a.body, arms[0], arms[1], moved[0], moved[1])
-    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, row.b.body, arms[2], arms[3], moved[2], moved[3])
+def term_rate_tangent(term: np.record, pose: Array, vel: Array, dpose: Array, dvel: Array) -> float:
+    """Change of `term_rate`."""
+    if term.kind == ANGLE:
+        return dvel[term.b.body, 0] - dvel[term.a.body, 0]
+    dx, dy, arms = gap(pose, term.a, term.b)
+    ex, ey, moved = gap_tangent(dpose, term.a, term.b, arms)
+    gx, gy = gap_rate_tangent(vel, dvel, term.a, term.b, arms, moved)
+    ux, uy = term_direction(term, pose)
+    change = gx * ux + gy * uy
+    if term.kind == ALONG_BODY:
+        vx, vy = gap_rate(vel, term.a, term.b, arms)
+        w, turn, dw = vel[term.a.body, 0], dpose[term.a.body, 0], dvel[term.a.body, 0]
+        change += turn * (vy * ux - vx * uy) + dw * (dy * ux - dx * uy)
+        change += w * (ey * ux - ex * uy) - w * turn * (dx * ux + dy * uy)
+    return change
+
+
+@kernel
+def term_tangent(term: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
+    """Change of `term_acceleration`."""
+    if term.kind == ANGLE:
+        return dacc[term.b.body, 0] - dacc[term.a.body, 0]
+    px, py, arms = gap(pose, term.a, term.b)
+    dpx, dpy, moved = gap_tangent(dpose, term.a, term.b, arms)
+    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, term.a.body, arms[0], arms[1], moved[0], moved[1])
+    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, term.b.body, arms[2], arms[3], moved[2], moved[3])
     dax, day = abx - aax, aby - aay
-    if row.kind != ALONG_BODY:
-        return dax * row.ux + day * row.uy
-    vx, vy = gap_rate(vel, row.a, row.b, arms)
-    ax, ay = gap_acceleration(vel, acc, row.a, row.b, arms)
-    dvx, dvy = gap_rate_tangent(vel, dvel, row.a, row.b, arms, moved)
-    ux, uy = row_direction(row, pose)
-    w, al = vel[row.a.body, 0], acc[row.a.body, 0]
-    turn, dw, dal = dpose[row.a.body, 0], dvel[row.a.body, 0], dacc[row.a.body, 0]
+    if term.kind != ALONG_BODY:
+        return dax * term.ux + day * term.uy
+    vx, vy = gap_rate(vel, term.a, term.b, arms)
+    ax, ay = gap_acceleration(vel, acc, term.a, term.b, arms)
+    dvx, dvy = gap_rate_tangent(vel, dvel, term.a, term.b, arms, moved)
+    ux, uy = term_direction(term, pose)
+    w, al = vel[term.a.body, 0], acc[term.a.body, 0]
+    turn, dw, dal = dpose[term.a.body, 0], dvel[term.a.body, 0], dacc[term.a.body, 0]
     u1x, u1y = -w * uy, w * ux  # rate of u, second rate of u, and their changes
     u2x, u2y = -al * uy - w * w * ux, al * ux - w * w * uy
     dux, duy = -turn * uy, turn * ux
@@ -178,3 +239,21 @@ def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Arra
     change = dax * ux + day * uy + ax * dux + ay * duy
     change += 2.0 * (dvx * u1x + dvy * u1y + vx * du1x + vy * du1y)
     return change + dpx * u2x + dpy * u2y + px * du2x + py * du2y
+
+
+@kernel
+def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
+    """Add the change of a row's reaction wrench, of fixed size, to the bodies' wrenches."""
+    if row.ratio != 0.0:
+        size *= row.scale
+        add_term_tangent(row.other, pose, -row.ratio * size, dpose, dwrench)
+    add_term_tangent(row.term, pose, size, dpose, dwrench)
+
+
+@kernel
+def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
+    """Change of `row_acceleration`."""
+    change = term_tangent(row.term, pose, vel, acc, dpose, dvel, dacc)
+    if row.ratio != 0.0:
+        change = row.scale * (change - row.ratio * term_tangent(row.other, pose, vel, acc, dpose, dvel, dacc))
+    return change

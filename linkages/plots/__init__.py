@@ -5,6 +5,10 @@
 | style      | nothing: palette, line styles, labels and settings that all figures share              |
 | histories  | outputs, joint forces and drive torques over time, ideal joints beside real ones       |
 | journals   | orbits of the journals in their clearances, contacts over time                         |
+| curves     | nothing: curves as data, and the script that draws them in pages                       |
+| shown      | nothing: figures that a notebook shows by itself                                       |
+| guides     | blocks with play in their slots                                                        |
+| links      | links that bend: deflection, stress and where it is, strain energy                     |
 | attractors | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
 | drawing    | a machine before it is run: a labelled picture that can be moved                       |
 | animation  | a run as a Meshcat recording, its clearance joints magnified                           |

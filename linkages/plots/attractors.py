@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.plots.style import COLORS, axis_label, engineering, figure_style, shown, typeset
+from linkages.plots.shown import ShownFigure
+from linkages.plots.style import COLORS, axis_label, engineering, figure_style, typeset
 
 if TYPE_CHECKING:
     from linkages.explore.lyapunov import Exponent
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_SIZES = ((3000, 1.6), (300, 3.0), (0, 5.0))  # of marks, where there are so many or more
+_SIZES = ((3000, 1.6), (300, 4.0), (0, 12.0))  # of marks, where there are so many or more
 
 
 def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[str, str]) -> Figure:
@@ -38,9 +39,10 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
     -------
     Figure
     """
-    (unit_x, factor_x), (unit_y, factor_y) = map(shown, units)
+    largest = (float(np.abs(section[name]).max(initial=0.0)) for name in (x, y))
+    (unit_x, factor_x), (unit_y, factor_y) = map(engineering, units, largest)
     with figure_style():
-        figure = Figure(figsize=(4.6, 4.2), layout="constrained")
+        figure = ShownFigure(figsize=(4.6, 4.2), layout="constrained")
         axis = figure.subplots()
         _draw_points(axis, factor_x * section[x], factor_y * section[y])
         axis.set(xlabel=axis_label(x, unit_x), ylabel=axis_label(y, unit_y))
@@ -79,7 +81,7 @@ def bifurcation_figure(
     """
     rows = panels or [(name, kind) for name in sweep.names for kind in ("strobe", "peaks")]
     with figure_style():
-        figure = Figure(figsize=(6.3, 0.7 + 2.5 * len(rows)), layout="constrained")
+        figure = ShownFigure(figsize=(6.3, 0.7 + 2.5 * len(rows)), layout="constrained")
         axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (name, kind) in zip(axes, rows, strict=True):
             done = [(point.value, point.section) for point in sweep.points if point.section is not None]
@@ -110,7 +112,7 @@ def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
     Figure
     """
     with figure_style():
-        figure = Figure(figsize=(6.3, 3.2), layout="constrained")
+        figure = ShownFigure(figsize=(6.3, 3.2), layout="constrained")
         axis = figure.subplots()
         for k, (label, exponent) in enumerate(exponents.items()):
             turns = np.arange(1, len(exponent.growth) + 1)
@@ -144,7 +146,7 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
     Figure
     """
     with figure_style():
-        figure = Figure(figsize=(6.3, 3.4), layout="constrained")
+        figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
         axis = figure.subplots()
         for k, (label, found) in enumerate(spectra.items()):  # without the mean, which was removed
             color = COLORS[k % len(COLORS)]

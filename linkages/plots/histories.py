@@ -1,18 +1,19 @@
-"""Figures of a study over time, ideal joints beside real ones; `write_figures` writes these and those of `journals`."""
+"""Figures of a study over time, ideal joints beside real ones; `write_figures` writes these and those of the joints."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from linkages.outputs.registry import unit
+from linkages.plots.guides import guides_figure
 from linkages.plots.journals import contacts_figure, orbits_figure
-from linkages.plots.style import COLORS, add_legend, axis_label, figure_style, shown
+from linkages.plots.links import links_figure
+from linkages.plots.style import COLORS, add_legend, axis_label, engineering, figure_style
 from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
@@ -28,14 +29,17 @@ _LABELS = {
     "ax": "acceleration a$_x$",
     "ay": "acceleration a$_y$",
     "alpha": "angular acceleration",
+    "bending": "largest bending moment",
+    "stress": "largest stress",
+    "stress_place": "place of the largest stress",
 }
 
 
 def write_figures(study: Study, folder: Path) -> list[Path]:
     """Draw all figures of a study as PNG files.
 
-    One for each output, the journals' orbits, the contacts where there are any, the joint forces and the drives'
-    torques.
+    One for each output, the journals' orbits, blocks in their slots, the contacts where there are any, links that bend,
+    the joint forces and the drives' torques.
 
     Parameters
     ----------
@@ -54,8 +58,12 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
     }
     if study.system.tree.journals:
         figures["orbits"] = orbits_figure
+    if set(study.system.tree.play) - set(study.system.tree.journals):
+        figures["guides"] = guides_figure
     if study.contacts:
         figures["impacts"] = contacts_figure
+    if study.system.tree.bent:
+        figures["links"] = links_figure
     figures["joint_forces"] = forces_figure
     if study.system.experiment.drives:
         figures["drive_torques"] = torques_figure
@@ -68,61 +76,56 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
 def output_figure(study: Study, name: str) -> Figure:
     """Draw an output of a link or frame over time; below, the difference that clearance makes."""
     point, _, quantity = name.rpartition(".")
-    si = unit(study.system, name)
-    drawn, factor = ("deg", 180.0 / np.pi) if si == "rad" else shown(si)
-    run, ideal = study.run, study.ideal
     figure = Figure(figsize=(6.3, 4.4), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
-    _draw_both(top, study, name, factor)
-    top.set_ylabel(axis_label(f"{point}: {_LABELS[quantity]}", drawn))
-    add_legend(top)
-    times = run.time[run.time <= ideal.time[-1]]
-    exact = ideal.evaluate(times)[name] if ideal.evaluate else np.interp(times, ideal.time, ideal[name])
-    difference = factor * (run[name][: len(times)] - exact)
-    if drawn == "mm":
-        drawn, difference = "µm", 1e3 * difference
-    bottom.plot(times, difference, color="0.25", lw=0.8)
-    limits = _limits_after_start(times, difference)
-    bottom.set(xlabel="time [s]", ylabel=f"difference\n[{drawn}]", ylim=limits)
+    _compare(figure, study, {name: f"{point}: {_LABELS.get(quantity, quantity)}"})
     return figure
 
 
 def forces_figure(study: Study) -> Figure:
-    """Draw the force in each joint with play, or, where there is none, in every joint."""
+    """Draw the force in each joint with play or, where there is none, in every joint; below each, the difference."""
     names = study.system.tree.play or tuple(study.system.mechanism.joint)
-    figure = Figure(figsize=(6.3, 0.8 + 2.0 * len(names)), layout="constrained")
-    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for axis, name in zip(axes, names, strict=True):
-        _draw_both(axis, study, f"{name}.force")
-        axis.set(ylabel=f"force in {name} [N]", ylim=(0.0, None))
-    add_legend(axes[0])
-    axes[-1].set_xlabel("time [s]")
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)), layout="constrained")
+    _compare(figure, study, {f"{name}.force": f"force in {name}" for name in names})
     return figure
 
 
 def torques_figure(study: Study) -> Figure:
-    """Draw the torques of all drives, forces where they drive a prismatic joint."""
-    drives = study.system.experiment.drives
-    kinds = {unit(study.system, f"{drive}.torque") for drive in drives}
-    effort = " or ".join(name for name, kind in (("torque", "N m"), ("force", "N")) if kind in kinds)
-    figure = Figure(figsize=(6.3, 3.2), layout="constrained")
-    axis = figure.subplots()
-    for k, drive in enumerate(drives):
-        name, color = f"{drive}.torque", COLORS[k % len(COLORS)]
-        axis.plot(study.ideal.time, study.ideal[name], color=color, lw=2.6, alpha=0.35)
-        label = axis_label(drive, unit(study.system, name))
-        axis.plot(study.run.time, study.run[name], color=color, lw=0.9, label=label)
-    axis.set(xlabel="time [s]", ylabel=f"drive {effort} (wide, pale: ideal joints)")
-    add_legend(axis)
+    """Draw the torques of all drives, forces where they drive a prismatic joint; below each, the difference."""
+    names = [f"{drive}.torque" for drive in study.system.experiment.drives]
+    kinds = {name: "force" if unit(study.system, name) == "N" else "torque" for name in names}
+    figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)), layout="constrained")
+    _compare(figure, study, {name: f"{kind} of {name.removesuffix('.torque')}" for name, kind in kinds.items()})
     return figure
 
 
-def _draw_both(axis: Axes, study: Study, name: str, factor: float = 1.0) -> None:
-    """Draw a column of the ideal motion and of the run."""
+def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
+    """Draw columns of the ideal motion and of the run, and below each the difference."""
     run, ideal = study.run, study.ideal
-    label = "with clearance" if study.system.experiment.play else "integrated"
-    axis.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
-    axis.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=label)
+    times = run.time[run.time <= ideal.time[-1]]
+    exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in labels}
+    axes = figure.subplots(2 * len(labels), 1, sharex=True, height_ratios=[3, 1] * len(labels))
+    for (name, label), top, bottom in zip(labels.items(), axes[::2], axes[1::2], strict=True):
+        drawn, factor = _shown(study, name, np.concatenate([run[name], ideal[name]]))
+        played = "with clearance" if study.system.experiment.play else "integrated"
+        top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
+        top.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=played)
+        top.set_ylabel(axis_label(label, drawn))
+        if name.endswith(".force"):
+            top.set_ylim(0.0, None)
+        difference = run[name][: len(times)] - exact[name]
+        low, high = _limits_after_start(times, difference)
+        drawn, factor = _shown(study, name, np.array([low, high]))
+        bottom.plot(times, factor * difference, color="0.25", lw=0.8)
+        bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
+    add_legend(axes[0])
+    figure.align_ylabels(axes)
+    axes[-1].set_xlabel("time [s]")
+
+
+def _shown(study: Study, name: str, values: np.ndarray) -> tuple[str, float]:
+    """Choose the unit in which values of a column are drawn, and the factor from the SI unit to it."""
+    si = unit(study.system, name)
+    return ("deg", 180.0 / np.pi) if si == "rad" else engineering(si, float(np.abs(values).max()))
 
 
 def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:

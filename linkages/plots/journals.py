@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from linkages.plots.style import COLORS, add_legend
+from linkages.plots.shown import ShownFigure
+from linkages.plots.style import COLORS, LEGEND
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.summary import Study, touching
 from linkages.results.trajectory import Trajectory
@@ -25,19 +26,24 @@ _PHASES = {
     IMPACT: ("impact", COLORS[1], 1.4),
 }
 
+_MARKS = {"": "o", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}  # of a journal, of a guide
 _CHORD = 0.05  # of the clearance: between the points of a drawn orbit
 _MOST_PIECES = 2000  # beyond so many a drawing gains nothing from more
 
 
 def orbits_figure(study: Study) -> Figure:
-    """Draw each journal's centre in its clearance circle; below, magnified.
+    """Draw each journal's centre in its clearance circle; below it, or beside a single one, magnified.
 
     Magnified is the orbit itself or, of a joint that can touch, how deep the journal is in the wall at each angle.
     """
     experiment, names = study.system.experiment, study.system.tree.journals
     touches = touching(study.system)
-    figure = Figure(figsize=(max(3.15 * len(names), 3.6), 6.4), layout="constrained")
-    axes = figure.subplots(2, len(names), squeeze=False)
+    if len(names) == 1:  # beside each other
+        figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
+        axes = figure.subplots(1, 2).reshape(2, 1)
+    else:
+        figure = ShownFigure(figsize=(3.15 * len(names), 6.4), layout="constrained")
+        axes = figure.subplots(2, len(names))
     angle = np.linspace(0.0, 2.0 * np.pi, 361)
     circle = np.stack([np.cos(angle), np.sin(angle)])
     for (whole, near), name in zip(axes.T, names, strict=True):
@@ -91,7 +97,7 @@ def orbit(
         Lengths are in micrometres.
     """
     if axis is None:
-        axis = Figure(figsize=(4.2, 4.0), layout="constrained").subplots()
+        axis = ShownFigure(figsize=(4.2, 4.0), layout="constrained").subplots()
     if not axis.patches:
         turn = np.linspace(0.0, 2.0 * np.pi, 361)
         clearance = 1e6 * (system.experiment.joints[joint].clearance or 0.0)
@@ -102,28 +108,35 @@ def orbit(
 
 
 def contacts_figure(study: Study) -> Figure:
-    """Draw the peak force and the approach speed of every contact at the time of its start."""
-    names = sorted({row.joint for row in study.contacts})  # joints, or corners of a guide
-    figure = Figure(figsize=(6.3, 0.8 + (3.2 if len(names) < 3 else 2.4) * len(names)), layout="constrained")
-    axes = figure.subplots(2 * len(names), 1, sharex=True, squeeze=False)[:, 0]
+    """Draw the peak force and the approach speed of every contact at the time of its start, a guide's corners apart."""
+    joints: dict[str, list[str]] = {}
+    for label in sorted({row.joint for row in study.contacts}):  # joints, or corners of a guide
+        joints.setdefault(label.partition(".")[0], []).append(label)
+    figure = ShownFigure(figsize=(6.3, 0.8 + (3.2 if len(joints) < 3 else 2.4) * len(joints)), layout="constrained")
+    axes = figure.subplots(2 * len(joints), 1, sharex=True, squeeze=False)[:, 0]
     run = study.run
-    for k, name in enumerate(names):
-        own = [row for row in study.contacts if row.joint == name]
-        start = np.array([row.start for row in own])
-        kind = phases(run, name)[np.searchsorted(run.time, start)]
-        values = (
-            ("force [N]", [row.peak_force for row in own]),
-            ("approach [m/s]", [row.approach_speed for row in own]),
-        )
-        axes[2 * k].set_title(name, loc="left", fontsize=9)
-        for axis, (label, value) in zip(axes[2 * k : 2 * k + 2], values, strict=True):
-            for code in (IMPACT, SUSTAINED_CONTACT):
-                phase, color, _ = _PHASES[code]
-                at, height = start[kind == code], np.array(value)[kind == code]
-                axis.vlines(at, 0.0, height, color=color, lw=1.0)
-                axis.plot(at, height, "o", color=color, ms=3.0, label=phase)
-            axis.set(ylabel=label, ylim=(0.0, None))
-    add_legend(axes[0])
+    for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
+        force.set_title(name, loc="left", fontsize=9)
+        corners = [label.partition(".")[2] for label in labels]
+        for label, corner in zip(labels, corners, strict=True):
+            own = [row for row in study.contacts if row.joint == label]
+            start = np.array([row.start for row in own])
+            kind = phases(run, label)[np.searchsorted(run.time, start)]
+            values = ((force, [row.peak_force for row in own]), (speed, [row.approach_speed for row in own]))
+            for axis, value in values:
+                for code in (IMPACT, SUSTAINED_CONTACT):
+                    _, color, _ = _PHASES[code]
+                    at, height = start[kind == code], np.array(value)[kind == code]
+                    axis.vlines(at, 0.0, height, color=color, lw=1.0)
+                    axis.plot(at, height, _MARKS[corner], color=color, ms=3.5)
+        if len(labels) > 1:
+            marks = [Line2D([], [], color="0.4", marker=_MARKS[corner], ms=3.5, lw=0.0) for corner in corners]
+            speed.legend(marks, corners, ncols=4, loc="upper right")
+            speed.margins(y=0.35)  # room for it
+        force.set(ylabel="force [N]", ylim=(0.0, None))
+        speed.set(ylabel="approach [m/s]", ylim=(0.0, None))
+    handles = [Line2D([], [], color=_PHASES[code][1], lw=2.0) for code in (IMPACT, SUSTAINED_CONTACT)]
+    axes[0].legend(handles, [_PHASES[code][0] for code in (IMPACT, SUSTAINED_CONTACT)], **LEGEND)
     figure.align_ylabels(axes)
     axes[-1].set(xlabel="start of the contact [s]", xlim=(run.time[0], run.time[-1]))
     return figure

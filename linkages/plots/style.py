@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +15,9 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: Line styles in the order of the colours.
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
+#: Where legends stand: above the axes, right-aligned.
+LEGEND: dict[str, Any] = {"ncols": 2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.grid": True,
@@ -23,8 +28,11 @@ _STYLE: dict[Any, Any] = {
     "legend.frameon": False,
 }
 #: Prefixes of units and their factors, the largest first.
-_PREFIXED = {"m": (("", 1.0), ("m", 1e3), ("µ", 1e6)), "N": (("k", 1e-3), ("", 1.0)), "Pa": (("G", 1e-9), ("M", 1e-6))}
-_SHOWN = {"m": ("mm", 1e3), "1": ("", 1.0)}
+_PREFIXED = {
+    "m": (("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)),
+    "N": (("k", 1e-3), ("", 1.0)),
+    "Pa": (("G", 1e-9), ("M", 1e-6)),
+}
 
 
 def figure_style() -> AbstractContextManager[None]:
@@ -34,17 +42,25 @@ def figure_style() -> AbstractContextManager[None]:
     return mpl.rc_context(_STYLE)
 
 
-def shown(unit: str) -> tuple[str, float]:
-    """Return the unit in which values of an SI unit are drawn, and the factor from one to the other."""
-    return _SHOWN.get(unit, (typeset(unit), 1.0))
-
-
 def engineering(unit: str, largest: float) -> tuple[str, float]:
     """Return the unit in which values up to a magnitude are read best, and the factor from the SI unit to it."""
     for prefix, factor in _PREFIXED.get(unit, ()):
         if largest * factor >= 1.0:
             return f"{prefix}{unit}", factor
     return ("", 1.0) if unit == "1" else (typeset(unit), 1.0)
+
+
+def round_length(most: float) -> tuple[float, str]:
+    """Return the largest of 1, 2, 5, 10, ... that is not beyond a length [m], and how it is written."""
+    decade = 10.0 ** math.floor(math.log10(most))
+    length = decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= most)
+    return length, f"{length:g} m" if length >= 1.0 else f"{1e3 * length:g} mm"
+
+
+def asked_points(outputs: Iterable[str]) -> list[str]:
+    """Name the points whose way is asked about, each once: those of outputs that do not turn."""
+    parts = (name.rpartition(".") for name in outputs)
+    return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha")))
 
 
 def typeset(unit: str) -> str:
@@ -59,4 +75,4 @@ def axis_label(name: str, unit: str) -> str:
 
 def add_legend(axis: Axes) -> None:
     """Write the legend above the axes, right-aligned."""
-    axis.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+    axis.legend(**LEGEND)

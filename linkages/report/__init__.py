@@ -14,8 +14,17 @@ The page holds its figures and its animation as data. A content security policy 
 anything else, so that what is read in ten years is what is read today.
 """
 
-from linkages.report.page import write_report
-from linkages.report.results import Results, load_results
-from linkages.report.wear import CONTENT, write_wear_report
+from typing import TYPE_CHECKING
 
-__all__ = ["CONTENT", "Results", "load_results", "write_report", "write_wear_report"]
+from linkages.lazy import lazy_names
+
+# ruff: noqa: F401 - for type checkers, what is loaded on first use below
+if TYPE_CHECKING:
+    from linkages.report.page import write_report
+    from linkages.report.results import Results, load_results
+    from linkages.report.wear import CONTENT, write_wear_report
+
+__all__, __getattr__ = lazy_names(
+    __name__,
+    {"page": ("write_report",), "results": ("Results", "load_results"), "wear": ("CONTENT", "write_wear_report")},
+)

@@ -1,130 +1,23 @@
 "use strict";
-// Draws curves over time: the wheel zooms, dragging moves, a click takes the animation there; all share one cursor.
+// Ties the curves to the animation: a click takes it there, and the cursor goes where it is.
 (() => {
-  const holder = document.querySelector("#curves .curves");
-  if (!holder) return;
   const curves = JSON.parse(document.querySelector("#curve-data").textContent);
   const frame = document.querySelector("#animation iframe");
-  const [W, H, LEFT, RIGHT, BOTTOM, TOP] = [720, 190, 64, 20, 22, 8];
-  const from = Math.min(...curves.map((c) => c.time[0])), to = Math.max(...curves.map((c) => c.time.at(-1)));
-  let view = [from, to], cursor = null;
-
-  function make(tag, attributes, parent) {
-    const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
-    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-    parent?.append(node);
-    return node;
-  }
-  const text = (number) => Number(number.toPrecision(4)).toString();
-  function marks(low, high, count) {
-    const raw = (high - low) / count, unit = 10 ** Math.floor(Math.log10(raw));
-    const step = unit * [1, 2, 5, 10].find((m) => m * unit >= raw);
-    const found = [];
-    for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-    return found;
-  }
-  const plots = curves.map((curve) => {
-    const figure = document.createElement("figure");
-    const caption = document.createElement("figcaption");
-    const svg = make("svg", {viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${curve.name} over time`});
-    figure.append(svg, caption);
-    holder.append(figure);
-    return {curve, svg, caption};
-  });
-  const x = (t) => LEFT + (t - view[0]) / (view[1] - view[0]) * (W - LEFT - RIGHT);
-  const timeAt = (svg, event) => {
-    const box = svg.getBoundingClientRect(), at = (event.clientX - box.left) / box.width * W;
-    return view[0] + (at - LEFT) / (W - LEFT - RIGHT) * (view[1] - view[0]);
-  };
-  function valueAt({time, values}, t) {
-    let k = time.findIndex((other) => other >= t);
-    if (k < 0) k = time.length - 1;
-    if (k === 0 || values[k] === null || values[k - 1] === null) return values[k];
-    return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
-  }
-  function draw(plot) {
-    const {curve, svg} = plot, inside = [];
-    curve.time.forEach((t, k) => {
-      if (curve.values[k] !== null && t >= view[0] && t <= view[1]) inside.push(curve.values[k]);
-    });
-    for (const t of view) inside.push(valueAt(curve, t) ?? 0);
-    let [low, high] = [Math.min(...inside), Math.max(...inside)];
-    const room = 0.06 * (high - low) || 0.5 * Math.abs(high) || 1;
-    [low, high] = [low - room, high + room];
-    const y = (value) => TOP + (high - value) / (high - low) * (H - TOP - BOTTOM);
-    svg.replaceChildren();
-    for (const value of marks(low, high, 4)) {
-      make("line", {x1: LEFT, x2: W - RIGHT, y1: y(value), y2: y(value), class: "grid"}, svg);
-      make("text", {x: LEFT - 6, y: y(value) + 4, "text-anchor": "end"}, svg).textContent = text(value);
-    }
-    for (const t of marks(view[0], view[1], 7)) {
-      make("line", {x1: x(t), x2: x(t), y1: TOP, y2: H - BOTTOM, class: "grid"}, svg);
-      make("text", {x: x(t), y: H - 6, "text-anchor": "middle"}, svg).textContent = text(t);
-    }
-    const clip = make("svg", {x: LEFT, y: 0, width: W - LEFT - RIGHT, height: H, viewBox: `${LEFT} 0 ${W - LEFT - RIGHT} ${H}`}, svg);
-    let path = "", pen = "M";
-    curve.time.forEach((t, k) => {
-      if (curve.values[k] === null) { pen = "M"; return; }
-      path += `${pen}${x(t).toFixed(1)} ${y(curve.values[k]).toFixed(1)}`;
-      pen = "L";
-    });
-    make("path", {d: path, class: "curve"}, clip);
-    plot.line = make("line", {y1: TOP, y2: H - BOTTOM, class: "cursor"}, clip);
-    point(plot);
-  }
-  function point(plot) {
-    const {curve, caption, line} = plot, unit = curve.unit === "1" ? "" : ` ${curve.unit}`;
-    line.setAttribute("visibility", cursor === null ? "hidden" : "visible");
-    if (cursor !== null) for (const end of ["x1", "x2"]) line.setAttribute(end, x(cursor));
-    const value = cursor === null ? null : valueAt(curve, cursor);
-    caption.textContent = `${curve.name}${unit && ` [${unit.trim()}]`} over time [s]`
-      + (value === null ? "" : `; ${text(value)}${unit} at ${text(cursor)} s`);
-  }
-  const show = () => plots.forEach(draw);
-  function look(low, high) {
-    const width = Math.min(Math.max(high - low, (to - from) * 1e-4), to - from);
-    low = Math.min(Math.max(low, from), to - width);
-    view = [low, low + width];
-    show();
-  }
-  function shown() { // how far the animation is, 0 to 1; null without one
-    const animator = frame?.contentWindow?.viewer?.animator;
-    return animator?.duration && animator.actions[0] ? animator.actions[0].time / animator.duration : null;
-  }
-  function seek(t) {
+  const from = curves[0].run.time[0], to = curves[0].run.time.at(-1);
+  const plots = drawCurves(document.querySelector("#curves .curves"), curves, (t) => {
     const slider = frame?.contentDocument?.querySelector("#bar input");
     if (!slider) return;
     slider.value = Math.round((t - from) / (to - from) * slider.max);
     slider.dispatchEvent(new Event("input"));
-  }
-  for (const {svg} of plots) {
-    let start = null, moved = false;
-    svg.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      const t = timeAt(svg, event), factor = Math.exp(event.deltaY / 400);
-      look(t + (view[0] - t) * factor, t + (view[1] - t) * factor);
-    }, {passive: false});
-    svg.addEventListener("pointerdown", (event) => { [start, moved] = [timeAt(svg, event), false]; svg.setPointerCapture(event.pointerId); });
-    svg.addEventListener("pointermove", (event) => {
-      const t = timeAt(svg, event);
-      if (start === null) { cursor = t; plots.forEach(point); return; }
-      moved ||= Math.abs(x(t) - x(start)) > 4;
-      if (moved) look(view[0] + start - t, view[1] + start - t);
-    });
-    svg.addEventListener("pointerup", () => { if (!moved && start !== null) { cursor = start; plots.forEach(point); seek(start); } start = null; });
-    svg.addEventListener("dblclick", () => look(from, to));
-  }
-  document.querySelector("#curves button").addEventListener("click", () => look(from, to));
+  });
+  document.querySelector("#curves button").addEventListener("click", plots.all);
   let last = null;
   function follow() {
-    const part = shown();
-    if (part !== null && part !== last) {
-      cursor = from + part * (to - from);
-      plots.forEach(point);
-    }
+    const animator = frame?.contentWindow?.viewer?.animator;
+    const part = animator?.duration && animator.actions[0] ? animator.actions[0].time / animator.duration : null;
+    if (part !== null && part !== last) plots.point(from + part * (to - from));
     last = part;
     requestAnimationFrame(follow);
   }
-  show();
   requestAnimationFrame(follow);
 })();

@@ -9,9 +9,10 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
-from linkages.files.writing import json_text, whole
+from linkages.files.writing import whole
+from linkages.plots.curves import embedded, script
 from linkages.report import tables, words
-from linkages.report.curves import curves
+from linkages.report.curves import curves_of
 from linkages.report.results import FIGURES, Results
 
 
@@ -47,19 +48,21 @@ def template(name: str) -> Template:
 
 def render(results: Results) -> str:
     """Return the page as text."""
-    drawn = json_text(curves(results)).replace("<", "\\u003c")
+    drawn = curves_of(results)
     versions = results.summary["provenance"]["versions"]
     elsewhere = ("python", "linkages")  # not installed as the other packages are
     return template("page.html").render(
         style=Markup(own("page.css")),
         script=Markup(own("page.js")),
-        curves=Markup(drawn) if drawn.strip() != "[]" else "",
+        curves=Markup(embedded(drawn)) if drawn else "",
         starts=bool(results.play),
-        curves_script=Markup(own("curves.js")),
+        curves_script=Markup(script() + own("curves.js")),
         title=results.title,
         question=words.question(results),
         answer=words.answer(results),
-        results=[tables.outputs(results), tables.joints(results), tables.drives(results)],
+        results=[
+            table for make in (tables.outputs, tables.joints, tables.drives, tables.links) if (table := make(results))
+        ],
         estimated=bool(results.summary["error"]),
         dry=any(joint["model"] == "dry" for joint in results.play.values()),
         impacts=tables.impacts(results),

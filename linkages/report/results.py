@@ -14,10 +14,12 @@ from linkages.results.shape import Summary
 
 #: Figures with their captions, in the order of reading; the outputs' come first.
 FIGURES = {
-    "orbits": "Orbits of the journals' centres in their clearance circles; below, magnified.",
+    "orbits": "Orbits of the journals' centres in their clearance circles, and magnified.",
+    "links": "Deflection and largest stress of links that bend, where along them that stress is; strain energy of all.",
+    "guides": "Where each block lies in its slot; beside, its ends across the slot over time.",
     "impacts": "Peak force and approach speed of every contact, at the time of its start.",
-    "joint_forces": "Magnitudes of the joint forces, ideal joints beside clearance.",
-    "drive_torques": "Torques (forces) of the drives, ideal joints beside clearance.",
+    "joint_forces": "Magnitudes of the joint forces, ideal joints beside clearance; below, their difference.",
+    "drive_torques": "Torques (forces) of the drives, ideal joints beside clearance; below, their difference.",
 }
 
 

@@ -13,6 +13,7 @@ from linkages.model.experiment import keys
 from linkages.report.results import Results
 from linkages.report.words import NONE, beyond, change, reported, toml_value, unit
 from linkages.results.impacts import Impact
+from linkages.results.numbers import link_columns
 
 _SHOWN = 40  # most contacts in the table
 
@@ -20,6 +21,7 @@ _SHOWN = 40  # most contacts in the table
 _FILES = {
     "summary.json": "the numbers of this page, SI units",
     "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
+    "ideal.npz": "the same with ideal joints",
     "impacts.csv": "every contact",
     "impacts_normal.csv": "the normal part of its peak force",
     "drawing.svg": "the machine, labelled; linkages draw makes one that can be moved",
@@ -94,6 +96,20 @@ def drives(results: Results) -> Table:
         rows.append((f"{name} {effort} [{kind}]", number(exact), number(peak), *judged, *work, *_whole(results, key)))
     head = ("drive", "ideal peak", "peak", "change of peak", "error of peak", "ideal work [J]", "work [J]")
     return Table("Drives", (*head, *_whole(results)), rows)
+
+
+def links(results: Results) -> Table | None:
+    """Tabulate deflections, bending moments and stresses of links that bend; None if there is none."""
+    rows, shown = [], reported(results.summary)
+    for name, entry in shown.get("links", {}).items():
+        rigid = shown["ideal"].get("links", {}).get(name, {})
+        for column in link_columns(name, entry):
+            what, key = column.rpartition(".")[2], f"{column}.peak"
+            exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
+            values = map(number, (exact, entry[what]["peak"], entry[what]["time"], entry[what].get("place")))
+            rows.append((f"{column} [{unit(column)}]", *values, error(results, key), *_whole(results, key)))
+    head = ("link", "of the rigid motion", "peak", "at [s]", "from the beam's start [m]", "error of peak")
+    return Table("Links that bend", (*head, *_whole(results)), rows) if rows else None
 
 
 def parameters(results: Results) -> Table:

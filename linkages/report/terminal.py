@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.report.words import beyond, motion_lines, output_unit, reported
+from linkages.results.numbers import link_columns
 from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
 
@@ -70,6 +71,15 @@ def format_table(summary: dict[str, Any]) -> str:
             unit = value.get("unit", "N m" if effort == "torque" else "N")  # a drive's force is its torque's
             label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
             rows.append(row(label, values, f"{name}.{effort}.peak"))
+    if "links" in shown:
+        rows += [("", ""), row("link", ("ideal peak", "peak", "at [s]", "at [m]"))]
+    for name, entry in shown.get("links", {}).items():
+        rigid = ideal.get("links", {}).get(name, {})
+        for column in link_columns(name, entry):
+            what, found = column.rpartition(".")[2], entry[column.rpartition(".")[2]]
+            exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
+            cells = exact, found["peak"], found["time"], found.get("place", "")
+            rows.append(row(f"{column} [{output_unit(column)}]", cells, f"{column}.peak"))
     width = max(18, *(1 + len(label) for label, _ in rows))
     lines = [
         experiment.get("title") or Path(experiment["file"]).stem,

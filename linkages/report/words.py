@@ -12,11 +12,12 @@ import tomlkit
 
 from linkages.errors import Status, listed
 from linkages.files.numbers import rounded
-from linkages.model.experiment import ARGUMENT, COMMAND_LINE, QUANTITIES
+from linkages.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
 
 NONE = "–"  # what has no value
 _ALIKE = 1e-3  # of a peak: a difference from that of the steady cycle that is none
+_SAME = 1e-4  # of a magnitude: a change that nobody would call one
 _NOTHING = 1e-9  # of a value: what rounding leaves of a zero
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
@@ -34,8 +35,10 @@ def beyond(summary: dict[str, Any], key: str) -> str:
     found: list[dict[str, Any]] = []
     for numbers in (shown, summary):
         entry = numbers["outputs"].get(f"{owner}.{effort}")
-        kinds = (numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers)
-        found.append(entry or next(each[effort] for each in kinds if effort in each))
+        kinds = [numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers]
+        bent = numbers.get("links", {}).items()
+        kinds += [link for name, link in bent if owner in (name, link["deflection"]["frame"])]
+        found.append(entry or next((each[effort] for each in kinds if effort in each), {"peak": None}))
     inside, whole = found
     if inside["peak"] is None or whole["peak"] is None or "time" not in whole:
         return ""
@@ -89,8 +92,8 @@ def answer(results: Results) -> list[str]:
             f"The run ended early, at {summary['duration']:.4g} s of {asked:g} s, with the status {status.value}:"
             f" {status.remedy}. The numbers cover the part that was computed, those of ideal joints the whole time."
         )
-    sentences += [f"{entry['what']}; {entry['remedy']}." for entry in summary.get("warnings", ())]
-    sentences += [f"{line[0].upper()}{line[1:]}." for line in motion_lines(summary)]
+    found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
+    sentences += [f"{line[0].upper()}{line[1:]}." for line in (*found, *motion_lines(summary))]
     shown = reported(summary)
     ideal = shown["ideal"]
     for name, value in shown["outputs"].items():
@@ -113,6 +116,8 @@ def answer(results: Results) -> list[str]:
 def _beside(results: Results, value: float, exact: float | None, of: str) -> str:
     if not results.play or exact is None:
         return ""
+    if abs(exact) < _NOTHING * abs(value):
+        return "; with ideal joints none"
     return f"; with ideal joints {rounded(exact)} {of} ({change(value, exact)})"
 
 
@@ -167,7 +172,7 @@ def toml_value(value: Any) -> str:
 
 def output_unit(name: str) -> str:
     """Return the SI unit of an output of a link or frame: "m/s2"."""
-    return QUANTITIES[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
+    return (QUANTITIES | BENDING_QUANTITIES)[name.rpartition(".")[2]].rpartition("[")[2].rstrip("]")
 
 
 def unit(output: str) -> str:
@@ -184,6 +189,8 @@ def change(value: float | None, reference: float | None) -> str:
     if abs(reference) < _NOTHING * abs(value):
         return "there is none"
     ratio = value / reference
+    if abs(ratio - 1.0) < _SAME:
+        return f"within {100.0 * _SAME:g} %"
     if 0.5 < ratio < 2.0:
         return f"{100.0 * (ratio - 1.0):+.2g} %".replace("-", "−")
     return f"{ratio:.3g} times"

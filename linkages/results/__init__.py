@@ -7,10 +7,13 @@
 | numbers       | extremes, forces, torques, work and contacts of a run or a part of it     |
 | settling      | what kind of motion a run ends in, and its steady cycle                   |
 | parabola      | the top of a parabola, for every search of an extreme                    |
+| akima         | values between samples                                                   |
 | impacts       | contacts one by one; flight, impact and sustained contact                |
 | singular      | singular positions that a motion passes or comes near                    |
 | parting       | how long two runs of one system stay together                            |
 | ranges        | where a run leaves the range that a law holds for                        |
+| bent_ranges   | where it leaves the range of the model of links that bend                |
+| rules         | what says so, and its warnings                                           |
 | indeterminate | joints whose forces the motion does not determine                        |
 | warnings      | what must be known before the numbers of a summary are trusted           |
 | summary       | a run with what is needed to judge it, and the contents of summary.json  |

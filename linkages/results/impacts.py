@@ -195,6 +195,8 @@ def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Traject
     """Add a column ``NAME.normal_force`` for each contact: what pushes journal and bearing apart [N]."""
 
     def normal_force(columns: Mapping[str, Array], name: str) -> Array:
+        if f"{name}.ex" not in columns:
+            return columns[f"{name}.load"]
         guide, corner, _ = name.rpartition(".corner")
         force = columns[f"{name}.fx"] + 1j * columns[f"{name}.fy"]
         if not corner:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.planar.arrays import Arrays
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_jacobian
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import make_workspace
@@ -55,7 +56,7 @@ def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[s
 
 def _self_balanced(arrays: Arrays, q: Array) -> Array:
     """Reactions of the rows that load no free coordinate, as lines."""
-    pose = np.empty((len(arrays.bodies), 5))
+    pose = make_pose(arrays.bodies)
     body_positions(arrays.bodies, q, pose)
     jacobian = closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))[:, arrays.free]
     return np.linalg.svd(jacobian)[0].T[arrays.rank :]
@@ -63,7 +64,7 @@ def _self_balanced(arrays: Arrays, q: Array) -> Array:
 
 def _sizes(arrays: Arrays, q: Array, reaction: Array) -> Array:
     """Force in each joint [N], then effort of each prescribed drive over the linkage's length, of reactions alone."""
-    work = make_workspace(len(arrays.bodies), len(q), len(arrays.rows))
+    work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)
     work.reaction[:] = reaction
     forces, efforts = np.zeros((len(arrays.joints), 3)), np.zeros(len(arrays.driven) + len(arrays.powered))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from linkages.outputs.registry import unit
 from linkages.results.extremes import extremes, integral, peaks
 from linkages.results.impacts import Impact
@@ -15,19 +17,25 @@ from linkages.system import System
 def numbers(
     system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
 ) -> dict[str, Any]:
-    """Collect outputs, joints, drives and applied loads of one trajectory; None if meaningless.
+    """Collect outputs, joints, drives, loads (stops and contacts among them), links that bend; None if meaningless.
 
     Of the contacts count those that begin in its time, and of their durations what lies in it.
     """
     experiment = system.experiment
     joints = [joint.name for joint in system.mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
+    efforts = [(name, _effort(system, table, name)) for table, name in experiment.named]
     judged = [
         *(f"{name}.force" for name in joints),
         *(f"{name}.eccentricity_ratio" for name in play),
         *(f"{name}.torque" for name in experiment.drives),
-        *(f"{name}.{_effort(table)}" for table, name in experiment.loads),
+        *(f"{name}.{effort}" for name, effort in efforts if f"{name}.{effort}" in trajectory.columns),
     ]
+    bent = [name for name in experiment.flexible if f"{name}.stress" in trajectory.columns]
+    links: dict[str, dict[str, Any]] = {
+        name: {"deflection": {"frame": _most_deflected(system, name, trajectory)}} for name in bent
+    }
+    judged += [column for name, link in links.items() for column in link_columns(name, link)]
     extreme = extremes(trajectory, [name for name in experiment.outputs if name not in meaningless])
     peak = peaks(trajectory, [name for name in judged if name not in meaningless])
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
@@ -52,16 +60,45 @@ def numbers(
         kind = unit(system, f"{name}.torque")
         work = None if torque is None else integral(trajectory, power)
         result["drives"][name] = {"torque": {"peak": torque, "time": when}, "unit": kind, "work": work}
-    for table, name in experiment.loads:
-        effort = _effort(table)
-        work = integral(trajectory, trajectory[f"{name}.power"])
-        value, when = peak[f"{name}.{effort}"]
+    for name, effort in efforts:
+        value, when = peak.get(f"{name}.{effort}", (None, None))
+        work = None if value is None else integral(trajectory, trajectory[f"{name}.power"])
         result.setdefault("loads", {})[name] = {effort: {"peak": value, "time": when}, "work": work}
+    for name, link in links.items():
+        for column in link_columns(name, link):
+            value, when = peak.get(column, (None, None))
+            link.setdefault(column.rpartition(".")[2], {}).update(peak=value, time=when)
+        places = trajectory[f"{name}.stress_place"]
+        link["stress"]["place"] = None if when is None else float(places[_nearest(trajectory, when)])
+        result.setdefault("links", {})[name] = link
     return result
 
 
-def _effort(table: str) -> str:
-    """Quantity by which a kind of applied load is judged."""
+def link_columns(name: str, link: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Name the columns by which a link that bends is judged, from its entry in ``links``."""
+    return f"{link['deflection']['frame']}.deflection", f"{name}.bending", f"{name}.stress"
+
+
+def _most_deflected(system: System, name: str, trajectory: Trajectory) -> str:
+    """Name the frame of a link that bends which is deflected most; the first of several."""
+    frames = [frame.name for frame in system.mechanism.point.values() if frame.link == name]
+    return max(frames, key=lambda frame: float(np.abs(trajectory[f"{frame}.deflection"]).max()))
+
+
+def _nearest(trajectory: Trajectory, time: float) -> int:
+    return int(np.argmin(np.abs(trajectory.time - time)))
+
+
+def _effort(system: System, table: str, name: str) -> str:
+    """Quantity by which an applied load, a gear, a stop or a contact is judged."""
+    experiment = system.experiment
+    of = {
+        "frictions": lambda: experiment.frictions[name].joint,
+        "gears": lambda: experiment.gears[name].joints[1],
+        "stops": lambda: experiment.stops[name].joint,
+    }
+    if table in of:
+        return "torque" if system.mechanism.joint[of[table]()].type == "revolute" else "force"
     return "torque" if table in ("torques", "torsion_springs") else "force"
 
 
@@ -83,4 +120,7 @@ def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
             for key in ("force", "eccentricity_ratio", "torque"):
                 if key in entry:
                     result[f"{name}.{key}.peak"] = entry[key]["peak"]
+    for name, entry in numbers.get("links", {}).items():
+        for column in link_columns(name, entry):
+            result[f"{column}.peak"] = entry[column.rpartition(".")[2]]["peak"]
     return result

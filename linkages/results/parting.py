@@ -40,7 +40,7 @@ def horizon(run: Trajectory, other: Trajectory, system: System, every: int = 1) 
     times = other.time[steps]
     exact = dense(run)(times)
     apart = np.zeros(len(times))
-    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=True):
+    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
         for column in (f"{label}.ex", f"{label}.ey"):
             apart = np.maximum(apart, np.abs(exact[column] - other[column][steps]) / clearance)
     beyond = np.flatnonzero(~(apart <= PARTED))

@@ -1,4 +1,4 @@
-"""Where a run leaves the range that a law of a joint holds for: one rule each, in `RULES`.
+"""Where a run leaves the range that a law of a joint holds for: one rule each, in `RULES`; of links that bend, others.
 
 Ranges of a law's own, of L/D or of the restitution e, are those of the text ``valid`` in its registry.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -19,9 +19,10 @@ from linkages.laws.contact.material import contact_modulus
 from linkages.laws.viscosity import DENSITY_15, density
 from linkages.model.mechanism import Joint
 from linkages.model.tables import Contact, JointModel
+from linkages.results.bent_ranges import BENT_RULES, bent_cases
 from linkages.results.impacts import Impact
+from linkages.results.rules import Finding, Rule, broken
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import warning
 from linkages.system import System
 
 #: Taylor vortices between cylinders of which the inner one turns begin where rho omega R c/mu is 41.1 sqrt(R/c).
@@ -49,31 +50,14 @@ class Case(NamedTuple):
     impacts: Sequence[Impact]
 
 
-class Finding(NamedTuple):
-    """A number outside its range, when [s] (None: always), and what it should be."""
-
-    value: float
-    time: float | None
-    limit: str
-
-
-class Rule(NamedTuple):
-    """A rule: the kind of its warning, what is wrong, what to do, and how it is found (None: all is well)."""
-
-    kind: str
-    what: str
-    remedy: str
-    find: Callable[[Case], Finding | None]
-
-
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
-    """Warn of laws that a run uses outside their ranges, one entry for each rule.
+    """Warn of laws, and of models of links that bend, that a run uses outside their ranges, one entry for each rule.
 
     Parameters
     ----------
     system : System
     run : Trajectory
-        Of the system, with columns ``LINK.omega``, and ``JOINT.eccentricity_ratio`` of joints with film.
+        Of the system, with all of its columns.
     impacts : sequence of Impact
         Its contacts.
 
@@ -82,23 +66,12 @@ def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[
     list of dict
         As of `linkages.results.warnings.warning`.
     """
-    cases, result = list(_cases(system, run, impacts)), []
-    for rule in RULES:
-        found = [(case.joint.name, finding) for case in cases if (finding := rule.find(case)) is not None]
-        if found:
-            numbers = [
-                f"{value:.3g} in {name}{'' if time is None else f' at {time:.6g} s'} ({limit})"
-                for name, (value, time, limit) in found
-            ]
-            times = [finding.time for _, finding in found if finding.time is not None]
-            result.append(
-                warning(rule.kind, min(times, default=None), f"{rule.what}: {', '.join(numbers)}", rule.remedy)
-            )
-    return result
+    cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
+    return [*broken(RULES, cases), *broken(BENT_RULES, bent_cases(system, run, impacts))]
 
 
 def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[Case]:
-    for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=True)):
+    for k, ((name, _), model) in enumerate(zip(system.tree.contacts, system.models, strict=False)):
         joint = system.mechanism.joint[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]

@@ -8,7 +8,8 @@ no entry of their states differs by more than `SAME`.
 |----------------|----------------------------------------------------------------------------------------------------|
 | periodic       | at the end the state is that of n periods before, n = 1 to `MOST`, the least: over half of what    |
 |                | can be compared, at least n/2 and at most 3n periods. Where differences shrink by a factor from    |
-|                | one n periods to the next, what is still to come of them (a geometric series) is within `SAME` too |
+|                | one n periods to the next, what is still to come of them (a geometric series) is within `SAME`     |
+|                | too; for n > 1 the run must be long enough to tell                                                 |
 | chaotic        | `ENOUGH` periods or more, and states that are close part: the distance of a state from its nearest |
 |                | neighbour among the others grows from one period to the next, by `GROWTH` in its natural logarithm |
 | quasi-periodic | as many periods, and neighbours neither part nor approach                                          |
@@ -25,8 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import Status
+from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
+from linkages.system.segments import system_of
 
 Array = NDArray[np.float64]
 
@@ -79,17 +82,17 @@ class Motion:
 def common_period(system: System) -> float | None:
     """Shortest time in which all drives of constant speed turn fully [s]; None where something else moves the linkage.
 
-    That is a drive by a table, a prismatic drive, a load over time, or no drive with a speed at all; or drives whose
-    speeds are not in the ratio of small whole numbers.
+    That is a drive by a table or formula, a prismatic drive, a load over time, or no drive with a speed at all; or
+    drives whose speeds are not in the ratio of small whole numbers.
     """
     experiment = system.experiment
-    drives = [(name, drive) for name, drive in experiment.drives.items() if drive.speed or drive.times is not None]
+    drives = [(name, drive) for name, drive in experiment.drives.items() if drive.speed or drive.varies]
     changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
-    if any(getattr(load, "times", None) is not None for load in changing):
+    if any(getattr(load, "over_time", False) for load in changing):
         return None
     speeds = []
     for name, drive in drives:
-        if drive.times is not None or not drive.prescribed or system.mechanism.joint[name].type != "revolute":
+        if drive.varies or not drive.prescribed or system.mechanism.joint[name].type != "revolute":
             return None
         speeds.append(abs(float(drive.speed or 0.0)))
     if not speeds:
@@ -163,6 +166,8 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
         apart = np.abs(states[:-shift] - states[shift:]).max(axis=1)
         recent = float(apart[: window + 1].max())
         before = float(apart[shift : shift + window + 1].max()) if last >= 2 * shift + window else np.inf
+        if n > 1 and before == np.inf:
+            break  # of a whirl that dies away two periods may look alike
         rest = recent * recent / (before - recent) if before > recent else recent
         if max(recent, rest) <= SAME:
             apart_at = np.flatnonzero(apart > SAME)
@@ -172,7 +177,11 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
             return "not settled", 0, None, _SETTLES
     count = (last + 1) // phases
     if count < ENOUGH:
-        return "not settled", 0, None, f"it does not repeat within {last / phases:.3g} periods"
+        why = f"it does not repeat within {last / phases:.3g} periods"
+        if last > phases:
+            apart = np.abs(states[: min(phases, last - phases) + 1] - states[phases : 2 * phases + 1]).max()
+            why += f"; of the last two, states differ by {apart:.2g} of a clearance, or rad"
+        return "not settled", 0, None, why
     growth, steps = _neighbours(states, phases, count)
     if growth > GROWTH:
         return "chaotic", 0, None, f"states that are close part by a factor of {np.exp(growth):.2g} in a period"
@@ -200,19 +209,17 @@ def _neighbours(states: Array, phases: int, count: int) -> tuple[float, float]:
 def _states(system: System, run: Trajectory, times: Array) -> Array:
     """States (nt, m) of a run at times within it."""
     columns = []
-    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=True):
+    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
         if f"{label}.ex" in run.columns:
             columns += [run[f"{label}.{axis}"] / clearance for axis in ("ex", "ey")]
     if not system.determinate:
-        for k in system.tree.free_dofs:
-            name = system.tree.coordinates[k]
-            slides = name.endswith((".x", ".y")) or (
+        tree = system_of(system, run.columns).tree
+        for name in (tree.coordinates[k] for k in tree.free_dofs):
+            slides = ("." in name and not name.endswith(".angle")) or (
                 name in system.mechanism.joint and system.mechanism.joint[name].type == "prismatic"
             )
             value = run[f"q.{name}"]
             columns += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
     if not columns:
         return np.zeros((len(times), 0))
-    from scipy.interpolate import Akima1DInterpolator  # takes a third of a second to import
-
-    return np.asarray(Akima1DInterpolator(run.time, np.array(columns).T, method="makima")(times))
+    return interpolated(run.time, np.array(columns).T, times)

@@ -65,11 +65,26 @@ class _Load(_Part):
     work: _Number
 
 
+class _Deflection(_Peak):
+    frame: str
+
+
+class _Stress(_Peak):
+    place: _Number
+
+
+class _Link(_Part):
+    deflection: _Deflection
+    bending: _Peak
+    stress: _Stress
+
+
 class _Numbers(_Part):
     outputs: dict[str, _Extremes]
     joints: dict[str, _Joint]
     drives: dict[str, _Drive]
     loads: dict[str, _Load] = Field({})
+    links: dict[str, _Link] = Field({})
 
     def lacks(self, other: _Numbers) -> str:
         """Name what is among other numbers and not among these; "" if nothing is."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.planar.arrays import Arrays
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_jacobian
 from linkages.planar.kinematics import body_positions
+from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system.tree import Tree
 
@@ -68,9 +71,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
     """
     if not arrays.rank or len(motion.time) < 2:
         return []
-    from scipy.interpolate import PchipInterpolator  # takes half a second to import
-
-    q = PchipInterpolator(motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
+    q = partial(interpolated, motion.time, np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1))
     times = motion.time[:: 1 + len(motion.time) // _MOST]
     quality = _qualities(arrays, q(times))
     found: list[Passage] = []
@@ -82,7 +83,7 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
             best = int(np.argmin(ratios))
             low, high = between[max(best - 1, 0)], between[min(best + 1, _POINTS - 1)]
         if ratios[best] < NEAR and (not found or between[best] > found[-1].time):
-            there = q(between[best])
+            there = q(between[best : best + 1])[0]
             unique = bool(_quality(_jacobian(arrays, there), arrays.rank) > NEAR)
             found.append(Passage(float(between[best]), float(ratios[best]), _loose(tree, arrays, there), unique))
     return found
@@ -103,7 +104,7 @@ def _candidates(quality: Array) -> list[int]:
 
 def _jacobian(arrays: Arrays, q: Array) -> Array:
     """Jacobian of the closure rows in all coordinates, driven ones too."""
-    pose = np.empty((len(arrays.bodies), 5))
+    pose = make_pose(arrays.bodies)
     body_positions(arrays.bodies, q, pose)
     return closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))
 

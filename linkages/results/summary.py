@@ -12,6 +12,7 @@ import numpy as np
 from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.planar.arrays import Arrays
+from linkages.planar.record_types import STOP
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
 from linkages.results.numbers import numbers, peaks_by_key
@@ -20,8 +21,9 @@ from linkages.results.ranges import outside
 from linkages.results.settling import Motion, motion_of
 from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import chaotic, meaningless, rough, singular, undetermined
+from linkages.results.warnings import chaotic, meaningless, rough, singular, undetermined, unstretched
 from linkages.system import System
+from linkages.system.segments import system_of
 
 _COMPARED = 500  # times at which the run and the tighter one are compared
 
@@ -78,7 +80,7 @@ class Study:
     @cached_property
     def passages(self) -> list[Passage]:
         """Singular positions of its closed loops that the run passes or nears."""
-        return passages(self.system.tree, self.system.arrays, self.run)
+        return passages(self._model.tree, self._model.arrays, self.run)
 
     @cached_property
     def ideal_passages(self) -> list[Passage]:
@@ -89,7 +91,7 @@ class Study:
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:
         """Joints and drives of the run whose force or torque is statically indeterminate."""
-        return indeterminate(self.system, self.system.arrays, self.run)
+        return indeterminate(self._model, self._model.arrays, self.run)
 
     @cached_property
     def ideal_indeterminate(self) -> tuple[str, ...]:
@@ -100,6 +102,11 @@ class Study:
     def meaningless(self) -> frozenset[str]:
         """Columns of the run whose peaks mean nothing."""
         return meaningless(_judged(self.system), self.passages, self.indeterminate)
+
+    @cached_property
+    def _model(self) -> System:
+        """System whose coordinates the run has."""
+        return system_of(self.system, self.run.columns)
 
     @cached_property
     def _ideal_model(self) -> tuple[System, Arrays]:
@@ -212,6 +219,7 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
         *rough(study.tighter, peaks_by_key(whole), change),
         *chaotic(parted, later),
         *outside(study.system, study.run, study.contacts),
+        *unstretched(study.system, study.run),
     ]
     judged: dict[str, Any] = {"error": change | dict.fromkeys(later), "warnings": found, "windows": {}}
     for name, window in whole.get("windows", {}).items():
@@ -245,22 +253,26 @@ def _when(run: Trajectory, key: str) -> float:
 
 def meaningless_of(system: System, run: Trajectory, names: Iterable[str]) -> frozenset[str]:
     """Choose from columns of one run those whose values mean nothing, see `linkages.results.warnings.meaningless`."""
-    found = passages(system.tree, system.arrays, run), indeterminate(system, system.arrays, run)
+    moved = system_of(system, run.columns)
+    found = passages(moved.tree, moved.arrays, run), indeterminate(moved, moved.arrays, run)
     return meaningless(names, *found) & frozenset(names)
 
 
 def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
     """Warn of what one run shows by itself: singular positions, forces left open, laws outside their ranges."""
+    moved = system_of(system, run.columns)
     return [
-        *singular(passages(system.tree, system.arrays, run), ()),
-        *undetermined(indeterminate(system, system.arrays, run), ()),
+        *singular(passages(moved.tree, moved.arrays, run), ()),
+        *undetermined(indeterminate(moved, moved.arrays, run), ()),
         *outside(system, run, contacts),
     ]
 
 
 def touching(system: System) -> list[str]:
-    """Contacts that can touch: joints, and the corners of guides."""
-    return [label for (_, label), able in zip(system.tree.contacts, system.touching, strict=True) if able]
+    """Contacts that can touch: joints, the corners of guides, stops that slide, points at lines."""
+    turning = system.ends["kind"] == STOP  # they give a torque
+    able = system.touching & ~turning
+    return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
 
 
 def _judged(system: System) -> list[str]:

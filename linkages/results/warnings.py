@@ -8,6 +8,8 @@ from typing import Any
 from linkages.errors import Status
 from linkages.results.singular import Passage
 from linkages.results.trajectory import Trajectory
+from linkages.system import System
+from linkages.system.segments import system_of
 
 ROUGH = 0.1  # of a peak: a change at the tighter tolerance that makes it rough
 _NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding or residue, and its change says nothing
@@ -90,6 +92,15 @@ def chaotic(parted: float | None, later: Sequence[str]) -> list[dict[str, Any]]:
         f"one of many motions, and says nothing of the others: {_listed(later)}, whose errors are left out"
     )
     return [warning("rough", parted, what, "compare statistics of many runs, not peaks; or end the run before")]
+
+
+def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
+    """Warn of links whose stretching a run in rigid segments leaves out although it was not asked to."""
+    names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]
+    if not names or system_of(system, run.columns) is system:
+        return []
+    what = f"rigid segments, in which {_listed(names)} ran, do not stretch: stretching modes are left out"
+    return [warning("segments", None, what, "use the compiled engine, or say so by axial = 0")]
 
 
 def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | None]) -> list[tuple[str, float]]:

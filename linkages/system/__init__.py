@@ -4,8 +4,13 @@
 |--------------|----------------------------------------------------------------------|
 | system       | `System`: tree, records, laws, loads, motions, start; `load`         |
 | tree         | spanning tree: what carries the bodies, what is cut, the coordinates |
+| spanning     | how that tree grows                                                  |
+| bent_link    | a link that bends: its frame, modes and sections                     |
+| deflection   | the shape of links that bend at t = 0                                |
+| segments     | the same linkage with rigid pieces in place of links that bend       |
 | law_records  | joint models -> the records that the force laws read                 |
 | loads        | applied loads -> the records that the kernels read                   |
+| touches      | limit stops, points at straight lines -> records of contacts         |
 | assembly     | loop closure on the drawn branch, the consistent state at t = 0      |
 | equilibrium  | where journals lie at rest under their loads: another start          |
 | ideal_motion | the ideal linkage's motion over time                                 |

@@ -8,13 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, Status
+from linkages.kernel.by_reference import packed
 from linkages.model.experiment import Experiment
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, closure_jacobian, closure_quality, consistent_rates
+from linkages.planar.dynamics import articulate, loop_responses, make_workspace
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
-from linkages.system.loads import check_lengths
+from linkages.system.loads import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree
 
 Array = NDArray[np.float64]
@@ -68,7 +71,7 @@ def assemble(
     start = np.concatenate([value[0], [drive.angle for drive in powered]])
     through_play = _moves_through_play(tree, experiment)
     held = tree.driven_dofs if through_play else moved
-    free = np.setdiff1d(tree.free_dofs, held)
+    free = np.setdiff1d(tree.closing_dofs, held)
     for name, distance in zip([*tree.driven, *tree.powered], start, strict=True):
         if not abs(distance) <= _FARTHEST:
             problem = f"starts {distance:g} rad or m from the drawn pose; it must be {_FARTHEST:g} at most"
@@ -101,16 +104,18 @@ def assemble(
     consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
     if (determined and quality < SINGULAR) or _is_flat(tree, tree.closure_rows, q):
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
+    check_functions(tree, experiment, loads, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
 
 
 def _widest_gap(tree: Tree, q: Array) -> str:
     """Name the cut joint that stays farthest open at q."""
-    rows, pose = tree.closure_rows, np.empty((len(tree.bodies), 5))
+    rows, pose = tree.closure_rows, make_pose(tree.bodies)
     gap = np.abs(closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose))
     owner = [name for name in (*tree.play, *tree.loops) for _ in range(ROWS[tree.mechanism.joint[name].type])]
+    owner += [f"the gear of {' and '.join(gear.joints)}" for gear in tree.gears]
     widest = int(np.argmax(gap))
-    unit = "rad" if rows["kind"][widest] == ANGLE else "m"
+    unit = "rad" if rows["term"]["kind"][widest] == ANGLE else "m"
     return f": {owner[widest]} stays open by {gap[widest]:.3g} {unit}"
 
 
@@ -119,7 +124,7 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
     if not tree.powered or not tree.play:
         return False
     q, rows = np.zeros(tree.size), tree.closure_rows
-    if not close(tree.bodies, rows, np.zeros(len(rows)), tree.free_dofs, tree.extent, q):
+    if not close(tree.bodies, rows, np.zeros(len(rows)), tree.closing_dofs, tree.extent, q):
         return False
     if len(tree.driven) + len(tree.powered) <= _mobility(tree, rows, q):
         return False
@@ -139,26 +144,29 @@ def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int)
 
 
 def _mobility(tree: Tree, rows: NDArray[np.record], q: Array) -> int:
-    """Degrees of freedom with these closure rows: coordinates less independent rows."""
-    return tree.size - independent(tree, rows, q)
+    """Degrees of freedom with these closure rows: coordinates of joints less independent rows."""
+    return len(tree.joint_dofs) - independent(tree, rows, q)
 
 
 def _is_flat(tree: Tree, rows: NDArray[np.record], q: Array) -> bool:
     """Whether fewer rows are independent at q than beside it, as with all links of a four-bar on one line."""
-    return _rank(_jacobian(tree, rows, q), _CLEAR) < independent(tree, rows, q)
+    return _rank(_jacobian(tree, rows, q)[:, tree.joint_dofs], _CLEAR) < independent(tree, rows, q)
 
 
 def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices | None = None) -> int:
-    """Count the independent rows at q and where the linkage can go from there, in all coordinates or in some."""
+    """Count the independent rows at q and where the linkage can go from there, in some coordinates; default joints'."""
     jacobian = _jacobian(tree, rows, q)
-    columns = np.arange(tree.size) if columns is None else columns
+    columns = tree.joint_dofs if columns is None else columns
     found = _rank(jacobian[:, columns], _CLEAR)
     if found == min(len(rows), len(columns)):
         return found
-    ways = np.linalg.svd(jacobian)[2][_rank(jacobian, _CLEAR) :]
-    none, every, dice = np.zeros(len(rows)), np.arange(tree.size), np.random.default_rng(0)
+    every = np.union1d(columns, tree.joint_dofs)
+    still = np.linalg.svd(jacobian[:, every])[2][_rank(jacobian[:, every], _CLEAR) :]
+    ways = np.zeros((len(still), tree.size))
+    ways[:, every] = still
+    none, dice = np.zeros(len(rows)), np.random.default_rng(0)
     scale = np.ones(tree.size)
-    scale[tree.bodies["dof"][tree.bodies["type"] == PRISMATIC]] = tree.extent
+    scale[tree.bodies.records["dof"][tree.bodies.records["type"] == PRISMATIC]] = tree.extent
     for _ in range(_TRIED if len(ways) else 0):
         way = dice.standard_normal(len(ways)) @ ways
         beside = q + _ASIDE * way / np.abs(way / scale).max()
@@ -167,9 +175,28 @@ def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices
     return found
 
 
+def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.record]:
+    """Scale the rows of gears: at q unit reactions move them as much as, in the mean, other rows are moved by theirs.
+
+    Else light wheels or large ratios would pass for a singular position.
+    """
+    gears = rows["ratio"] != 0.0
+    if not gears.any():
+        return rows
+    work = make_workspace(len(tree.bodies.records), tree.size, len(rows), tree.bodies.shapes.shape[2])
+    body_positions(tree.bodies, q, work.pose)
+    articulate(tree.bodies, work.pose, work.inertia, work.axis)
+    loop_responses(tree.bodies, rows, packed(work))
+    moved = work.response.diagonal()
+    usual = np.exp(np.log(moved[~gears & (moved > 0.0)]).mean()) if (~gears & (moved > 0.0)).any() else 1.0
+    rows = rows.copy()
+    rows["scale"][gears & (moved > 0.0)] = np.sqrt(usual / moved[gears & (moved > 0.0)])
+    return rows
+
+
 def _jacobian(tree: Tree, rows: NDArray[np.record], q: Array) -> Array:
     """Jacobian of the rows at q, in all coordinates."""
-    pose = np.empty((len(tree.bodies), 5))
+    pose = make_pose(tree.bodies)
     body_positions(tree.bodies, q, pose)
     return closure_jacobian(tree.bodies, rows, pose, tree.size)
 

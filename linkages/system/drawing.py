@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from linkages.files.raw_model import Pose, RawModel, rotation
 from linkages.model.mechanism import Joint, planar
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error
 from linkages.planar.record_types import ANGLE
-from linkages.system.tree import Tree, spanning_tree
+from linkages.system.spanning import spanning_tree
+from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
 
@@ -54,7 +56,7 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
     low, high = np.clip([limits[joint.name] for joint in limited], -_FAR, _FAR).reshape(-1, 2).T
     turns = np.array([joint.type == "revolute" for joint in limited], dtype=bool)
     middle = 0.5 * (low + high)
-    size = np.where(tree.closure_rows["kind"] == ANGLE, 1.0, tree.extent)
+    size = np.where(tree.closure_rows["term"]["kind"] == ANGLE, 1.0, tree.extent)
 
     def misfit(q: Array) -> Array:
         pose, gaps = _assembled(tree, q)
@@ -81,7 +83,7 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
 
 def _assembled(tree: Tree, q: Array) -> tuple[Array, Array]:
     """Poses of all bodies at q, and the gaps of the loops."""
-    pose, rows = np.empty((len(tree.bodies), 5)), tree.closure_rows
+    pose, rows = make_pose(tree.bodies), tree.closure_rows
     return pose, closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError
+from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import Motion, contact_action, contact_motion
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.kinematics import body_positions, body_velocities
@@ -62,17 +63,17 @@ def resting_offsets(system: System, assemble: Callable[[Array], Assembly]) -> Ar
 def _passed(system: System, start: Assembly) -> tuple[Array, Array, Array]:
     """Find the forces that joints with play pass if ideal, two for each as their offsets; poses, velocities."""
     tree, rows = system.tree, system.tree.closure_rows
-    nb, n = len(tree.bodies), tree.size
-    pose, vel, wrench = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3))
+    n = tree.size
+    pose, vel, wrench = make_pose(tree.bodies), make_motion(tree.bodies), make_motion(tree.bodies)
     body_positions(tree.bodies, start.q, pose)
     body_velocities(tree.bodies, pose, start.v, vel)
     load_wrenches(system.loads, 0.0, pose, vel, wrench)
     tau, acceleration, reaction = np.zeros(n), np.zeros(n), np.zeros(len(rows))
     tau[tree.powered_dofs] = system.torques(np.zeros(1))[0][0]
     acceleration[tree.driven_dofs] = system.motions(np.zeros(1))[2][0]
-    rank = independent(tree, rows, start.q, tree.free_dofs)
+    rank = independent(tree, rows, start.q, tree.closing_dofs)
     constrained_dynamics(
-        tree.bodies, rows, rank, tree.extent, 0.0, system.gravity,
+        tree.unbent_bodies, rows, rank, tree.extent, 0.0, system.gravity,
         start.q, start.v, wrench, tau, acceleration, reaction, np.zeros(n),
     )  # fmt: skip
     return reaction[: 2 * len(tree.play)], pose, vel

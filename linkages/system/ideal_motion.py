@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, Status
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error, closure_quality, follow
 from linkages.planar.passage import GAP, WEIGHTS
 from linkages.system.system import System
@@ -53,7 +54,7 @@ class IdealMotion:
 
     def _follow_branch(self) -> None:
         """Fill the table; positions whose rates have no digits are passed over."""
-        free = self.system.tree.free_dofs
+        free = self.system.tree.closing_dofs
         q, v, a = self._prescribed(self.times)
         q[0, free] = self.system.assembly.q[free]
         quality = np.zeros(len(self.times))
@@ -73,7 +74,7 @@ class IdealMotion:
 
     def _find_end(self, k: int, kept: list[int], q: Array, v: Array, a: Array, quality: Array) -> None:
         """Put line k of the table where the motion, which reaches none there, ends."""
-        last, free = kept[-1], self.system.tree.free_dofs
+        last, free = kept[-1], self.system.tree.closing_dofs
         low, high = self.times[last], self.times[k]
         self.status, start = Status.NO_ASSEMBLY, (q[last], v[last], a[last])
         for _ in range(_HALVINGS):
@@ -97,7 +98,7 @@ class IdealMotion:
         rows = tree.closure_rows
         if offset is None:
             offset = np.zeros((len(q), len(rows)))
-        return follow(tree.bodies, rows, offset, tree.free_dofs, tree.extent, q, v, a, quality)
+        return follow(tree.bodies, rows, offset, tree.closing_dofs, tree.extent, q, v, a, quality)
 
     def _prescribed(self, times: Array) -> tuple[Array, Array, Array]:
         tree = self.system.tree
@@ -106,7 +107,9 @@ class IdealMotion:
             table[:, tree.driven_dofs] = values
         return q, v, a
 
-    def states(self, times: Array, offset: Array | None = None) -> tuple[Array, Array, Array]:
+    def states(
+        self, times: Array, offset: Array | None = None, hinges: Array | None = None
+    ) -> tuple[Array, Array, Array]:
         """Coordinates, rates and accelerations (nt, n) at any times within the table.
 
         Parameters
@@ -115,6 +118,8 @@ class IdealMotion:
         offset : (nt, nr) array, optional
             Wanted values of the tree's closure rows instead of zero (rates and accelerations are then those of a
             constant offset): places journals away from their bearings' centres.
+        hinges : (nt, nh) array, optional
+            Angles of the hinges of links in segments instead of zero [rad]; likewise.
 
         Raises
         ------
@@ -122,11 +127,13 @@ class IdealMotion:
             If the loops do not close.
         """
         q, v, a = self._prescribed(times)
+        if hinges is not None:
+            q[:, self.system.tree.hinge_dofs] = hinges
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times
         if self.status is Status.LOCKED:  # rates of the last line have no bound
             near = np.minimum(near, len(self.times) - 2)
-        free, step = self.system.tree.free_dofs, (times - self.times[near])[:, None]
+        free, step = self.system.tree.closing_dofs, (times - self.times[near])[:, None]
         q[:, free] = _predicted(step, self.q[near], self.v[near], self.a[near])[:, free]
         quality = np.zeros(len(times))
         done = self._close(q, v, a, quality, offset)
@@ -147,11 +154,11 @@ class IdealMotion:
         times = time + 2.0 * _GRID / (self.system.drive_rate or np.inf) * steps
         if times[0] < 0.0 or times[-1] > self.times[-1]:
             return
-        beside, free = self.states(times), tree.free_dofs
+        beside, free = self.states(times), tree.closing_dofs
         if min(closure_quality(tree.bodies, tree.closure_rows, free, x) for x in beside[0]) <= _BLURRED:
             return
         middle = [np.concatenate([WEIGHTS[::-1], WEIGHTS]) @ x for x in beside]
-        pose = np.empty((len(tree.bodies), 5))
+        pose = make_pose(tree.bodies)
         gap = closure_error(tree.bodies, tree.closure_rows, np.zeros(len(tree.closure_rows)), middle[0], pose)
         if np.abs(gap).max() <= GAP * tree.extent:
             for state, found in zip((q, v, a), middle, strict=True):

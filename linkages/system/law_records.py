@@ -27,24 +27,22 @@ from linkages.laws.parameters import MODELS, SHEAR
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
 from linkages.model.tables import Contact, JointModel, Mixed
-from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
 
 
-def law_parameters(tree: Tree, models: Sequence[JointModel]) -> NDArray[np.record]:
-    """One record of `PARAMETERS` for each contact of the tree."""
-    records: NDArray[np.record] = np.zeros(len(tree.contacts), PARAMETERS)
-    for record, (name, _), model in zip(records, tree.contacts, models, strict=True):
-        _fill(record, model, tree.mechanism.joint[name].bearing)
+def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> NDArray[np.record]:
+    """One record of `PARAMETERS` for each contact."""
+    records: NDArray[np.record] = np.zeros(len(models), PARAMETERS)
+    for record, bearing, model in zip(records, bearings, models, strict=True):
+        _fill(record, model, bearing)
     return records
 
 
-def film_tables(tree: Tree, models: Sequence[JointModel]) -> Array:
+def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Array:
     """Load the maps of the finite films, one line for each contact; empty lines where there is none needed."""
     tables: dict[int, Array] = {}
-    for k, ((name, _), joint) in enumerate(zip(tree.contacts, models, strict=True)):
-        bearing = tree.mechanism.joint[name].bearing
+    for k, (bearing, joint) in enumerate(zip(bearings, models, strict=True)):
         if bearing is not None and joint.has_film and FILMS[joint.film].force is None:
             tables[k] = load_map(0.5 * bearing.length / bearing.radius, joint.cavitation)
     result = np.zeros((len(models), max(map(len, tables.values()), default=0)))

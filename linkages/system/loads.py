@@ -2,37 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError
+from linkages.files.formula import Formula
 from linkages.model.experiment import Experiment
-from linkages.model.load_tables import Force
-from linkages.planar.kinematics import body_positions
+from linkages.model.functions import TIME, program, table_over
+from linkages.model.load_tables import Function
+from linkages.planar.bodies import make_motion, make_pose
+from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
-from linkages.planar.motion import Motions, Pieces
-from linkages.planar.record_types import FORCE, LOAD, SPRING, TORQUE, TORSION
+from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table
+from linkages.planar.record_types import FORCE, LOAD, PUSH, SIGNAL, SPRING, TORQUE, TORSION
 from linkages.system.tree import Tree
 
+_LOOKS = 501  # times at which a drive's formula is looked at
 _COINCIDENT = 1e-9  # of the linkage's size: points closer than this have no direction between them
 
 
 def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
-    """Pack the loads for `linkages.planar.loads`: records, and the values of forces and torques over time."""
+    """Pack the loads for `linkages.planar.loads`: records, signals, and the functions of forces and torques."""
     mechanism = tree.mechanism
     records: NDArray[np.record] = np.zeros(len(experiment.loads), LOAD)
     following = iter(records)
-    motions: list[Pieces] = []
+    functions = _Functions(tree)
 
     for force in experiment.forces.values():
-        record = next(following)
-        record["kind"], record["turns"], record["motion"] = FORCE, force.axes == "body", len(motions)
+        record, frame = next(following), mechanism.point[force.point]
+        angle = frame.angle if force.axes == "body" else 0.0
+        record["kind"], record["turns"] = FORCE, force.axes == "body"
+        record["ux"], record["uy"] = np.cos(angle), np.sin(angle)
         record["a"] = tree.named_marker(force.point)
-        motions += _turned(force, mechanism.point[force.point].angle if force.axes == "body" else 0.0)
+        record["motion"] = functions.add(force, force.force, force.forces)
     for torque in experiment.torques.values():
         record = next(following)
-        record["kind"], record["a"]["body"], record["motion"] = TORQUE, tree.index[torque.link], len(motions)
-        motions.append(torque.history())
+        record["kind"] = TORQUE
+        record["a"]["body"], record["b"]["body"], record["sign"] = _turning(tree, torque.joint, ("world", torque.link))
+        constant, values = torque.torque, [[value] for value in torque.torques or []]
+        record["motion"] = functions.add(torque, None if constant is None else [constant], values or None)
     for spring in experiment.springs.values():
         record = next(following)
         record["kind"], record["motion"] = SPRING, -1
@@ -43,31 +54,79 @@ def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
     for torsion in experiment.torsion_springs.values():
         record = next(following)
         record["kind"], record["motion"] = TORSION, -1
-        links, record["sign"] = torsion.links or [], 1.0
-        if torsion.joint is not None:
-            joint = mechanism.joint[torsion.joint]
-            links, record["sign"] = [joint.parent, joint.child], joint.sign
-        record["a"]["body"], record["b"]["body"] = (tree.index[link] for link in links)
+        record["a"]["body"], record["b"]["body"], record["sign"] = _turning(tree, torsion.joint, torsion.links or ())
         record["stiffness"], record["free"] = torsion.stiffness, torsion.free_angle
         record["damping"] = torsion.damping
-    return records, *Motions(motions).arrays
+    for friction in experiment.frictions.values():
+        record, rate = next(following), f"{friction.joint}.rate"
+        record["kind"] = PUSH
+        record["term"], record["sign"] = tree.coordinate(friction.joint)
+        record["motion"] = functions.add_formula(friction.law, {"v": rate})
+    return records, functions.signals, *Motions(functions.made).arrays
 
 
-def _turned(force: Force, angle: float) -> tuple[Pieces, Pieces]:
-    """Components over time, turned by an angle."""
-    x, y = force.components()
-    c, s = np.cos(angle), np.sin(angle)
-    return Pieces(c * x.c - s * y.c, x.x), Pieces(s * x.c + c * y.c, y.x)
+def _turning(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[int, int, float]:
+    """Bodies that turn against each other, in a joint or as two links do, and the sign of the joint's coordinate."""
+    if joint is not None:
+        found = tree.mechanism.joint[joint]
+        return tree.marker(found.parent, found.on_parent)[0], tree.marker(found.child, found.on_child)[0], found.sign
+    first, second = (0 if link in (None, "world") else tree.named_marker(str(link))[0] for link in links)
+    return first, second, 1.0
+
+
+class _Functions:
+    """Collects the functions of the loads, and the signals that they depend on."""
+
+    def __init__(self, tree: Tree) -> None:
+        self.tree = tree
+        self.made: list[Pieces | Program] = []
+        self.inputs = {TIME: 0}
+        self._signals: list[tuple[Any, ...]] = []
+
+    @property
+    def signals(self) -> NDArray[np.record]:
+        """All signals."""
+        return np.array(self._signals, SIGNAL)
+
+    def add_formula(self, given: Formula, names: Mapping[str, str]) -> int:
+        """Add a formula whose names stand for signals; returns its index."""
+        self.made.append(program(given, {name: self._input(signal) for name, signal in names.items()}))
+        return len(self.made) - 1
+
+    def _input(self, signal: str) -> int:
+        """Return the index of a signal, which is collected."""
+        if signal not in self.inputs:
+            self.inputs[signal] = len(self.inputs)
+            self._signals.append(self.tree.signal(signal))
+        return self.inputs[signal]
+
+    def add(self, load: Function, constant: Sequence[float] | None, values: Sequence[Sequence[float]] | None) -> int:
+        """Add the components of a load; returns the index of the first."""
+        for name in load.signals:
+            self._input(name)
+        components: list[Pieces | Program] = [program(text, self.inputs) for text in load.formulas]
+        if constant is not None:
+            components = [constant_rate(value, 0.0) for value in constant]
+        places = getattr(load, "times", None) or getattr(load, "at", None)
+        if values is not None and places is not None:
+            components = [monotone_table(places, part) for part in zip(*values, strict=True)]
+        first = len(self.made)
+        self.made += components
+        over = getattr(load, "over", None)
+        if over is not None:
+            first, tables = len(self.made), range(first, len(self.made))
+            self.made += [table_over(self.inputs[over], table) for table in tables]
+        return first
 
 
 def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) -> None:
     """Refuse springs with a free length that have no direction at t = 0, where the coordinates are q (n,)."""
     if not experiment.springs:
         return
-    nb, names = len(tree.bodies), experiment.loads
-    pose, outputs = np.empty((nb, 5)), np.empty((len(names), len(LOAD_OUTPUTS)))
+    names = experiment.loads
+    pose, outputs = make_pose(tree.bodies), np.empty((len(names), len(LOAD_OUTPUTS)))
     body_positions(tree.bodies, q, pose)
-    load_outputs(loads, 0.0, pose, np.zeros((nb, 3)), outputs)
+    load_outputs(loads, 0.0, pose, make_motion(tree.bodies), outputs)
     for (table, name), length in zip(names, outputs[:, 1], strict=True):
         if table != "springs" or experiment.springs[name].free_length == 0.0:
             continue
@@ -75,3 +134,21 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
             problem = "its points coincide at t = 0, where a spring with a free length has no direction;"
             remedy = "set free_length = 0 or start elsewhere"
             raise InputError(experiment.source, f"springs.{name}", f"{problem} {remedy}")
+
+
+def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
+    """Refuse formulas that are no number: of loads at t = 0 and the coordinates and rates q, v (n,); of drives ever."""
+    pose, vel, outputs = make_pose(tree.bodies), make_motion(tree.bodies), np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
+    body_positions(tree.bodies, q, pose)
+    body_velocities(tree.bodies, pose, v, vel)
+    load_outputs(loads, 0.0, pose, vel, outputs)
+    for (table, name), values in zip(experiment.loads, outputs, strict=True):
+        if not np.isfinite(values).all():
+            raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
+    times = np.linspace(0.0, experiment.duration, _LOOKS)
+    for found in motions(times):
+        for name, values in zip(tree.driven, found.T, strict=True):
+            if not np.isfinite(values).all():
+                when = f"at t = {times[~np.isfinite(values)][0]:.3g} s"
+                problem = f"it, its rate or its second derivative is not a number {when}; it must be smooth"
+                raise InputError(experiment.source, f"drives.{name}.formula", problem)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -11,20 +11,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.files.raw_model import Bearing
 from linkages.laws import Registered, registered, restore
-from linkages.model.check import check
+from linkages.model.check import check, unbent
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.model.mechanism import Mechanism, load_mechanism
 from linkages.model.tables import JointModel
 from linkages.planar.arrays import Arrays
+from linkages.planar.internal_forces import FIXED_COLUMNS
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
-from linkages.planar.record_types import WORN
-from linkages.system.assembly import Assembly, assemble, independent
+from linkages.planar.record_types import BEAM, WORN
+from linkages.system.assembly import Assembly, assemble, balanced, independent
+from linkages.system.bent_link import bent_link
+from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
 from linkages.system.loads import pack_loads
-from linkages.system.tree import Tree, spanning_tree
+from linkages.system.spanning import spanning_tree
+from linkages.system.touches import touch_ends, touch_models
+from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
 
@@ -61,8 +67,10 @@ class System:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what the user wrote, laws of the user's own among it: another process makes its own arrays."""
-        names = [name for model in self.experiment.joints.values() for name in model.laws]
-        return _restored, (self.mechanism, self.experiment, registered(names))
+        experiment = self.experiment
+        tables = experiment.joints, experiment.stops, experiment.contacts
+        names = [name for table in tables for model in table.values() for name in model.laws]
+        return _restored, (self.mechanism, experiment, registered(names))
 
     # -- another system ----------------------------------------------------------------------------
 
@@ -73,7 +81,8 @@ class System:
         ----------
         values : mapping
             Paths of the experiment (``joints.A.clearance``), and of the machine with ``sdf.`` before them
-            (``sdf.links.rod.mass``); strings are read as TOML values.
+            (``sdf.links.rod.mass``); strings are read as TOML values. Of a link that becomes rigid, outputs of bending
+            are left out.
         origin : str
             Where the values come from, for errors and as their source.
 
@@ -104,7 +113,9 @@ class System:
         else:
             mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
+        experiment = unbent(mechanism, experiment, values)
         same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
+        same_start = same_start and not experiment.flexible
         return System(mechanism, experiment, (self._twin or self) if same_start else None)
 
     def ideal(self) -> System:
@@ -151,12 +162,14 @@ class System:
     def tree(self) -> Tree:
         """Spanning tree: joints with play are cut, drives stay."""
         drives = self.experiment.drives
-        return spanning_tree(
+        tree = spanning_tree(
             self.mechanism,
             self.experiment.play,
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
+            {name: partial(bent_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
         )
+        return replace(tree, gears=tuple(self.experiment.gears.values()))
 
     @cached_property
     def motions(self) -> Motions:
@@ -196,9 +209,9 @@ class System:
         if self._twin is not None:
             return self._twin.assembly
         whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)
-        if self.experiment.start == "centred" or not self.tree.play:
-            return whole()
-        return whole(resting_offsets(self, whole))
+        resting = self.experiment.start == "equilibrium" and self.tree.play
+        straight = whole(resting_offsets(self, whole)) if resting else whole()
+        return deflected(self, straight) if self.tree.bent else straight
 
     @property
     def determinate(self) -> bool:
@@ -208,24 +221,37 @@ class System:
     # -- contacts ----------------------------------------------------------------------------------
 
     @cached_property
+    def contacts(self) -> tuple[tuple[str, str], ...]:
+        """Owner and label of each contact: those of joints with play, `Tree.contacts`; stops; points at lines."""
+        named = (*self.experiment.stops, *self.experiment.contacts)
+        return (*self.tree.contacts, *((name, name) for name in named))
+
+    @cached_property
     def models(self) -> tuple[JointModel, ...]:
         """Joint model of each contact."""
-        return tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
+        play = tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
+        return (*play, *touch_models(self.tree, self.experiment))
+
+    @property
+    def _bearings(self) -> tuple[Bearing | None, ...]:
+        """Bearing of each contact, if it has one."""
+        joints = self.mechanism.joint
+        return tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
 
     @cached_property
     def laws(self) -> NDArray[np.record]:
         """Records that the force laws read, one of `linkages.laws.PARAMETERS` for each contact, (nc,)."""
-        return law_parameters(self.tree, self.models)
+        return law_parameters(self._bearings, self.models)
 
     @cached_property
     def film_tables(self) -> Array:
         """Maps of the finite films, a line for each contact, empty where there is none needed."""
-        return film_tables(self.tree, self.models)
+        return film_tables(self._bearings, self.models)
 
     @cached_property
     def ends(self) -> NDArray[np.record]:
-        """The two ends of each contact, `Tree.ends`, with those that are worn."""
-        ends = self.tree.ends.copy()
+        """The two ends of each contact: `Tree.ends`, with those that are worn, stops, points at lines."""
+        ends = np.concatenate([self.tree.ends, touch_ends(self.tree, self.experiment)])
         ends["kind"][[model.is_worn for model in self.models]] = WORN
         return ends
 
@@ -258,27 +284,41 @@ class System:
         limits = np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
         joints = self.laws, self.tables, limits, self.touching.astype(np.int64), self.bristles
         dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
-        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, self.gravity
+        applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # what is called by address is compiled for contiguous arrays, and nothing checks them there
         rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
-        return Arrays._make([np.ascontiguousarray(tree.bodies), *self._closed_by(tree.loop_rows), *rest, tree.extent])
+        return Arrays._make([tree.bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
-    def _closed_by(self, rows: NDArray[np.record]) -> tuple[NDArray[np.record], int]:
-        """Rows, and how many of them are independent in the free coordinates."""
-        count = independent(self.tree, rows, self.assembly.q, self.tree.free_dofs) if len(rows) else 0
-        return np.ascontiguousarray(rows), count
+    def _closed_by(self, rows: NDArray[np.record], free: NDArray[np.int64]) -> tuple[NDArray[np.record], int]:
+        """Rows, and how many of them are independent in free coordinates."""
+        count = independent(self.tree, rows, self.assembly.q, free) if len(rows) else 0
+        return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), count
+
+    @property
+    def _beams(self) -> tuple[NDArray[np.record], Array]:
+        """Pieces of links that bend, and their stations, for the forces within them."""
+        nm = self.tree.bodies.shapes.shape[2]
+        records, stations = [], [np.zeros((0, FIXED_COLUMNS + 6 * nm))]
+        for name, link in self.tree.bent.items():
+            beam, own, first = link.beam, link.stations(nm), sum(map(len, stations))
+            leverage = 0.5 * beam.height / beam.second_moment
+            records.append((self.tree.index[name], first, len(own), beam.area, leverage, link.first))
+            stations.append(own)
+        return np.array(records, BEAM), np.concatenate(stations)
 
     @cached_property
     def ideal_arrays(self) -> Arrays:
         """The same with every joint ideal, closed by `Tree.closure_rows`."""
         tree = self.tree
-        rows, rank = self._closed_by(tree.closure_rows)
-        return self.arrays._replace(rows=rows, rank=rank, ends=self.ends[:0], joints=tree.ideal_joints)
+        rows, rank = self._closed_by(tree.closure_rows, tree.closing_dofs)
+        return self.arrays._replace(
+            rows=rows, rank=rank, ends=self.ends[:0], joints=tree.ideal_joints, free=tree.closing_dofs
+        )
 
     @property
     def stiff(self) -> bool:
-        """Whether the joint laws make the equations stiff: films and bristles do, dry contact does not."""
-        return any(model.has_film for model in self.models) or len(self.bristles) > 0
+        """Whether joints or links make the equations stiff: films, bristles and modes do, dry contact does not."""
+        return any(model.has_film for model in self.models) or len(self.bristles) > 0 or bool(self.tree.bent)
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:
@@ -310,7 +350,8 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
     0.5
     """
     experiment = load_experiment(path, overrides, origin)
-    return System(load_mechanism(experiment.mechanism_path, experiment.sdf_overrides), experiment)
+    mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
+    return System(mechanism, unbent(mechanism, experiment, overrides or ()))
 
 
 def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Registered, ...]) -> System:

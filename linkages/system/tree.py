@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,17 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError
-from linkages.files.raw_model import Chains
-from linkages.model.mechanism import Joint, Mechanism
+from linkages.kernel.by_reference import packed
+from linkages.model.functions import OF_JOINTS
+from linkages.model.gear import Gear
+from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
+from linkages.planar.bodies import LOCK, Bodies
+from linkages.system.bent_link import BentLink, section_at
 
 Array = NDArray[np.float64]
 
 #: Closure rows of a cut joint.
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
-_TYPE = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
-_MOVING = list(types.BODY.names or ()).index("moving")
+#: Types of joints in records of bodies.
+TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
+_UNBENT = 1e30  # kg, with which a mode stays where it is
 #: Corners of a block, along and across its slot, in units of half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -39,13 +43,14 @@ class Tree:
 
     Attributes
     ----------
-    bodies : array of BODY
+    bodies : Bodies
         World first, then parents before children. Links that float on clearance joints alone stand
-        behind two massless bodies, their x and y slides.
+        behind two massless bodies, their x and y slides; the sections of links that bend, massless too, behind these.
     index : dict
         Body index of each link name, "world" included.
     coordinates : tuple of str
-        Name of each coordinate: a joint's name, or ``link.x``, ``link.y``, ``link.angle`` of a floating link.
+        Name of each coordinate: a joint's name, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then
+        those of modes, ``link.bending1``.
     edges : dict
         Tree joint that carries each link; floating links are absent.
     drawn : (nb, 2) array
@@ -58,10 +63,21 @@ class Tree:
         Joints with a prescribed motion.
     powered : tuple of str
         Joints with an applied torque.
+    pieces : dict
+        Pieces of the links that bend, by link: one, if it is not cut. Behind the link's own name, which is that of the
+        body that its joint carries, `index` has their names.
+    sections : dict
+        Body of each of a piece's sections, by its name and abscissa on its beam [m].
+    acting : int
+        Number of bodies without the last ones, sections on which nothing acts: only outputs look at them.
+    gears : tuple of Gear
+        Pairs of joints whose coordinates go together.
+    hinges : tuple of str
+        Joints between the pieces of links in segments, which bend as those with modes do.
     """
 
     mechanism: Mechanism
-    bodies: NDArray[np.record]
+    bodies: Bodies
     index: dict[str, int]
     coordinates: tuple[str, ...]
     edges: dict[str, Edge]
@@ -70,11 +86,21 @@ class Tree:
     loops: tuple[str, ...]
     driven: tuple[str, ...]
     powered: tuple[str, ...]
+    pieces: Mapping[str, Sequence[BentLink]]
+    sections: Mapping[tuple[str, float], int]
+    acting: int
+    gears: tuple[Gear, ...] = ()
+    hinges: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
         return len(self.coordinates)
+
+    @cached_property
+    def bent(self) -> dict[str, BentLink]:
+        """Pieces of all links that bend, by name: the link's own if it is not cut."""
+        return {piece.name: piece for link in self.pieces.values() for piece in link}
 
     @cached_property
     def play_rows(self) -> NDArray[np.record]:
@@ -83,8 +109,17 @@ class Tree:
 
     @cached_property
     def loop_rows(self) -> NDArray[np.record]:
-        """Closure rows of the cut ideal joints."""
-        return self._rows(self.loops)
+        """Closure rows of the cut ideal joints, then those of the gears."""
+        return np.concatenate([self._rows(self.loops), self.gear_rows])
+
+    @cached_property
+    def gear_rows(self) -> NDArray[np.record]:
+        """Rows of the gears, whose reactions are along the second joints' terms, see `coordinate`."""
+        rows = []
+        for gear in self.gears:
+            (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
+            rows.append((one, sign * other * gear.ratio, two, sign * gear.offset, 1.0))
+        return np.array(rows, types.ROW)
 
     @cached_property
     def closure_rows(self) -> NDArray[np.record]:
@@ -121,7 +156,7 @@ class Tree:
             across = np.array([-along[1], along[0]])
             for x, y in CORNERS:
                 corner = 0.5 * (x * joint.slot.length * along + y * joint.slot.height * across)
-                marker = self.marker(joint.child, joint.on_child + corner)
+                marker = self.marker(joint.child, joint.on_child, corner)
                 rows.append((types.CORNER, bearing, marker, *(y * across), 0.5 * joint.slot.height))
         return np.array(rows, types.ENDS)
 
@@ -149,8 +184,8 @@ class Tree:
                 source, at = types.OF_ROWS, first[name]
             else:
                 source, (at, backwards) = types.OF_TREE, carried[name]
-            child, parent = self.marker(joint.child, joint.on_child), self.index[joint.parent]
-            records.append((source, _TYPE[joint.type], at, backwards, parent, child, *joint.direction))
+            child, parent = self.marker(joint.child, joint.on_child), self.marker(joint.parent, joint.on_parent)[0]
+            records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction))
         return np.array(records, types.JOINT)
 
     @cached_property
@@ -164,12 +199,41 @@ class Tree:
         return self._bodies_of(self.powered_dofs)
 
     def _bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.array([np.flatnonzero(self.bodies["dof"] == dof)[0] for dof in dofs], dtype=np.int64)
+        return np.array([np.flatnonzero(self.bodies.records["dof"] == dof)[0] for dof in dofs], dtype=np.int64)
 
     @cached_property
     def free_dofs(self) -> NDArray[np.int64]:
         """Coordinates that no drive prescribes, powered ones among them."""
         return np.setdiff1d(np.arange(self.size), self.driven_dofs)
+
+    @cached_property
+    def joint_dofs(self) -> NDArray[np.int64]:
+        """Coordinates of joints and of floating links: all but those of modes and hinges."""
+        count = self.size - sum(len(link.modes.names) for link in self.bent.values())
+        return np.array([k for k in range(count) if self.coordinates[k] not in self.hinges], dtype=np.int64)
+
+    @cached_property
+    def hinge_dofs(self) -> NDArray[np.int64]:
+        """Coordinates of the hinges between pieces."""
+        return np.array([self.coordinates.index(name) for name in self.hinges], dtype=np.int64)
+
+    @cached_property
+    def closing_dofs(self) -> NDArray[np.int64]:
+        """Free coordinates that close loops: links keep their shape meanwhile."""
+        return np.setdiff1d(self.joint_dofs, self.driven_dofs)
+
+    @cached_property
+    def acting_bodies(self) -> Bodies:
+        """The bodies without the sections on which nothing acts."""
+        return packed(Bodies(self.bodies.records[: self.acting], self.bodies.shapes[: self.acting]))
+
+    @cached_property
+    def unbent_bodies(self) -> Bodies:
+        """The bodies with modes that stay as they are, whatever acts."""
+        shapes = self.bodies.shapes.copy()
+        if self.bent:
+            shapes[self.bodies.records["modes"] > 0, LOCK] = _UNBENT
+        return packed(Bodies(self.bodies.records, shapes))
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
@@ -187,10 +251,15 @@ class Tree:
         points = [point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)]
         return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if points else 1.0
 
-    def marker(self, link: str, point: Array) -> tuple[int, float, float]:
-        """Marker (a record of `linkages.planar.record_types.MARKER`) of a point drawn on `link` [m]."""
+    def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
+        """Marker (a record of `linkages.planar.record_types.MARKER`) of a point drawn on `link` [m], or `beside` it.
+
+        On a link that bends the section at the point carries it.
+        """
         body = self.index[link]
-        x, y = point - self.drawn[body]
+        if link in self.pieces:
+            body = self.sections[section_at(self.pieces[link], point)]
+        x, y = point + beside - self.drawn[body]
         return body, float(x), float(y)
 
     def named_marker(self, name: str) -> tuple[int, float, float]:
@@ -198,8 +267,28 @@ class Tree:
         point = self.mechanism.point[name]
         return self.marker(point.link, point.origin)
 
+    def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:
+        """Term (see `linkages.planar.record_types.TERM`) and sign of its value that give a joint's coordinate."""
+        joint = self.mechanism.joint[name]
+        ends = self.marker(joint.parent, joint.on_parent), self.marker(joint.child, joint.on_child)
+        if joint.type == "prismatic":
+            return (types.ALONG_BODY, *ends, *joint.direction), 1.0
+        return (types.ANGLE, *ends, 0.0, 0.0), joint.sign
+
+    def signal(self, name: str) -> tuple[Any, ...]:
+        """Signal (a record of `linkages.planar.record_types.SIGNAL`) of a position or speed, as ``slider.x``."""
+        owner, _, part = name.rpartition(".")
+        if part in OF_JOINTS:
+            term, scale = self.coordinate(owner)
+            return term, scale, 0.0, part == "rate"
+        ends, rate = ((0, 0.0, 0.0), self.named_marker(owner)), part in ("vx", "vy", "omega")
+        if part in ("angle", "omega"):
+            return (types.ANGLE, *ends, 0.0, 0.0), 1.0, -self.mechanism.point[owner].angle, rate
+        x_axis = float(part in ("x", "vx"))
+        return (types.ALONG_WORLD, *ends, x_axis, 1.0 - x_axis), 1.0, 0.0, rate
+
     def _rows(self, names: Sequence[str]) -> NDArray[np.record]:
-        rows = []
+        rows, none = [], (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)
         for name in names:
             joint = self.mechanism.joint[name]
             # a fixed joint keeps the drawn relative pose, whatever frames it was written with
@@ -212,111 +301,4 @@ class Tree:
                 rows += [(types.ALONG_WORLD, *ends, 1.0, 0.0), (types.ALONG_WORLD, *ends, 0.0, 1.0)]
             if joint.type == "fixed":
                 rows.append((types.ANGLE, *ends, 0.0, 0.0))
-        return np.array(rows, types.ROW)
-
-
-def spanning_tree(
-    mechanism: Mechanism, play: Collection[str] = (), driven: Sequence[str] = (), powered: Sequence[str] = ()
-) -> Tree:
-    """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
-
-    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. Play, driven and
-    powered are names of joints, as in `Tree`.
-
-    Raises
-    ------
-    InputError
-        If the driven and powered joints alone already close a loop.
-    """
-    carried = Chains(mechanism.link)
-
-    def priority(joint: Joint) -> int:
-        return [joint.type == "fixed", joint.name in driven, joint.name in powered, True].index(True)
-
-    kept, loops = [], set()
-    for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
-        if carried.join(joint):
-            kept.append(joint)
-            continue
-        loops.add(joint.name)
-        if joint.name in driven or joint.name in powered:
-            problem = "is driven, and closes a loop of driven and fixed joints only; drive fewer joints"
-            raise InputError(mechanism.source, f'<joint name="{joint.name}">', problem)
-    builder = _Builder(mechanism, tuple(driven), kept)
-    builder.grow("world")
-    for link in mechanism.link:
-        if link not in builder.index:
-            builder.add_floating(link)
-            builder.grow(link)
-    return Tree(
-        mechanism,
-        np.array(builder.rows, types.BODY),
-        builder.index,
-        tuple(builder.coordinates),
-        builder.edges,
-        np.array(builder.drawn),
-        tuple(name for name in mechanism.joint if name in play),
-        tuple(name for name in mechanism.joint if name in loops),
-        tuple(driven),
-        tuple(powered),
-    )
-
-
-class _Builder:
-    """Collects the bodies of a tree while it grows from its root."""
-
-    def __init__(self, mechanism: Mechanism, driven: tuple[str, ...], joints: Sequence[Joint]) -> None:
-        self.mechanism = mechanism
-        self.driven = driven
-        self.joints = joints
-        self.rows: list[tuple[Any, ...]] = [((-1, 0.0, 0.0), types.FIXED, -1, -1, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
-        self.index = {"world": 0}
-        self.drawn = [np.zeros(2)]
-        self.coordinates: list[str] = []
-        self.edges: dict[str, Edge] = {}
-
-    def grow(self, start: str) -> None:
-        front = [start]
-        for inner in front:  # which becomes longer meanwhile
-            for joint in self.joints:
-                if inner not in (joint.parent, joint.child):
-                    continue
-                outer = joint.child if inner == joint.parent else joint.parent
-                if outer not in self.index:
-                    self._attach(joint, inner, outer)
-                    front.append(outer)
-
-    def add_floating(self, name: str) -> None:
-        """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
-        com, none = self.mechanism.link[name].com, np.zeros(2)
-        x_slide, y_slide = len(self.rows), len(self.rows) + 1
-        self._add(f"{name}.x", 0, types.PRISMATIC, 1.0, com, np.array([1.0, 0.0]), com, "")
-        self._add(f"{name}.y", x_slide, types.PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
-        self._add(f"{name}.angle", y_slide, types.REVOLUTE, 1.0, none, none, com, name)
-
-    def _attach(self, joint: Joint, inner: str, outer: str) -> None:
-        backwards = inner == joint.child
-        self.edges[outer] = Edge(joint.name, backwards)
-        on_outer = joint.on_parent if backwards and joint.type != "fixed" else joint.on_child
-        on_inner = joint.on_parent if not backwards and joint.type != "fixed" else joint.on_child
-        sign, parent = -1.0 if backwards else 1.0, self.index[inner]
-        at, axis = on_inner - self.drawn[parent], sign * joint.direction
-        self._add(joint.name, parent, _TYPE[joint.type], sign * joint.sign, at, axis, on_outer, outer)
-
-    def _add(
-        self, name: str, parent: int, kind: int, sign: float, at: Array, axis: Array, drawn: Array, link: str
-    ) -> None:
-        """Add a body, massless if it is no link, and the joint at `at` on its parent that carries it."""
-        dof = -1
-        if kind != types.FIXED:
-            dof = len(self.coordinates)
-            self.coordinates.append(name)
-        motion = self.driven.index(name) if name in self.driven else -1
-        mass, com, inertia = 0.0, np.zeros(2), 0.0
-        if link:
-            body = self.mechanism.link[link]
-            mass, com, inertia = body.mass, body.com - drawn, body.inertia
-            self.index[link] = len(self.rows)
-        moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
-        self.rows.append(((parent, *at), kind, dof, motion, moving, sign, *axis, mass, *com, inertia))
-        self.drawn.append(np.array(drawn))
+        return np.array([(row, 0.0, none, 0.0, 1.0) for row in rows], types.ROW)

@@ -18,7 +18,7 @@ from scipy.linalg import subspace_angles
 from linkages.engines.drake.plant import add_tree
 from linkages.flexible import Array
 from linkages.model.mechanism import load_mechanism
-from linkages.system.tree import spanning_tree
+from linkages.system.spanning import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import LEGS, drawn_angles
 from linkages.three_rrr.kinematics import Motion

@@ -82,7 +82,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_out(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="threads of the compiled engine; default: all")
     parser.add_argument("--cluster", metavar="ADDRESS", help="evaluate on a Dask cluster, tcp://host:8786")
-    parser.add_argument("--no-verify", action="store_true", help="do not run the optimum again on Drake")
+    parser.add_argument(
+        "--verify",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="run the optimum again on Drake; also with --resume, when all is computed",
+    )
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
 
 
@@ -191,11 +196,13 @@ def _solve(
 
         write_front(study, result, job.folder / FRONT)
     print(format_result(study, result) + "\n")
-    if not options.no_verify:
+    if options.verify:
         from optim.search.verification import format_verification, verify
 
-        print("running the optimum again on Drake (--no-verify skips this) ...", file=sys.stderr)
+        print("running the optimum again on Drake ...", file=sys.stderr)
         result["verification"] = verify(study, result["best"], options.threads, progress_bar("Drake"))
         write_json(job.folder / RESULT, result)
         print(format_verification(result["verification"]) + "\n")
+    else:
+        print("not yet run again on Drake: give --resume --verify\n")
     return result

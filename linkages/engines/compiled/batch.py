@@ -203,8 +203,8 @@ def _run(
         duration = system.experiment.duration
         if np.any(windows[:, 1] > duration * (1.0 + 1e-12)):
             return Status.BAD_INPUT, "a window ends after the run", 0
-        runner = Runner(system)
         outputs = pack(system, names)
+        runner = Runner(system, outputs)
     except InputError as problem:
         return Status.BAD_INPUT, str(problem), 0
     except AssemblyError as problem:
@@ -215,7 +215,7 @@ def _run(
         where = f"ended at t = {record.times[-1]:.6g} s"
         return status, f"{status.value}: {where}; {status.remedy}", record.steps
     tree = system.tree
-    ideal = make_ideal(tree.closure_rows, len(tree.bodies), tree.size)
+    ideal = make_ideal(tree.closure_rows, tree.closing_dofs, tree.bodies, tree.size)
     if not runner.summarise(ideal, outputs, join([record]), np.minimum(windows, duration), out):
         out[...] = np.nan
         status = Status.NO_ASSEMBLY

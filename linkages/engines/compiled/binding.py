@@ -17,7 +17,7 @@ from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.radau import radau
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, address, kernel
+from linkages.kernel import Array, addresses, kernel
 from linkages.kernel.by_reference import Reference
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
@@ -85,6 +85,8 @@ def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: A
         entry_points.solve(equations, t, y)
         for k in range(len(model.ends)):
             work.modes[k] = 1 if model.touching[k] and work.contacts[k, _PENETRATION] > 0.0 else -1
+            if work.modes[k] > 0:  # it did not begin: no damping
+                work.memory[k, 0] = np.inf
     return _drive(equations, stepper, tolerance, t, y, work.modes, len(model.ends), options)
 
 
@@ -114,18 +116,22 @@ def evaluate(
 _signatures: dict[str, Any] = {}
 
 
-def bind(model: Arrays, stepper: Stepper, implicit: bool) -> Calls:
-    """Compile or load the functions behind `linkages.engines.compiled.entry_points`; their types never change."""
+def targets(model: Arrays, stepper: Stepper, implicit: bool) -> dict[str, tuple[Any, Any]]:
+    """Functions behind `linkages.engines.compiled.entry_points` with their signatures; the types never change."""
     if not _signatures:
         work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
         equations = typeof(Equations(model, work, Calls()))
         _signatures.update(entry_points.signatures(Reference(equations), typeof(stepper)))
-    loaded = len(model.loads) > 0
-    return Calls(
-        address(solve_state, _signatures["solve"]),
-        address(jacobian, _signatures["jacobian"]) if implicit else 0,
-        address(project_state, _signatures["project"]),
-        address(attempt_radau if implicit else attempt_explicit, _signatures["attempt"]),
-        address(add_loads, _signatures["loads"]) if loaded else 0,
-        address(add_loads_tangent, _signatures["loads_tangent"]) if loaded else 0,
-    )
+    functions: dict[str, Any] = {"solve": solve_state}
+    if implicit:
+        functions["jacobian"] = jacobian
+    functions |= {"attempt": attempt_radau if implicit else attempt_explicit, "project": project_state}
+    if len(model.loads):
+        functions |= {"loads": add_loads, "loads_tangent": add_loads_tangent}
+    return {name: (function, _signatures[name]) for name, function in functions.items()}
+
+
+def bind(model: Arrays, stepper: Stepper, implicit: bool) -> Calls:
+    """Compile or load what a model needs of these functions."""
+    wanted = targets(model, stepper, implicit)
+    return Calls(**dict(zip(wanted, addresses(list(wanted.values())), strict=True)))

@@ -61,7 +61,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
 def add_loads(equations: Equations, t: float) -> None:
     """Add the wrenches of the applied loads."""
     model, w = equations.model, equations.work.dynamics
-    tables = (model.loads, model.load_t, model.load_c, model.load_n)
+    tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
     load_wrenches(tables, t, w.pose, w.vel, w.wrench)
 
 

@@ -12,6 +12,7 @@ from linkages.engines.compiled.model import Equations, Work
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
+from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
 from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond
@@ -49,6 +50,8 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
     transmitted(model.bodies, w.pose, s.force)
     loop_responses(model.bodies, model.rows, w)
+    if model.bodies.shapes.shape[2] > 0:
+        prepare(model.bodies, model.gravity, w.pose, w.vel, w.acc, s.bent)
     clear(out)
     for j in range(2 * n + nz):
         for i in range(len(w.a)):
@@ -83,7 +86,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
     for k in range(len(model.rows)):
         add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
     inertial_tangents(bodies, model.gravity, w, s)
-    for i in range(len(bodies)):
+    for i in range(len(bodies.records)):
         for k in range(3):
             s.dload[i, k] -= s.dwrench[i, k]
     residual_tangents(bodies, w.pose, s)
@@ -91,7 +94,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
         s.tau[i] = -s.tau[i]
         s.da[i] = 0.0
     clear(s.dload)
-    respond(bodies, w.pose, w.axis, s.dload, s.tau, w.change, s.da)
+    respond(bodies, w.pose, w.inertia, w.axis, s.dload, s.tau, w.change, s.da)
     nr = len(model.rows)
     if nr:
         for k in range(nr):
@@ -112,7 +115,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
 def add_loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array, out: Array) -> None:
     """Add the change of the applied loads' wrenches; see `linkages.planar.loads.load_wrenches_tangent`."""
     model, w = equations.model, equations.work.dynamics
-    tables = (model.loads, model.load_t, model.load_c, model.load_n)
+    tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
     load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, out)
 
 

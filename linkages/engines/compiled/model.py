@@ -14,7 +14,7 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
-from linkages.planar.record_types import REVOLUTE
+from linkages.planar.record_types import REVOLUTE, STOP
 from linkages.planar.tangent import Scratch, make_scratch
 from linkages.system import System
 
@@ -59,20 +59,20 @@ class Equations(NamedTuple):
 
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     """Make the work arrays of a model around the contacts' memory and modes."""
-    nb, nr, nc, nd = len(model.bodies), len(model.rows), len(model.ends), len(model.driven)
-    n, nm = len(model.free) + nd, max(nd, len(model.powered))
+    nb, nr, nc, nd = len(model.bodies.records), len(model.rows), len(model.ends), len(model.driven)
+    n, nm, most = len(model.free) + nd, model.bodies.shapes.shape[2], max(nd, len(model.powered))
     return Work(
-        make_workspace(nb, n, nr),
+        make_workspace(nb, n, nr, nm),
         np.zeros((nc, WIDTH)),
         memory,
         modes,
-        np.zeros(nm),
-        np.zeros(nm),
-        np.zeros(nm),
+        np.zeros(most),
+        np.zeros(most),
+        np.zeros(most),
         np.zeros((len(model.joints), 3)),
         np.zeros(nd + len(model.powered)),
         np.zeros((len(model.loads), len(LOAD_OUTPUTS))),
-        make_scratch(nb, n, nr, nc),
+        make_scratch(nb, n, nr, nc, nm),
     )
 
 
@@ -90,12 +90,16 @@ def error_scale(system: System) -> Array:
     length so far; a rate by the same in the time in which the fastest drive turns by 1 rad.
     """
     tree, free = system.tree, system.tree.free_dofs
-    lengths = [(_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) for joint in system.models]
+    units = np.where(system.ends["kind"] == STOP, tree.extent, 1.0)
+    lengths = [
+        (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
+        for joint, unit in zip(system.models, units, strict=True)
+    ]
     length = min(tree.extent, *lengths) if lengths else tree.extent
     duration = system.experiment.duration
     rates = np.abs(system.motions(np.linspace(0.0, duration, 101))[1])
     fastest = rates.max(initial=0.0) or 2.0 * np.pi / duration
     turns = np.zeros(tree.size, dtype=bool)
-    turns[tree.bodies["dof"][tree.bodies["type"] == REVOLUTE]] = True
+    turns[tree.bodies.records["dof"][tree.bodies.records["type"] == REVOLUTE]] = True
     position = np.where(turns[free], length / tree.extent, length)
     return np.concatenate([position, fastest * position, np.full(len(system.bristles), 1e-6)])

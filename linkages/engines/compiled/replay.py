@@ -13,11 +13,12 @@ import numpy as np
 from linkages.engines.compiled.entry_points import attempt, project, solve
 from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.model import Equations
-from linkages.integrate.stepper import Stepper, copy, hint, restart
-from linkages.kernel import Array, kernel
+from linkages.integrate.radau import hint
+from linkages.integrate.stepper import OF, Stepper, copy, restart
+from linkages.kernel import Array, Indices, kernel
 from linkages.planar.motion import last_start
 
-_TRIES = 30
+_APART = 0.1  # of a step: what others are away, at least, of which states lie on one curve with its own
 
 
 class Steps(NamedTuple):
@@ -36,6 +37,20 @@ def remember(equations: Equations, steps: Steps, k: int) -> None:
 
 
 @kernel
+def around(times: Array, k: int) -> Indices:
+    """Find points for a polynomial over step k: its ends, and the nearest on either side that are not too near."""
+    apart = _APART * (times[k + 1] - times[k])
+    before, after, last = k - 1, k + 2, len(times) - 1
+    while before > 0 and times[k] - times[before] < apart:
+        before -= 1
+    while after < last and times[after] - times[k + 1] < apart:
+        after += 1
+    first = 0 if before >= 0 and times[k] - times[before] >= apart else 1
+    count = 4 if after <= last and times[after] - times[k + 1] >= apart else 3
+    return np.array([before, k, k + 1, after])[first:count]
+
+
+@kernel
 def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: float, y: Array) -> None:
     """Fill y with the state at time t of a run, NaN if it cannot be had; leave the equations solved there."""
     k = last_start(steps.times, len(steps.times), t)
@@ -43,25 +58,26 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
     remember(equations, steps, k)
     copy(steps.states[k], y)
     if t > start:
-        end, target = steps.times[k + 1], steps.states[k + 1]
-        derivatives(equations, end, target, s.f1)
-        slope = s.f1.copy()
+        points = around(steps.times, k)
         copy(tolerance, s.scale)
-        now, h = start, t - start
-        for _ in range(_TRIES):
+        if s.memory[OF] != k + 1.0:  # else the Jacobian is that of this step's start already
             restart(s)
-            derivatives(equations, now, y, s.f0)
-            hint(s, y, end - now, target, slope)
+            s.memory[OF] = k + 1.0
+        derivatives(equations, start, y, s.f0)
+        now, h = start, t - start
+        while now + h > now:
+            hint(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
             error, _ = attempt(equations, s, now, h, y, True)
-            if not error <= 1.0:
-                h *= 0.5  # Newton's method did not converge over so long a step
+            if not error <= 1.0:  # Newton's method did not converge over so long a step
+                h *= 0.5
                 continue
             copy(s.new, y)
-            now += h
-            h = t - now
-            if h <= 0.0:
-                break
-        if h > 0.0:  # never seen: better no number than a wrong one
+            copy(s.f1, s.f0)
+            now = now + h if h < t - now else t
+            h = min(2.0 * h, t - now)
+            if h > 0.0:
+                restart(s)
+        if now < t:  # better no number than a wrong one
             for i in range(len(y)):
                 y[i] = np.nan
     solve(equations, t, y)

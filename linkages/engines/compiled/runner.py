@@ -15,6 +15,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices, Records
+from linkages.kernel.ahead import expect
 from linkages.kernel.by_reference import packed
 from linkages.model.tables import IMPLICIT
 from linkages.planar.contacts import WIDTH
@@ -38,6 +39,8 @@ def join(records: list[Record]) -> Steps:
 class Runner:
     """A system, ready to run.
 
+    Sections of links on which nothing acts are left out, but for `outputs`, of which `summarise` gives statistics.
+
     Attributes
     ----------
     system : System
@@ -55,18 +58,19 @@ class Runner:
         up to date.
     """
 
-    def __init__(self, system: System) -> None:
-        self.system = system
-        self.model, self.start, self.scale = system.arrays, start_state(system), error_scale(system)
-        solver = system.experiment.solver
+    def __init__(self, system: System, outputs: Records | None = None) -> None:
+        self.system, solver, tree = system, system.experiment.solver, system.tree
         self.implicit = system.stiff if solver.integrator is None else solver.integrator in IMPLICIT
+        expect("linkages.engines.ahead:compiled", self.implicit)
+        seen = [] if outputs is None else [outputs["marker"]["body"], outputs["at"], outputs["other"]]
+        everywhere = max((int(part.max(initial=0)) for part in seen), default=0) >= tree.acting
+        self.model = system.arrays._replace(bodies=tree.bodies if everywhere else tree.acting_bodies)
+        self.start, self.scale = start_state(system), error_scale(system)
         self.tolerance = solver.accuracy * self.scale
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
-        if system.experiment.start == "equilibrium":  # contacts that are there from the start did not begin: no damping
-            self.memory[:, 0] = np.inf
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
-        self._stepper = packed(make_stepper(len(self.start)))
+        self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
         self._calls = bind(self.model, self._stepper, self.implicit)
         self._equations = packed(self._with(self.memory, self.modes))
 
@@ -105,7 +109,7 @@ class Runner:
     def _longest(self) -> float:
         """Longest step [s]: a motion that is prescribed needs no steps, but extremes are looked for between them."""
         system = self.system
-        prescribed = system.determinate and not system.tree.play
+        prescribed = system.determinate and not system.tree.play and not system.tree.bent and system.drive_rate > 0.0
         return min(system.experiment.duration, _TRAVEL / system.drive_rate if prescribed else np.inf)
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
@@ -113,7 +117,7 @@ class Runner:
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         times = np.asarray(times, dtype=np.float64)
-        equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start)))
+        equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start), len(self.model.free)))
         evaluate(equations, stepper, self.tolerance, packed(steps), times, *out)
         return out
 

@@ -14,6 +14,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
 from linkages.outputs.columns import Columns, columns
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -95,9 +96,9 @@ class Replay:
     def loop_error(self) -> float:
         """Largest closure error of the cut ideal joints at the run's steps [m, rad]."""
         tree = self.runner.system.tree
-        if not tree.loops:
+        if not len(tree.loop_rows):
             return 0.0
-        none, pose = np.zeros(len(tree.loop_rows)), np.empty((len(tree.bodies), 5))
+        none, pose = np.zeros(len(tree.loop_rows)), make_pose(tree.bodies)
         free = self.runner.model.free
         times, states, _ = self.steps
         worst, q = 0.0, np.zeros((len(times), tree.size))

@@ -14,7 +14,7 @@ from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.stepper import Stepper, copy, make_stepper
 from linkages.kernel import Array, Records, kernel
 from linkages.kernel.by_reference import reference
-from linkages.outputs.values import DRIVE, JOINT, LINKAGE, LOAD, View, output_value, point_value
+from linkages.outputs.values import LINKAGE, LOAD, OF_FORCES, View, output_value, point_value
 from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import Ideal, ideal_state
 from linkages.planar.loads import load_outputs
@@ -53,11 +53,11 @@ def make_sampler(equations: Equations, ideal: Ideal, outputs: Records, tolerance
     kinds, n = outputs["kind"], len(tolerance)
     return Sampler(
         equations,
-        make_stepper(n),
+        make_stepper(n, len(equations.model.free)),
         ideal,
         outputs,
         bool(outputs["jitter"].any()),
-        bool(np.isin(kinds, (JOINT, DRIVE)).any()),
+        bool(np.isin(kinds, OF_FORCES).any()),
         bool(np.isin(kinds, (LOAD, LINKAGE)).any()),
         tolerance,
         steps,
@@ -74,7 +74,9 @@ def _look(sampler: Sampler, t: float, out: Array) -> bool:
     if sampler.with_ideal and not ideal_state(model, w, ideal):
         return False
     if sampler.with_loads and len(model.loads):
-        load_outputs((model.loads, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied)
+        load_outputs(
+            (model.loads, model.signals, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied
+        )
     if sampler.with_forces:
         inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)

@@ -5,18 +5,35 @@
 | plant      | the mechanism's spanning tree as SDFormat that Drake accepts, and as a plant      |
 | clearance  | `ClearanceJoints(LeafSystem)`: forces in joints with play from the plant's state  |
 | drives     | `Drives(LeafSystem)`: prescribed motions, torques, reactions of closing joints    |
+| forces     | what both ask of the compiled kernels                                             |
 | diagram    | `add_linkage`, `build_diagram`: the systems connected                             |
 | steps      | Drake's simulator, led past habits that spoil a run's steps                       |
 | simulation | a run of the diagram as a `Trajectory`                                            |
 | visuals    | shapes for links whose SDF file gives none                                        |
-| picture    | a diagram drawn, or its connections as a table                                    |
+| wiring     | a diagram drawn, or its connections as a table                                    |
 
 Monogram notation for frames as in Drake: X_WB is the pose of B in W.
 """
 
-from linkages.engines.drake.clearance import JOINT_OUTPUTS
-from linkages.engines.drake.diagram import Linkage, add_linkage, build_diagram
-from linkages.engines.drake.picture import picture
-from linkages.engines.drake.simulation import simulate
+from __future__ import annotations
 
-__all__ = ["JOINT_OUTPUTS", "Linkage", "add_linkage", "build_diagram", "picture", "simulate"]
+from typing import TYPE_CHECKING
+
+from linkages.lazy import lazy_names
+
+# ruff: noqa: F401 - for type checkers; what compiles ahead needs no Drake
+if TYPE_CHECKING:
+    from linkages.engines.drake.clearance import JOINT_OUTPUTS
+    from linkages.engines.drake.diagram import Linkage, add_linkage, build_diagram
+    from linkages.engines.drake.simulation import simulate
+    from linkages.engines.drake.wiring import picture
+
+__all__, __getattr__ = lazy_names(
+    __name__,
+    {
+        "clearance": ("JOINT_OUTPUTS",),
+        "diagram": ("Linkage", "add_linkage", "build_diagram"),
+        "wiring": ("picture",),
+        "simulation": ("simulate",),
+    },
+)

@@ -17,8 +17,9 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
+from linkages.engines.drake.forces import joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, clearance_forces
+from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH
 from linkages.planar.record_types import WORN
 from linkages.system import System
 
@@ -82,10 +83,10 @@ class ClearanceJoints(LeafSystem):
         super().__init__()
         self.set_name("clearance_joints")
         tree, laws, num_velocities = system.tree, system.laws, place.num_velocities
-        self.joints = tuple(label for _, label in tree.contacts)
-        self._bodies, self._ends, self._laws, self._tables = tree.bodies, system.ends, laws, system.tables
-        self._place = place
-        self._size = num_velocities
+        self.joints = tuple(label for _, label in system.contacts)
+        self._ends, self._laws = system.ends, laws
+        self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
         self._no_memory = np.zeros((len(laws), 2))
         self._state = self.DeclareVectorInputPort("state", place.num_states)
@@ -165,20 +166,8 @@ class ClearanceJoints(LeafSystem):
     # -- outputs -----------------------------------------------------------------------------------
 
     def _evaluate(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(
-            clearance_forces(
-                self._bodies,
-                self._ends,
-                self._laws,
-                self._tables,
-                self._memory(context),
-                self._state.Eval(context),
-                self._place.q,
-                self._place.v,
-                self._place.velocities,
-                self._size,
-            )
-        )
+        forces = joint_forces(self._placed, self._memory(context), self._state.Eval(context))
+        output.SetFromVector(forces)
 
     def _give_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._evaluation.Eval(context)[: self._size])
@@ -188,5 +177,6 @@ class ClearanceJoints(LeafSystem):
         depth = joints[:, _PENETRATION] + self._laws["clearance"]
         length = np.where(self._ends["kind"] == WORN, np.hypot(joints[:, 0], joints[:, 1]), depth)
         ratio = length / self._laws["clearance"]
-        extra = ratio, np.arctan2(joints[:, 1], joints[:, 0])
+        extra = np.array([ratio, np.arctan2(joints[:, 1], joints[:, 0])])
+        extra[:, self._beside :] = np.nan  # of stops and points at lines
         output.SetFromVector(np.column_stack([joints, *extra]).ravel())

@@ -14,9 +14,10 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource
 from linkages.engines.drake.clearance import ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
-from linkages.errors import Status
+from linkages.errors import InputError, Status
 from linkages.results.trajectory import Progress
 from linkages.system import System
+from linkages.system.segments import segmented
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,11 @@ class Linkage:
     Attributes
     ----------
     system : System
+        That which moves: with rigid pieces in place of links that bend.
     plant, scene_graph
         Continuous plant of the linkage's spanning tree, and its geometry.
     clearance : ClearanceJoints or None
-        None if no joint has play.
+        None if no joint has play, and there are no stops and no points at lines.
     drives : Drives
     external : InputPort or None
         If asked for: takes generalised forces (nv,) of the user's own systems, which the drives then know of.
@@ -53,7 +55,9 @@ class Linkage:
         self.plant.SetPositions(context, q)
         self.plant.SetVelocities(context, v)
 
-    def advance(self, simulator: Simulator, until: float, progress: Progress | None = None) -> Status:
+    def advance(
+        self, simulator: Simulator, until: float, progress: Progress | None = None, limit: int | None = None
+    ) -> Status:
         """Advance a simulator of a diagram with this linkage, where `Simulator.AdvanceTo` may stall.
 
         Drake's integrators have habits that spoil steps (`linkages.engines.drake.steps`): with the stiffness of a film
@@ -68,16 +72,18 @@ class Linkage:
             Time [s].
         progress : callable, optional
             Called with the simulated time [s] after every step.
+        limit : int, optional
+            Most steps; default 5 million, an hour and more.
 
         Returns
         -------
         Status
             OK; TOO_MANY_STEPS where the end is out of reach, as of a machine in millimetres; STEP_SIZE_COLLAPSE. The
-            simulator stands where it got to.
+            simulator stands where it got to, and can be advanced further.
         """
         from linkages.engines.drake.simulation import advance
 
-        return advance(self, simulator, until, progress)
+        return advance(self, simulator, until, progress, limit)
 
     def speed(self, drive: str) -> OutputPort:
         """Output port of a driven joint's speed, (1,) [rad/s or m/s]."""
@@ -97,7 +103,7 @@ def add_linkage(
     ----------
     builder : DiagramBuilder
     system : System
-        From `linkages.load`.
+        From `linkages.load`. Links that bend become rows of rigid pieces (`linkages.system.segments`).
     external : bool
         Whether to provide an input for generalised forces of the user's own systems (`Linkage.external`).
     meshcat : Meshcat, optional
@@ -107,7 +113,10 @@ def add_linkage(
     ------
     AssemblyError
         If the linkage cannot be assembled.
+    InputError
+        If a link bends in a way that rigid segments cannot.
     """
+    system = _in_segments(system) if system.tree.bent else system
     system.assembly  # noqa: B018 (what cannot be assembled is said before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -118,7 +127,7 @@ def add_linkage(
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
     place = state_place(plant, tree, instance)
     state, clearance, port = plant.get_state_output_port(), None, None
-    if tree.play:
+    if system.contacts:
         clearance = builder.AddSystem(ClearanceJoints(system, place))
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
@@ -139,6 +148,14 @@ def add_linkage(
         nothing = builder.AddNamedSystem("no_forces", ConstantVectorSource(np.zeros(plant.num_velocities())))
         builder.Connect(nothing.get_output_port(), drives.get_applied_input_port())
     return Linkage(system, plant, scene_graph, clearance, drives, port, place)
+
+
+def _in_segments(system: System) -> System:
+    for name in system.experiment.flexible:
+        if not system.experiment.links[name].stiffening:
+            problem = "is false, but Drake's rigid segments do stiffen; leave it out, or use the compiled engine"
+            raise InputError(system.experiment.source, f"links.{name}.stiffening", problem)
+    return segmented(system)
 
 
 def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagram, Linkage]:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
+from linkages.engines.drake.forces import drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.planar.driven import driven_forces
+from linkages.planar.bodies import make_pose
 from linkages.planar.kinematics import body_positions, row_value
 from linkages.system import System
 
@@ -59,20 +60,7 @@ class Drives(LeafSystem):
         self.joints = (*tree.driven, *tree.powered)
         self._tree = tree
         self._place = place
-        stabilisation = system.experiment.solver.stabilisation
-        self._model = (
-            tree.bodies,
-            tree.loop_rows,
-            system.arrays.rank,
-            tree.extent,
-            stabilisation,
-            system.gravity,
-            tree.driven_dofs,
-            system.motions.arrays,
-            tree.powered_dofs,
-            system.torques.arrays,
-            system.loads,
-        )
+        self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         self._powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
@@ -103,7 +91,7 @@ class Drives(LeafSystem):
 
     def loop_error(self, context: Context) -> float:
         """Largest closure error of the loops that ideal joints close [m, rad]."""
-        pose = np.empty((len(self._tree.bodies), 5))
+        pose = make_pose(self._tree.bodies)
         body_positions(self._tree.bodies, self._state.Eval(context)[self._place.q], pose)
         return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
 
@@ -116,16 +104,7 @@ class Drives(LeafSystem):
                 if given[k]:
                     added[first + k] = port.Eval(context)[0]
                     applied[self._place.velocities[self._tree.powered_dofs[k]]] += added[first + k]
-        force, drive = driven_forces(
-            *self._model,
-            context.get_time(),
-            self._state.Eval(context),
-            self._place.q,
-            self._place.v,
-            applied,
-            self._place.velocities,
-            self._place.num_velocities,
-        )
+        force, drive = drive_forces(self._placed, context.get_time(), self._state.Eval(context), applied)
         return force, drive + added
 
     def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:

@@ -14,6 +14,7 @@ from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import Steps, max_step
 from linkages.errors import Status
+from linkages.kernel.ahead import expect
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
 from linkages.results.trajectory import Progress, Trajectory, sample
@@ -48,8 +49,9 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         If there is nothing to start from.
     """
     started = clock.perf_counter()
+    expect("linkages.engines.ahead:drake")
     diagram, linkage = build_diagram(system)
-    simulator = Simulator(diagram)
+    system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
     watch = _Watch(linkage, Steps(simulator, system), progress)
     simulator.set_monitor(watch)
@@ -80,10 +82,12 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     return trajectory
 
 
-def advance(linkage: Linkage, simulator: Simulator, until: float, progress: Progress | None = None) -> Status:
+def advance(
+    linkage: Linkage, simulator: Simulator, until: float, progress: Progress | None, limit: int | None
+) -> Status:
     """Advance a simulator of the user's own diagram; see `Linkage.advance`."""
     system, ended = linkage.system, [Status.OK]
-    steps, budget = Steps(simulator, system), Budget(system)
+    steps, budget = Steps(simulator, system), Budget(system, limit)
 
     def look(root: Context) -> EventStatus:
         steps.take(root)
@@ -120,7 +124,7 @@ class _Watch:
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
         self._limit = system.laws["clearance"] * system.film_limits
-        self._has_loops = bool(system.tree.loops)
+        self._has_loops = bool(len(system.tree.loop_rows))
         self._film_alone = ~system.touching
 
     def __call__(self, root: Context) -> EventStatus:
@@ -179,7 +183,7 @@ class _Recorder:
         linkage, root = self.linkage, self.simulator.get_mutable_context()
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
-        contacts = np.empty((len(times), len(self.system.tree.contacts), WIDTH))
+        contacts = np.empty((len(times), len(self.system.contacts), WIDTH))
         before = np.inf
         for k, t in enumerate(times):
             self._go_to(t, before)

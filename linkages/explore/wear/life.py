@@ -215,7 +215,7 @@ def _reached(
 
 def _new(system: System) -> dict[str, Array]:
     """Profiles as the experiment gives them."""
-    models = dict(zip((name for name, _ in system.tree.contacts), system.models, strict=True))
+    models = dict(zip((name for name, _ in system.contacts), system.models, strict=True))
     found = {}
     for joint in wearing(system):
         wear = models[joint.name].wear

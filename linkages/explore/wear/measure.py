@@ -94,7 +94,7 @@ class Wearing:
 def wearing(system: System) -> tuple[Wearing, ...]:
     """Joints of a system that wear."""
     found = []
-    for law, (name, _), model in zip(system.laws, system.tree.contacts, system.models, strict=True):
+    for law, (name, _), model in zip(system.laws, system.tree.contacts, system.models, strict=False):
         if model.wear is None:
             continue
         joint, clearance = system.mechanism.joint[name], float(law["clearance"])

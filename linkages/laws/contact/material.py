@@ -42,8 +42,9 @@ def line_stiffness(length: float, modulus: float) -> float:
 def cylinder_stiffness(length: float, modulus: float) -> float:
     """Stiffness K = pi/4 E' L of F = K delta for parallel cylinders in contact over the length L [N/m].
 
-    It does not depend on the radii. The true approach grows a little slower than the force, by a logarithm in which the
-    size of the bodies stands.
+    It is Hertz's force for a contact of half-width a = sqrt(R delta), 1/R the difference of the curvatures, and does
+    not depend on the radii. The true approach grows a little slower than the force, by a logarithm in which the size of
+    the bodies stands.
 
     Source: Popov, Contact Mechanics and Friction, 2010, eq. (5.33).
     """

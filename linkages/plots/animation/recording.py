@@ -8,31 +8,37 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.errors import AssemblyError
 from linkages.files.numbers import rounded
-from linkages.model.mechanism import Joint
+from linkages.model.mechanism import Joint, Mechanism
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
 from linkages.plots.animation.journal_view import JournalView
-from linkages.plots.animation.magnified import GROUND, View, joint_axes
+from linkages.plots.animation.magnified import View
+from linkages.plots.animation.surroundings import Surroundings
+from linkages.plots.curves import columns, curves
+from linkages.plots.style import round_length
 from linkages.results.summary import Study
+from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
+from linkages.system.segments import Segmented, segmented, system_of
 
 Array = NDArray[np.float64]
 
-_ASPECT = 1.5  # of the window for which the view is chosen
+_ASPECT = 2.0  # of the window for which the view is chosen
 _FIELD_OF_VIEW = 25.0  # deg; narrow, so that circles at the rim look round
 _FRAMES_PER_SECOND = 60.0
+_DEFLECTION = 0.05  # of the linkage's size: largest deflection drawn
 _LENGTH = 8.0  # shown seconds of an animation of a run of any duration
 
 
-def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
+def write_animation(study: Study, path: Path, exaggerate: float | None = None) -> None:
     """Write the run as an animation.
 
     Parameters
@@ -40,9 +46,10 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
     study : Study
     path : Path
         The HTML file.
-    exaggerate : float
-        Factor on the journals' eccentricities. The linkage is assembled anew at each frame, with its drives where
-        they are and its journals that far from their bearings' centres.
+    exaggerate : float, optional
+        Factor on the journals' eccentricities and on the deflections of links that bend; by default journals are where
+        they are, and links bend so far that it is seen. The linkage is assembled anew at each frame, with its drives
+        where they are, its journals that far from their bearings' centres and its links bent that far.
 
     Raises
     ------
@@ -54,8 +61,9 @@ def write_animation(study: Study, path: Path, exaggerate: float = 1.0) -> None:
     path.write_text(page, encoding="utf-8")
 
 
-def _page(study: Study, exaggerate: float) -> str:
-    tree = study.system.tree
+def _page(study: Study, exaggerate: float | None) -> str:
+    shown = segmented(study.system) if study.system.tree.bent else study.system
+    tree = shown.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
     instance = add_tree(plant, tree)
@@ -67,11 +75,13 @@ def _page(study: Study, exaggerate: float) -> str:
         builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
     )
     diagram = builder.Build()
-    times, q = frames(study, exaggerate)
+    times, q, magnified = frames(study, exaggerate, shown)
     slow = max(1.0, _LENGTH / times[-1])
-    views = _joint_views(study, meshcat, times)
-    _look_at(study, meshcat, views)
-    _draw_ground(study, meshcat)
+    surroundings = Surroundings(study, meshcat)
+    span = surroundings.span()
+    views = _joint_views(study, meshcat, times, *span)
+    _look_at(study, meshcat, views, *span)
+    scale = surroundings.draw()
     root = diagram.CreateDefaultContext()
     context = plant.GetMyMutableContextFromRoot(root)
     full = plant.GetPositions(context).copy()
@@ -89,14 +99,18 @@ def _page(study: Study, exaggerate: float) -> str:
     for joint in study.system.mechanism.joints:  # those at one place are named together
         places.setdefault(tuple((joint.position / study.system.tree.extent).round(6) + 0.0), []).append(joint)
     names = [
-        Label(_anchor(study, meshcat, group[0]), ", ".join(one.name for one in group), []) for group in places.values()
+        Label(
+            _anchor(shown.mechanism, meshcat, shown.mechanism.joint[group[0].name]),
+            ", ".join(one.name for one in group),
+            [],
+        )
+        for group in places.values()
     ]
-    return _captioned(meshcat.StaticHtml(), study, views, names, times, slow)
+    return _captioned(meshcat.StaticHtml(), study, views, [*names, scale], times, slow, magnified)
 
 
-def _anchor(study: Study, meshcat: Meshcat, joint: Joint) -> str:
+def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
     """Fix a place to the link that a joint belongs to; returns its path in the scene."""
-    mechanism = study.system.mechanism
     name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
     link = mechanism.link[name]
     path = f"/drake/visualizer/{mechanism.name}/{name}/name of {joint.name}"
@@ -104,63 +118,52 @@ def _anchor(study: Study, meshcat: Meshcat, joint: Joint) -> str:
     return path
 
 
-def frames(study: Study, exaggerate: float = 1.0) -> tuple[Array, Array]:
-    """Compute times (n,) [s] and tree coordinates (n, nq) of the frames; parameters as `write_animation`."""
-    tree, run = study.system.tree, study.run
+def frames(study: Study, exaggerate: float | None = None, shown: System | None = None) -> tuple[Array, Array, float]:
+    """Compute times (n,) [s], tree coordinates (n, nq) of the frames, and the factor on deflections.
+
+    Parameters as `write_animation`; `shown` is the system whose coordinates they are, in segments where links bend.
+    """
+    shown, run, clearances = shown or study.system, study.run, 1.0 if exaggerate is None else exaggerate
     count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
     times = np.linspace(0.0, run.time[-1], count)
+    recorded = _recorded(study, shown, times)
     if not study.system.determinate:
-        if exaggerate != 1.0:
+        if clearances != 1.0:
             raise ValueError("the drives do not determine the motion: its clearance cannot be exaggerated")
-        return times, _recorded(study, times)
-    offset = np.zeros((len(times), len(tree.closure_rows)))
-    for k, name in enumerate(tree.play):
+        return times, recorded, 1.0
+    factor, hinges = 1.0, recorded[:, shown.tree.hinge_dofs]
+    if isinstance(shown, Segmented):
+        factor = exaggerate if exaggerate is not None else _seen(shown.largest_deflection(recorded), shown.tree.extent)
+    offset = np.zeros((len(times), len(shown.tree.closure_rows)))
+    for k, name in enumerate(shown.tree.play):
         parts = ("ex", "ey") if study.system.mechanism.joint[name].bearing is not None else ("offset", "tilt")
         for axis, part in enumerate(parts):
-            offset[:, 2 * k + axis] = exaggerate * np.interp(times, run.time, run[f"{name}.{part}"])
+            offset[:, 2 * k + axis] = clearances * np.interp(times, run.time, run[f"{name}.{part}"])
     try:
-        return times, IdealMotion(study.system).states(times, offset)[0]
+        return times, IdealMotion(shown).states(times, offset, factor * hinges)[0], factor
     except AssemblyError as problem:
-        if exaggerate == 1.0:  # a run that came to a dead position, and through by its own errors
-            return times, _recorded(study, times)
-        raise ValueError(f"the linkage does not close with its clearance exaggerated {exaggerate:g} times") from problem
+        if exaggerate is None or exaggerate == 1.0:  # a run that came to a dead position, and through by its own errors
+            return times, recorded, 1.0
+        what = "its clearance and its deflections" if len(hinges[0]) else "its clearance"
+        raise ValueError(f"the linkage does not close with {what} exaggerated {exaggerate:g} times") from problem
 
 
-def _recorded(study: Study, times: Array) -> Array:
+def _seen(largest: float, size: float) -> float:
+    """Return a round factor, at least 1, that draws a deflection as `_DEFLECTION` of a linkage's size, or less."""
+    return round_length(max(_DEFLECTION * size / largest, 1.0))[0] if largest > 0.0 else 1.0
+
+
+def _recorded(study: Study, shown: System, times: Array) -> Array:
     """Tree coordinates between the run's steps."""
-    columns = [study.run[f"q.{name}"] for name in study.system.tree.coordinates]
-    return np.stack([np.interp(times, study.run.time, column) for column in columns], axis=1)
+    run, source = study.run, system_of(study.system, study.run.columns)
+    columns = [run[f"q.{name}"] for name in source.tree.coordinates]
+    q = np.stack([np.interp(times, run.time, column) for column in columns], axis=1)
+    return shown.coordinates(q) if isinstance(shown, Segmented) and not isinstance(source, Segmented) else q
 
 
-def _span(study: Study) -> tuple[Array, Array]:
-    """Lower left and upper right corner of everything that moves, plane axes [m]."""
-    paths = [_path(study, name) for name in study.system.mechanism.point]
-    places = np.concatenate([*paths, *_rails(study).values()])
-    return places.min(axis=0), places.max(axis=0)
-
-
-def _path(study: Study, name: str) -> Array:
-    """Positions (n, 2) of a link or frame over the run, plane axes [m]."""
-    return np.column_stack([study.run[f"{name}.x"], study.run[f"{name}.y"]])
-
-
-def _rails(study: Study) -> dict[str, Array]:
-    """Find the ends (2, 2) of each rail on the ground, plane axes [m]: the travel of a prismatic joint, and more."""
-    result = {}
-    for joint in study.system.mechanism.joints:
-        if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
-            block, at = (joint.child, joint.on_child) if joint.parent == "world" else (joint.parent, joint.on_parent)
-            travel = (_path(study, block) - study.system.mechanism.link[block].origin) @ joint.direction
-            margin = 0.2 * np.ptp(travel) + 0.05 * study.system.tree.extent
-            reach = [travel.min() - margin, travel.max() + margin]
-            result[joint.name] = at + np.outer(reach, joint.direction)
-    return result
-
-
-def _joint_views(study: Study, meshcat: Meshcat, times: Array) -> list[View]:
+def _joint_views(study: Study, meshcat: Meshcat, times: Array, low: Array, high: Array) -> list[View]:
     """Draw the clearance joints right of the linkage, two above each other."""
     names = study.system.tree.play
-    low, high = _span(study)
     height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * study.system.tree.extent)
     rows = min(len(names), 2)
     radius = height / (3.0 * max(rows, 1.5))
@@ -174,9 +177,9 @@ def _joint_views(study: Study, meshcat: Meshcat, times: Array) -> list[View]:
     return views
 
 
-def _look_at(study: Study, meshcat: Meshcat, views: list[View]) -> None:
+def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high: Array) -> None:
     """Look along the plane's normal at the middle of everything that moves."""
-    low, high = _span(study)
+    low = low - [0.0, 0.18 * max(*(high - low), study.system.tree.extent)]  # the scale
     for view in views:
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
@@ -193,27 +196,9 @@ def _look_at(study: Study, meshcat: Meshcat, views: list[View]) -> None:
     meshcat.SetCameraPose(middle + distance * (basis[:, 2] - 0.15 * basis[:, 1]), middle)
 
 
-def _draw_ground(study: Study, meshcat: Meshcat) -> None:
-    """Mark the joints on the ground: a pivot for each revolute joint, a rail for each prismatic one."""
-    mechanism, size = study.system.mechanism, study.system.tree.extent
-    basis = mechanism.basis
-    for joint in mechanism.joints:
-        if "world" not in (joint.parent, joint.child):
-            continue
-        if joint.type == "revolute":
-            shape, position = Cylinder(0.012 * size, 0.03 * size), joint.position
-        elif joint.type == "prismatic":
-            start, end = _rails(study)[joint.name]
-            shape = Box(float(np.linalg.norm(end - start)), 0.004 * size, 0.004 * size)
-            position = basis[:, :2] @ (0.5 * (start + end)) + basis[:, 2] * (basis[:, 2] @ joint.position)
-        else:
-            continue
-        pose = RigidTransform(RotationMatrix(joint_axes(mechanism, joint)), position)
-        meshcat.SetObject(f"/ground/{joint.name}", shape, GROUND)
-        meshcat.SetTransform(f"/ground/{joint.name}", pose)
-
-
-def _captioned(page: str, study: Study, views: list[View], names: list[Label], times: Array, slow: float) -> str:
+def _captioned(
+    page: str, study: Study, views: list[View], names: list[Label], times: Array, slow: float, magnified: float
+) -> str:
     """Write names, eccentricities, forces and the time over the recording."""
     labels = [
         Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
@@ -222,7 +207,14 @@ def _captioned(page: str, study: Study, views: list[View], names: list[Label], t
     clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
-        "Beside the linkage: clearances magnified; the orbit of the journal's centre (line), the largest force on it"
-        f" within each frame (arrow, its length by the square root) and where it touches (spot). {scales}"
+        "Beside the linkage: clearances magnified; the largest force on journal or block within each frame (arrow, its"
+        f" length by the square root), where it touches (spot), the orbit of the journal's centre (line). {scales}"
     )
-    return add_captions(page, labels, clock, legend if views else "")
+    bent = f"Links are drawn bent {rounded(magnified)} times as far as they bend. " if study.system.tree.bent else ""
+    drawn = curves(
+        columns(study.system.experiment.outputs, study.system.tree.play, study.system.experiment.drives),
+        study.run,
+        study.ideal,
+    )
+    shown = {"clock": clock, "legend": bent + (legend if views else ""), "curves": drawn, "end": float(times[-1])}
+    return add_captions(page, labels, shown)

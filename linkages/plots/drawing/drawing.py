@@ -12,12 +12,15 @@ from linkages.errors import AssemblyError
 from linkages.explore.travel import Travel, movable, travel
 from linkages.model.doubts import doubts
 from linkages.model.experiment import Experiment
+from linkages.planar.bodies import make_pose
 from linkages.planar.kinematics import body_positions
 from linkages.plots.drawing.facts import facts, joint_table, link_table
 from linkages.plots.drawing.parts import Parts
 from linkages.plots.drawing.shapes import Shape, placed, shape
+from linkages.plots.style import asked_points, round_length
 from linkages.system import System
-from linkages.system.tree import Tree, spanning_tree
+from linkages.system.spanning import spanning_tree
+from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
 
@@ -121,9 +124,11 @@ def draw(asked: System) -> Drawing:
         tree = spanning_tree(mechanism)
         pose = _pose(tree, np.zeros(tree.size))
     poses = np.concatenate([pose[None], *(way.pose[:, :, :3] for way in ways)])
-    anchors = [np.array(spring.anchor) for spring in experiment.springs.values() if spring.anchor]
+    given = [spring.anchor for spring in experiment.springs.values()]
+    given += [touch.anchor for touch in experiment.contacts.values()]
+    anchors = [np.array(anchor) for anchor in given if anchor is not None]
     low, high = _box(tree, poses, anchors)
-    parts = Parts(tree, float(high[0] - low[0]) / 100.0, poses)
+    parts = Parts(tree, low, high, poses)
     shapes = tuple(_shapes(parts, experiment, ways, low, high))
     title = experiment.title or mechanism.name
     return Drawing(
@@ -135,12 +140,11 @@ def draw(asked: System) -> Drawing:
 
 def _starts(experiment: Experiment) -> dict[str, float]:
     """Where the drives start [rad or m]."""
-    drives = experiment.drives.items()
-    return {name: drive.angles[0] if drive.angles else drive.angle for name, drive in drives}
+    return {name: drive.start for name, drive in experiment.drives.items()}
 
 
 def _pose(tree: Tree, q: Array) -> Array:
-    pose = np.empty((len(tree.bodies), 5))
+    pose = make_pose(tree.bodies)
     body_positions(tree.bodies, q, pose)
     return pose[:, :3]
 
@@ -164,8 +168,7 @@ def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Arr
 def _shapes(parts: Parts, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array) -> Iterator[Shape]:
     """Everything, from below to above."""
     mechanism, play = parts.mechanism, experiment.play
-    asked = [name.rpartition(".") for name in experiment.outputs]
-    points = list(dict.fromkeys(point for point, _, what in asked if what not in ("angle", "omega", "alpha")))
+    points = asked_points(experiment.outputs)
     yield from _furniture(parts, experiment, low, high)
     for joint in mechanism.joints:
         yield from parts.beneath(joint)
@@ -196,13 +199,11 @@ def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) ->
     def at(corner: Array, x: float, y: float) -> tuple[float, float, float, float, float]:
         return 0.0, 0.0, 0.0, float(corner[0] + x * unit), float(corner[1] + y * unit)
 
-    decade = 10.0 ** np.floor(np.log10(22.0 * unit))
-    length = decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= 22.0 * unit)
+    length, text = round_length(22.0 * unit)
     right = np.array([high[0], low[1]])
     wide = length / unit
     for line in (((-3 - wide, 2), (-3, 2)), ((-3 - wide, 1.4), (-3 - wide, 2.6)), ((-3, 1.4), (-3, 2.6))):
         yield shape("scale", [at(right, *end) for end in line])
-    text = f"{length:g} m" if length >= 1.0 else f"{1e3 * length:g} mm"
     yield shape("note", [at(right, -3 - 0.5 * wide, 3.6)], text=text)
     for way, name in (((1, 0), _axis(basis[:, 0])), ((0, 1), _axis(basis[:, 1]))):
         yield shape("scale", [at(low, 2, 2), at(low, 2 + 5 * way[0], 2 + 5 * way[1])])
@@ -223,7 +224,7 @@ def _axis(direction: Array) -> str:
 def _slider(system: System, way: Travel) -> Slider:
     """Keep of a way what can be seen."""
     turns = system.mechanism.joint[way.drive].type == "revolute"
-    start = system.experiment.drives[way.drive].angle
+    start = system.experiment.drives[way.drive].start
     evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)
     keep = np.unique([*evenly, int(np.argmin(np.abs(way.values - start)))])
     values = way.values[keep]

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.model.contact_tables import LineContact
 from linkages.model.experiment import Experiment
 from linkages.model.load_tables import Force, Spring, TorsionSpring
 from linkages.model.mechanism import Joint, Link
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 _SIDE = (4.6, 3.2)  # of a block
 _STAND = (1.7, 2.6)  # half the width, and the height, of a stand on the ground
 _HATCH = 0.75  # from one line of a hatching to the next
+_REACH = 12.0  # of a line that a point can meet, to both sides
 _ARROW = 9.0
 _HEAD = 1.5
 _AWAY, _BEYOND = 2.9, 5.0  # of a name from its joint, and from that of a drive
@@ -31,14 +33,15 @@ class Parts:
     Parameters
     ----------
     tree : Tree
-    unit : float
-        A hundredth of the drawing's width [m].
+    low, high : (2,) arrays
+        Corners of the picture, plane axes [m].
     poses : (n, nb, 3) array
         Every pose in which the machine is shown, the first one that of the start.
     """
 
-    def __init__(self, tree: Tree, unit: float, poses: Array) -> None:
-        self.tree, self.mechanism, self.unit, self.poses = tree, tree.mechanism, unit, poses
+    def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
+        self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
+        self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0
 
     # -- places ------------------------------------------------------------------------------------
 
@@ -142,10 +145,14 @@ class Parts:
         turn = np.linspace(0.5 * np.pi, 2.5 * np.pi, 24, endpoint=False)
         ways = np.column_stack([np.cos(turn), np.sin(turn)])
         nearest = np.max([ways @ other for other in taken], axis=0) if taken else np.zeros(len(ways))
-        best = ways[int(np.argmin(np.round(nearest, 6)))]
         text = ", ".join(joint.name for joint in group)
-        reach = (_BEYOND if driven else _AWAY) + 0.5 * max(len(text) - 1, 0) * abs(best[0])
-        return shape("joint name", [self.off(group[0].child, group[0].on_child, reach * best)], text=text)
+        letters = max(len(text) - 1, 0)
+        reach = (_BEYOND if driven else _AWAY) + 0.5 * letters * np.abs(ways[:, 0])
+        middle = here + self.unit * reach[:, None] * ways
+        edge = self.unit * (0.65 * letters + 1.0)  # half of the text
+        outside = (middle[:, 0] - edge < self.low[0]) | (middle[:, 0] + edge > self.high[0])
+        best = int(np.argmin(np.round(nearest + 2.0 * outside, 6)))
+        return shape("joint name", [self.off(group[0].child, group[0].on_child, reach[best] * ways[best])], text=text)
 
     # -- what is done with the machine -------------------------------------------------------------
 
@@ -206,6 +213,19 @@ class Parts:
         yield shape("load", [self.on(link, at, way) for way in ways])
         yield shape("load name", [self.off(link, at, (0.0, 4.6))], text=name)
 
+    def line(self, name: str, touch: LineContact) -> Iterator[Shape]:
+        """Draw the line that a point can meet, hatched on the side where the point cannot be."""
+        frame = self.mechanism.point[touch.line] if touch.line is not None else None
+        link, at, angle = ("world", np.array(touch.anchor), touch.angle) if frame is None else (
+            frame.link, frame.origin, frame.angle
+        )  # fmt: skip
+        along, into = np.array([np.cos(angle), np.sin(angle)]), np.array([np.sin(angle), -np.cos(angle)])
+        yield shape("rail", [self.on(link, at, s * along) for s in (-_REACH, _REACH)])
+        for s in np.arange(-_REACH, _REACH, _HATCH):
+            slant = s * along + 0.8 * (into - 0.8 * along)
+            yield shape("hatch", [self.on(link, at, end) for end in (s * along, slant)])
+        yield shape("load name", [self.off(link, at, 2.2 * into)], text=name)
+
     def point(self, name: str) -> Iterator[Shape]:
         """Mark a point that is asked about."""
         point = self.mechanism.point[name]
@@ -215,16 +235,24 @@ class Parts:
             yield shape("point name", [self.off(point.link, point.origin, (0.0, 1.9))], text=name)
 
     def loads(self, experiment: Experiment) -> Iterator[Shape]:
-        """Draw all applied loads."""
+        """Draw all applied loads, and the lines of contacts."""
         for name, force in experiment.forces.items():
             yield from self.force(name, force)
         for name, torque in experiment.torques.items():
             values = [torque.torque] if torque.torque is not None else list(torque.torques or [])
-            yield from self.torque(name, torque.link, next((v > 0.0 for v in values if v), True))
+            link = torque.link or self._moving_end(torque.joint or "")
+            yield from self.torque(name, link, next((v > 0.0 for v in values if v), True))
         for name, spring in experiment.springs.items():
             yield from self.spring(name, spring)
         for name, torsion in experiment.torsion_springs.items():
             yield from self.torsion(name, torsion)
+        for name, touch in experiment.contacts.items():
+            yield from self.line(name, touch)
+
+    def _moving_end(self, name: str) -> str:
+        """Child of a joint; its parent where that is the world."""
+        joint = self.mechanism.joint[name]
+        return joint.parent if joint.child == "world" else joint.child
 
     # -- pieces ------------------------------------------------------------------------------------
 

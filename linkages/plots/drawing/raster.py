@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from linkages.plots.drawing.drawing import Drawing, draw
 from linkages.plots.drawing.shapes import STYLES, Shape, placed
 from linkages.plots.drawing.svg import notes
+from linkages.plots.shown import ShownFigure
 from linkages.system import System
 
 Array = NDArray[np.float64]
@@ -94,7 +95,7 @@ def _paper(drawing: Drawing, below: float) -> tuple[Figure, Axes]:
     """Make a figure with an axis of the drawing's size above `below` inches."""
     wide, high = drawing.high - drawing.low
     height = _WIDTH * high / wide
-    figure = Figure(figsize=(_WIDTH, height + below), dpi=150)
+    figure = ShownFigure(figsize=(_WIDTH, height + below), dpi=150)
     axis = figure.add_axes((0.0, below / (height + below), 1.0, height / (height + below)))
     _clean(axis, drawing)
     return figure, axis

@@ -1,0 +1,55 @@
+"""What the engines are about to call, as plans for `linkages.kernel.ahead`: found by a run of the smallest machine.
+
+Which types kernels are compiled for does not depend on the machine. What needs the linkage assembled, which the process
+that asked is at meanwhile, comes last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from linkages.engines.drop import drop
+from linkages.kernel.by_address import compile_free
+from linkages.outputs.columns import columns
+from linkages.planar.contacts import WIDTH
+from linkages.system import System
+
+
+def compiled(implicit: bool) -> list[Callable[[], Any]]:
+    """Jobs for the compiled engine."""
+    from linkages.engines.compiled.binding import targets
+    from linkages.engines.compiled.simulation import simulate
+    from linkages.integrate.stepper import make_stepper
+    from linkages.kernel.by_reference import packed
+
+    system = drop().replaced({"solver.integrator": "radau3" if implicit else "runge_kutta5"})
+    wanted = targets(system.arrays, packed(make_stepper(2 * system.tree.size, system.tree.size)), implicit)
+    return [partial(compile_free, list(wanted.values())), partial(_outputs, system), partial(simulate, system)]
+
+
+def drake() -> list[Callable[[], Any]]:
+    """Jobs for the Drake engine; Drake itself is not asked."""
+    system = drop()
+    return [partial(_forces, system), partial(_outputs, system), lambda: system.assembly]
+
+
+def _forces(system: System) -> None:
+    """Compile what Drake's systems for joints with play and for drives call."""
+    from linkages.engines.drake.forces import drive_forces, joint_forces, placed
+
+    n = system.tree.size
+    places, state = np.arange(n), np.zeros(2 * n)
+    place = placed(system, places, places + n, places, n)
+    joint_forces(place, np.zeros((len(system.ends), 2)), state)
+    drive_forces(place, 0.0, state, np.zeros(n))
+
+
+def _outputs(system: System) -> None:
+    """Compile what computes outputs, for a run of no length."""
+    n, nc = system.tree.size, len(system.ends)
+    none = np.zeros((0, n))
+    columns(system, np.zeros(0), none, none, none, np.zeros((0, nc, WIDTH)))

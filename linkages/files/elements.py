@@ -1,0 +1,102 @@
+"""Numbers of elements, and of annotations: elements of ours in a file that other programs read too."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, nearest
+from linkages.files.numbers import implausible
+
+Array = NDArray[np.float64]
+
+_UNITS = {"m": "metres"}
+
+
+def numbers(path: Path, element: ET.Element, count: int, where: str) -> Array:
+    """Read as many numbers as an element must have.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    element : Element
+    count : int
+    where : str
+        The element in an error.
+
+    Raises
+    ------
+    InputError
+        If they are not so many, or no numbers.
+    """
+    words = (element.text or "").split()
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError:
+        raise InputError(path, where, f'"{" ".join(words)}" is not {_count(count)}') from None
+    if len(values) != count:
+        raise InputError(path, where, f"has {_count(len(values))}; {count} are needed")
+    for problem in filter(None, map(implausible, values.tolist())):
+        raise InputError(path, where, problem)
+    return values
+
+
+def number(path: Path, parent: ET.Element, key: str, where: str, default: float | None = None) -> float:
+    """Read the number in the child `key` of an element, which may be missing if there is a default; as `numbers`."""
+    element = parent.find(key)
+    if element is None:
+        if default is None:
+            raise InputError(path, where, f"has no <{key}>")
+        return default
+    return float(numbers(path, element, 1, f"{where}/<{key}>")[0])
+
+
+def annotation(element: ET.Element, kind: str) -> ET.Element | None:
+    """Find ``<linkages:KIND>`` in an element."""
+    return next((child for child in element if child.tag.endswith(f":{kind}")), None)
+
+
+def parts(path: Path, element: ET.Element, where: str, keys: Iterable[str]) -> dict[str, ET.Element]:
+    """Find what stands in an annotation, by its name; `keys` are the names that are known."""
+    found = {child.tag.rpartition(":")[2]: child for child in element}
+    for key, child in found.items():
+        if key not in keys:
+            raise InputError(path, where, f"<{key}> is unknown; {nearest(key, keys)}")
+        if ":" not in child.tag:
+            raise InputError(path, where, f"write <linkages:{key}>, not <{key}>")
+    return found
+
+
+def sizes(
+    path: Path,
+    element: ET.Element,
+    where: str,
+    units: Mapping[str, str],
+    defaults: Mapping[str, float] = MappingProxyType({}),
+) -> dict[str, float]:
+    """Read the positive numbers of an annotation: one for each key of `units` that has no default.
+
+    Raises
+    ------
+    InputError
+        If one is missing, unknown or not positive.
+    """
+    found, values = parts(path, element, where, units), dict(defaults)
+    for key, unit in units.items():
+        if key in found:
+            values[key] = float(numbers(path, found[key], 1, f"{where}/<linkages:{key}>")[0])
+        if key not in values:
+            raise InputError(path, where, f"has no <linkages:{key}>; give it in {_UNITS.get(unit, unit)}")
+        if values[key] <= 0.0:
+            raise InputError(path, f"{where}/<linkages:{key}>", f"is {values[key]:g} {unit}; it must be positive")
+    return values
+
+
+def _count(count: int) -> str:
+    return "a number" if count == 1 else f"{count} numbers"

@@ -1,0 +1,57 @@
+"""The tables of an experiment's contacts beside those of joints with play: limit stops, points at straight lines."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from linkages.files.toml import Finite, Table
+from linkages.model.load_tables import Pair
+from linkages.model.tables import Contact, Friction
+
+
+class Stop(Table):
+    """A stop that a joint's coordinate meets from one side, by a contact law.
+
+    In a joint that turns the law's penetration is an angle and its force a torque; of a sliding one read m for rad.
+    """
+
+    of_any_joint = True
+
+    joint: str = Field(description="the ideal joint whose way ends")
+    side: Literal["upper", "lower"] = Field(description="whether it ends the coordinate's way up, or down")
+    limit: Finite = Field(description="coordinate at which it stands, zero in the drawn pose [rad]")
+    contact: Contact = Field(description="its law, with stiffness [N m/rad^n]")
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Names of the laws that act."""
+        return (self.contact.law,)
+
+
+class LineContact(Table):
+    """Contact of a point of a link with a straight line, on the ground or on another link: a foot, a probe, a buffer.
+
+    The line goes on without end; its free side is to the left of its direction, where y points if x is along it.
+    """
+
+    point: str = Field(description="origin of this link or frame")
+    line: str | None = Field(None, description="frame whose x axis is the line; its y axis points to the free side")
+    anchor: Pair | None = Field(None, description="instead, of a fixed line: a point on it, plane axes [m]")
+    angle: Finite = Field(0.0, description="and its direction, from x_P counter-clockwise [rad]")
+    contact: Contact = Field(description="normal contact law, with stiffness [N/m^n]")
+    friction: Friction | None = Field(None, description="friction; none without it")
+
+    @model_validator(mode="after")
+    def _one_line(self) -> LineContact:
+        if (self.line is None) == (self.anchor is None):
+            raise ValueError("give either line, a frame, or anchor, a fixed point (with angle)")
+        if self.line is not None and self.angle:
+            raise ValueError("angle belongs to anchor; the line's frame has its own direction")
+        return self
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Names of the laws that act."""
+        return (self.contact.law, *((self.friction.law,) if self.friction is not None else ()))

@@ -1,0 +1,87 @@
+"""Functions that a user writes, of time and of positions and speeds: formulas and tables, as programs for kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from linkages.errors import nearest
+from linkages.files.formula import Formula, parse
+from linkages.planar.jets import CODES
+from linkages.planar.motion import INPUT, NUMBER, TABLE, Program
+
+TIME = "t"
+
+#: Positions and speeds that a load can depend on: of a link or frame, in plane axes, and of a joint, with their units.
+#: Of a joint that slides read m for rad.
+OF_POINTS = {"x": "m", "y": "m", "angle": "rad", "vx": "m/s", "vy": "m/s", "omega": "rad/s"}
+OF_JOINTS = {"coordinate": "rad", "rate": "rad/s"}
+
+
+def formula(text: str, of_state: bool = True) -> Formula:
+    """Read a formula of the time t and, if asked for, of positions and speeds such as ``slider.x``.
+
+    Raises
+    ------
+    ValueError
+        One sentence: what is wrong, and what would be right.
+    """
+    found = parse(text, (*OF_POINTS, *OF_JOINTS))
+    for name in sorted(found.names):
+        if name != TIME and not (of_state and "." in name):
+            known = f"{TIME}, the time" + (", or POINT.x, JOINT.rate and the like" if of_state else "")
+            raise ValueError(f'"{text}" has "{name}"; it may have {known}')
+    return found
+
+
+def program(given: Formula, inputs: Mapping[str, int]) -> Program:
+    """Translate a formula; `inputs` are the indices of what its names stand for.
+
+    Examples
+    --------
+    >>> from linkages.model.functions import formula, program
+    >>> program(formula("2*t"), {"t": 0}).steps.tolist()
+    [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [16.0, 0.0, 1.0]]
+    """
+    steps: list[tuple[float, float, float]] = []
+
+    def add(code: float, first: float, second: float = 0.0) -> int:
+        steps.append((code, first, second))
+        return len(steps) - 1
+
+    def apply(name: str, arguments: list[int]) -> int:
+        if name == "pos":
+            return arguments[0]
+        if len(arguments) == 1:
+            return add(CODES[name], arguments[0])
+        made = arguments[0]
+        for other in arguments[1:]:
+            made = add(CODES[name], made, other)
+        return made
+
+    last = given.fold(lambda value: add(NUMBER, value), lambda name: add(INPUT, inputs[name]), apply)
+    assert last == len(steps) - 1
+    return Program(np.array(steps))
+
+
+def table_over(signal: int, table: int) -> Program:
+    """Look up the table (a piecewise polynomial) with an index at the input with an index."""
+    return Program(np.array([(INPUT, signal, 0), (TABLE, table, 0)], dtype=np.float64))
+
+
+def check_table(over: str | None, at: list[float] | None, values: object, many: str) -> None:
+    """Check a table over a position or speed: equally many places and values, places increasing."""
+    if (over is None) != (at is None):
+        raise ValueError("over and at go together: what the table is over, and its values there")
+    if over is None or at is None:
+        return
+    if not isinstance(values, list) or len(values) != len(at) or len(at) < 2:
+        count = len(values) if isinstance(values, list) else 0
+        raise ValueError(f"{len(at)} places at and {count} {many}; two or more of each, equally many")
+    if any(b <= a for a, b in pairwise(at)):
+        raise ValueError("at must increase")
+    part = over.rpartition(".")[2]
+    if "." not in over or part not in (*OF_POINTS, *OF_JOINTS):
+        raise ValueError(f'over is "{over}"; give POINT.x or the like: {nearest(part, (*OF_POINTS, *OF_JOINTS))}')

@@ -1,0 +1,78 @@
+"""The tables of an experiment's links: which of them bend, and how finely."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from linkages.files.toml import NonNegative, Table
+
+if TYPE_CHECKING:
+    from linkages.flexible.beam import Beam
+    from linkages.flexible.component_modes import ComponentModes
+
+Count = Annotated[int, Field(ge=0, le=60)]
+
+#: Rigid segments of a link at most, and elastic pieces.
+MOST_SEGMENTS = 64
+MOST_PIECES = 32
+
+#: Ratio of the first bending mode if none is given: of steel in a machine, assumed.
+DAMPING = 0.01
+
+
+class LinkModel(Table):
+    """How a link that has a beam in the SDF file is modelled."""
+
+    model: Literal["rigid", "flexible"] = Field("rigid", description="whether the link bends and stretches")
+    bending: Count | None = Field(
+        None, description="bending modes; default: two for each joint and load but one, and, in one piece, two more"
+    )
+    axial: Count | None = Field(
+        None, description="stretching modes, 0: inextensible; default: one for each joint and load but one"
+    )
+    stiffening: bool = Field(True, description="whether axial forces stiffen, or soften, bending")
+    damping: NonNegative | None = Field(
+        None, description=f"ratio of the first bending mode with both ends pinned; default {DAMPING:g} [1]"
+    )
+    stiffness_damping: NonNegative | None = Field(
+        None, description="instead of damping: stress per strain rate, over Young's modulus [s]"
+    )
+    axial_damping: NonNegative | None = Field(
+        None, description="ratio of the first stretching mode with one end held; default: what bending's gives [1]"
+    )
+    pieces: Annotated[int, Field(ge=1, le=MOST_PIECES)] = Field(
+        1, description="equal beams that it is cut into, for large slopes; each has modes of its own"
+    )
+    start: Literal["quasi-static", "undeformed"] = Field(
+        "quasi-static", description="shape at t = 0: at rest under the loads of the rigid linkage, or straight"
+    )
+    segments: Annotated[int, Field(ge=2, le=MOST_SEGMENTS)] = Field(8, description="rigid segments in the Drake engine")
+
+    @model_validator(mode="after")
+    def _sensible(self) -> LinkModel:
+        if self.bending == 0 and self.axial == 0:
+            raise ValueError('has no modes; give bending or axial, or model = "rigid"')
+        if self.damping is not None and self.stiffness_damping is not None:
+            raise ValueError("give damping or stiffness_damping, not both")
+        return self
+
+    @property
+    def bends(self) -> bool:
+        """Whether the link is flexible."""
+        return self.model == "flexible"
+
+    def bending_damping(self, frequency: float) -> float:
+        """Return the damping over stiffness [s] of a beam whose first pinned mode has a frequency [rad/s]."""
+        if self.stiffness_damping is not None:
+            return self.stiffness_damping
+        return 2.0 / frequency * (DAMPING if self.damping is None else self.damping)
+
+    def damping_factors(self, modes: ComponentModes, beam: Beam) -> NDArray[np.float64]:
+        """Damping over stiffness of each mode (nf,) [s] of a beam or of a part of it: Kelvin and Voigt's."""
+        bent = self.bending_damping(beam.pinned_frequency)
+        stretched = bent if self.axial_damping is None else 2.0 / beam.held_frequency * self.axial_damping
+        return np.where(np.arange(len(modes.names)) < modes.bending, bent, stretched)

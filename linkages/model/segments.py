@@ -1,0 +1,202 @@
+"""Links that bend as rows of rigid pieces: the same machine as a rigid linkage with springs in its joints.
+
+Between neighbouring interfaces (`linkages.model.bending.interfaces`) a beam is cut into equal cells of a length h. Its
+pieces go from the middle of one cell to that of the next, so that each carries a node in its own middle, where joints
+attach; hinges between them have the stiffness EI/h and the damping of the beam. A piece is a thin rod. Angles of
+sections and places on the beam are right to the second order of h, at clamped ends as at pins. Pieces do not stretch,
+and shorten by bending as the beam does: geometric stiffening is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.files.raw_model import LinkBeam
+from linkages.model.bending import interfaces, parts
+from linkages.model.experiment import BENDING_QUANTITIES, Experiment, experiment_of
+from linkages.model.link_tables import LinkModel
+from linkages.model.mechanism import Frame, Joint, Link, Mechanism
+
+Array = NDArray[np.float64]
+
+#: Between the name of a link and the number of a hinge, in the hinge's name.
+HINGE = "/hinge"
+
+_SAME = 1e-9  # of a beam's length: places closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The pieces of a link that bends.
+
+    Attributes
+    ----------
+    link : Link
+    model : LinkModel
+    ends : (m + 1,) array
+        Places of its interfaces and of its beam's ends, from the beam's start [m].
+    """
+
+    link: Link
+    model: LinkModel
+    ends: Array
+
+    @cached_property
+    def beam(self) -> LinkBeam:
+        """The beam."""
+        assert self.link.beam is not None
+        return self.link.beam
+
+    @cached_property
+    def _counts(self) -> list[int]:
+        """Cells between neighbouring ends."""
+        part = np.diff(self.ends) / self.beam.length
+        return np.maximum(np.rint(self.model.segments * part), 1).astype(int).tolist()
+
+    @cached_property
+    def nodes(self) -> Array:
+        """Places (n + 1,) of the sections that pieces follow, from the beam's start [m]."""
+        spans = zip(pairwise(self.ends), self._counts, strict=True)
+        return np.concatenate([[0.0], *(np.linspace(a, b, count + 1)[1:] for (a, b), count in spans)])
+
+    @cached_property
+    def hinges(self) -> Array:
+        """Places (n,) between the pieces [m]."""
+        middles: Array = 0.5 * (self.nodes[1:] + self.nodes[:-1])
+        return middles
+
+    @cached_property
+    def stiffnesses(self) -> Array:
+        """Of the hinges (n,) [N m/rad]."""
+        return self.beam.youngs_modulus * self.beam.second_moment / np.diff(self.nodes)
+
+    @cached_property
+    def damping(self) -> float:
+        """Damping over stiffness [s]."""
+        return self.model.bending_damping(self.beam.elastic().pinned_frequency)
+
+    @property
+    def pieces(self) -> list[str]:
+        """Names of the n + 1 pieces, as links."""
+        return [f"{self.link.name}/piece{k}" for k in range(len(self.nodes))]
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the n hinges, as joints."""
+        return [f"{self.link.name}{HINGE}{k + 1}" for k in range(len(self.hinges))]
+
+    @property
+    def springs(self) -> list[str]:
+        """Names of the n torsion springs in them."""
+        return [f"{self.link.name}/spring{k + 1}" for k in range(len(self.hinges))]
+
+    def along(self, point: Array) -> float:
+        """Place along the beam of a point drawn on the link [m]."""
+        return float((point - self.beam.start) @ (self.beam.end - self.beam.start)) / self.beam.length
+
+    def carrier(self, point: Array) -> str:
+        """Name of the piece that carries a point drawn on the link."""
+        return self.pieces[int(np.searchsorted(self.hinges, self.along(point)))]
+
+    def stations(self) -> tuple[Array, Array]:
+        """Places (ns,) [m], and the factors (ns, n) by which values at the hinges give those there.
+
+        The hinges themselves, and both sides of each end, where forces may jump, along a line through two hinges.
+        """
+        places, factors, first = [self.hinges], [np.eye(len(self.hinges))], 0
+        for (a, b), count in zip(pairwise(self.ends), self._counts, strict=True):
+            if count > 1:
+                last = first + count - 1
+                lines = np.zeros((2, len(self.hinges)))
+                lines[0, first : first + 2] = lines[1, [last, last - 1]] = 1.5, -0.5
+                places.append(np.array([a, b]))
+                factors.append(lines)
+            first += count
+        return np.concatenate(places), np.concatenate(factors)
+
+
+def rows(mechanism: Mechanism, experiment: Experiment) -> dict[str, Row]:
+    """Cut all links that bend, by name."""
+    found = {}
+    for name in experiment.flexible:
+        link = mechanism.link[name]
+        assert link.beam is not None  # `linkages.model.check` saw to it
+        places = np.array(sorted({0.0, *interfaces(mechanism, experiment, name), link.beam.length}))
+        apart = np.diff(places, append=2.0 * link.beam.length) > _SAME * link.beam.length
+        found[name] = Row(link, experiment.links[name], places[apart])
+    return found
+
+
+def segmented(mechanism: Mechanism, experiment: Experiment) -> tuple[Mechanism, Experiment]:
+    """Return a machine whose links are all rigid, with rows of pieces for those that bend, and what is done with it.
+
+    Frames, joints and loads keep their names, and a link's own name becomes that of a frame on one of its pieces.
+    """
+    cut = rows(mechanism, experiment)
+    links = [
+        part
+        for link in mechanism.links
+        for part in (_pieces(cut[link.name], mechanism) if link.name in cut else [link])
+    ]
+    hinges = [hinge for row in cut.values() for hinge in _hinges(row, mechanism)]
+    frames = [*mechanism.frames, *(mechanism.point[name] for name in cut)]
+    machine = replace(
+        mechanism,
+        links=tuple(links),
+        joints=(*hinges, *(_carried(joint, cut) for joint in mechanism.joints)),  # hinges are never cut
+        frames=tuple(replace(f, link=cut[f.link].carrier(f.origin)) if f.link in cut else f for f in frames),
+    )
+    return machine, _done_with(machine, experiment, cut)
+
+
+def _pieces(row: Row, mechanism: Mechanism) -> Iterator[Link]:
+    for part in parts(mechanism, row.link, row.pieces, [0.0, *row.hinges, row.beam.length]):
+        yield replace(part, beam=None)
+
+
+def _hinges(row: Row, mechanism: Mechanism) -> Iterator[Joint]:
+    beam, basis = row.beam, mechanism.basis
+    depth = basis[:, 2] * (basis[:, 2] @ row.link.translation)
+    for name, s, parent, child in zip(row.joints, row.hinges, row.pieces[:-1], row.pieces[1:], strict=True):
+        at = beam.start + s / beam.length * (beam.end - beam.start)
+        place = basis[:, :2] @ at + depth
+        normal, none = basis[:, 2], np.zeros(2)
+        yield Joint(name, "revolute", parent, child, normal, place, place, None, None, at, at, 1.0, none)
+
+
+def _carried(joint: Joint, cut: dict[str, Row]) -> Joint:
+    """Return a joint between the pieces that carry it."""
+    on_parent = joint.on_child if joint.type == "fixed" else joint.on_parent
+    parent = cut[joint.parent].carrier(on_parent) if joint.parent in cut else joint.parent
+    child = cut[joint.child].carrier(joint.on_child) if joint.child in cut else joint.child
+    return replace(joint, parent=parent, child=child)
+
+
+def _done_with(machine: Mechanism, experiment: Experiment, cut: dict[str, Row]) -> Experiment:
+    own: dict[str, Frame] = {frame.name: frame for frame in machine.frames}
+
+    def carrier(link: str) -> str:
+        return own[link].link if link in cut else link
+
+    data: dict[str, Any] = experiment.model_dump(exclude_unset=True)
+    data["links"] = {}
+    data["outputs"] = [name for name in experiment.outputs if name.rpartition(".")[2] not in BENDING_QUANTITIES]
+    for torque in data.get("torques", {}).values():
+        if torque.get("link") is not None:
+            torque["link"] = carrier(torque["link"])
+    springs = data.setdefault("torsion_springs", {})
+    for spring in springs.values():
+        if spring.get("links") is not None:
+            spring["links"] = [carrier(link) for link in spring["links"]]
+    for row in cut.values():
+        for name, joint, stiffness in zip(row.springs, row.joints, row.stiffnesses.tolist(), strict=True):
+            values = {"stiffness": stiffness, "damping": row.damping * stiffness, "free_angle": 0.0}
+            springs[name] = {"joint": joint, **values}
+    return experiment_of(experiment.source, data, experiment.sources)

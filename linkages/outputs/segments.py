@@ -1,0 +1,78 @@
+"""Outputs of links that bend from a run of rigid pieces: the names are those of the linkage whose links bend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from linkages.kernel import Array
+from linkages.model.segments import Row
+from linkages.outputs.registry import names
+from linkages.system.segments import Segmented
+
+Columns = dict[str, Array]
+
+
+def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[str]], Columns]) -> Columns:
+    """Compute all outputs of a linkage whose links bend, as far as its pieces give them: modes they do not.
+
+    Parameters
+    ----------
+    system : Segmented
+    ideal : bool
+        Whether joints with play are taken as ideal.
+    tabulated : callable
+        Gives columns of the rigid linkage by name, and the times.
+
+    Returns
+    -------
+    dict of (nt,) arrays
+        Coordinates of hinges among them.
+    """
+    wanted, own = names(system.whole, ideal), names(system, ideal)
+    known = set(own)
+    kept = [name for name in wanted if name in known]
+    kept += [f"q.{name}" for name in system.tree.hinges]
+    table = tabulated(own)
+    found = {name: table[name] for name in ("time", *kept)}
+    found["strain_energy"], found["damping_power"] = np.zeros((2, len(table["time"])))
+    for row in system.rows.values():
+        for name, frame in system.whole.mechanism.point.items():
+            if frame.link == row.link.name:
+                found[f"{name}.deflection"] = _deflection(row, name, frame.origin, table)
+        found |= _within(row, table)
+        turns = np.array([table[f"q.{name}"] for name in row.joints])
+        rates = np.diff([table[f"{name}.omega"] for name in row.pieces], axis=0)
+        found["strain_energy"] = found["strain_energy"] + 0.5 * row.stiffnesses @ turns**2
+        found["damping_power"] = found["damping_power"] + row.damping * row.stiffnesses @ rates**2
+    return found
+
+
+def _deflection(row: Row, name: str, drawn: Array, table: Columns) -> Array:
+    """Distance of a frame from the line between the beam's ends, less that of the straight beam."""
+    (x, y), (x0, y0), (x1, y1) = ((table[f"{at}.x"], table[f"{at}.y"]) for at in (name, *row.beam.frames))
+    dx, dy = x1 - x0, y1 - y0
+    (ux, uy), (rx, ry) = (row.beam.end - row.beam.start) / row.beam.length, drawn - row.beam.start
+    distance: Array = (dx * (y - y0) - dy * (x - x0)) / np.hypot(dx, dy) - (ux * ry - uy * rx)
+    return distance
+
+
+def _within(row: Row, table: Columns) -> Columns:
+    """Largest bending moment, normal stress and compression, from the springs and the forces in the hinges."""
+    beam, (places, factors) = row.beam, row.stations()
+    moments = factors @ np.array([table[f"{name}.torque"] for name in row.springs])
+    way = np.arctan2(*(beam.end - beam.start)[::-1]) - row.link.angle
+    pulls = []
+    for name, inner, outer in zip(row.joints, row.pieces[:-1], row.pieces[1:], strict=True):
+        angle = way + 0.5 * (table[f"{inner}.angle"] + table[f"{outer}.angle"])
+        pulls.append(-np.cos(angle) * table[f"{name}.fx"] - np.sin(angle) * table[f"{name}.fy"])
+    force = factors @ np.array(pulls)
+    stress = np.abs(force) / beam.area + np.abs(moments) * 0.5 * beam.height / beam.second_moment
+    name = row.link.name
+    return {
+        f"{name}.bending": np.abs(moments).max(axis=0),
+        f"{name}.stress": stress.max(axis=0),
+        f"{name}.stress_place": places[stress.argmax(axis=0)],
+        f"{name}.compression": np.maximum(-force, 0.0).max(axis=0),
+    }

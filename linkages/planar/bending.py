@@ -1,0 +1,324 @@
+"""What modal coordinates add to the kinematics and dynamics of bodies; the beam itself is in `linkages.planar.bodies`.
+
+The modal coordinates of a body are eliminated from its articulated inertia before its joint is. Lines of the work
+arrays (nb, ...) hold, for a body with nf of at most nm modes:
+
+| array     | from          | what                                                                                   |
+|-----------|---------------|----------------------------------------------------------------------------------------|
+| `inertia` | 6             | I_re, coupling of each mode with (turn, x, y) of the frame, three a mode               |
+|           | 6 + 3 nm      | I_ee, inertia of the modes with all that hangs on the sections; then its factors       |
+| `axis`    | 8             | W = I_ee^-1 I_er, three a mode                                                         |
+|           | 8 + 3 nm      | z = I_ee^-1 (forces on the modes), of `linkages.planar.dynamics.respond`               |
+
+So, with a the acceleration of the frame: eta'' = z - W a; what the frame feels is I_rr - I_re W and I_re z.
+"""
+
+from __future__ import annotations
+
+import math
+
+from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.planar.bodies import (
+    A0,
+    A1,
+    B0,
+    B1,
+    COLUMNS,
+    DAMPING,
+    LOCK,
+    MATRICES,
+    POSE,
+    SLOPE,
+    STIFFNESS,
+    A,
+    B,
+    Bodies,
+)
+from linkages.planar.markers import turned
+
+
+@kernel
+def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[float, float, float]:
+    """Displacements of a section along and across its beam, and turn; fills how each mode moves it."""
+    shapes, p = bodies.shapes[i], bodies.records[i].mount.body
+    nf, nm = bodies.records[p].modes, shapes.shape[1]
+    stretch, deflection, turn = 0.0, 0.0, 0.0
+    for k in range(nf):
+        psi, b, eta = shapes[A, k], shapes[B, k], pose[p, POSE + k]
+        stretch += 0.5 * psi * eta
+        for m in range(nf):
+            psi -= shapes[MATRICES + k, m] * pose[p, POSE + m]
+        stretch += 0.5 * psi * eta
+        deflection += b * eta
+        turn += shapes[SLOPE, k] * eta
+        pose[i, POSE + k] = shapes[SLOPE, k]
+        pose[i, POSE + nm + k] = psi * ux - b * uy
+        pose[i, POSE + 2 * nm + k] = psi * uy + b * ux
+    return stretch, deflection, turn
+
+
+@inlined_kernel
+def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float, float, float]:
+    """How fast the modes turn and move a section at rates of its beam's coordinates (nb, 3 + nm): turn, x, y."""
+    p = bodies.records[i].mount.body
+    turn, x, y, nm = 0.0, 0.0, 0.0, bodies.shapes.shape[2]
+    for k in range(bodies.records[p].modes):
+        rate = rates[p, 3 + k]
+        turn += pose[i, POSE + k] * rate
+        x += pose[i, POSE + nm + k] * rate
+        y += pose[i, POSE + 2 * nm + k] * rate
+    return turn, x, y
+
+
+@inlined_kernel
+def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
+    """Bilinear form rates.H others of a section with two rates of its beam's coordinates, (nb, 3 + nm) each."""
+    shapes, p, total = bodies.shapes[i], bodies.records[i].mount.body, 0.0
+    nf = bodies.records[p].modes
+    for k in range(nf):
+        for m in range(nf):
+            total += rates[p, 3 + k] * shapes[MATRICES + k, m] * others[p, 3 + m]
+    return total
+
+
+@inlined_kernel
+def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, fy: float, wrench: Array) -> None:
+    """Add what a wrench on section i does to its beam's coordinates to the beam's line of wrenches (nb, 3 + nm)."""
+    p, nm = bodies.records[i].mount.body, bodies.shapes.shape[2]
+    for k in range(bodies.records[p].modes):
+        wrench[p, 3 + k] += pose[i, POSE + k] * moment
+        wrench[p, 3 + k] += pose[i, POSE + nm + k] * fx + pose[i, POSE + 2 * nm + k] * fy
+
+
+@kernel
+def deform(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
+    """Fill the line of a bending body's pose behind its frame's."""
+    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    line = pose[i]
+    for k in range(body.modes):
+        line[POSE + k] = q[body.eta + k]
+    for k in range(body.modes):
+        psi0, psi1, out, turn = shapes[A0, k], shapes[A1, k], 0.0, 0.0
+        for m in range(body.modes):
+            eta = line[POSE + m]
+            psi0 -= shapes[MATRICES + k, m] * eta
+            psi1 -= shapes[MATRICES + nm + k, m] * eta
+            out += shapes[MATRICES + 2 * nm + k, m] * eta
+            turn += shapes[MATRICES + 3 * nm + k, m] * eta
+        line[POSE + nm + k], line[POSE + 2 * nm + k] = psi0, psi1
+        line[POSE + 3 * nm + k], line[POSE + 4 * nm + k] = out, turn
+    x0, y0, x1, y1 = body.cx * body.ex + body.cy * body.ey, 0.0, math.sqrt(body.inertia / body.mass), 0.0
+    for k in range(body.modes):
+        eta = line[POSE + k]
+        x0 += 0.5 * (shapes[A0, k] + line[POSE + nm + k]) * eta
+        y0 += shapes[B0, k] * eta
+        x1 += 0.5 * (shapes[A1, k] + line[POSE + 2 * nm + k]) * eta
+        y1 += shapes[B1, k] * eta
+    places = POSE + COLUMNS * nm
+    line[places], line[places + 1], line[places + 2], line[places + 3] = x0, y0, x1, y1
+
+
+@inlined_kernel
+def two_points(bodies: Bodies, i: int, pose: Array) -> tuple[float, float, float, float, float, float]:
+    """Places of the two points of a bending body's mass along and across it, x0, y0, x1, y1; its direction."""
+    body, places = bodies.records[i], POSE + COLUMNS * bodies.shapes.shape[2]
+    ux, uy = turned(pose, i, body.ex, body.ey)
+    return pose[i, places], pose[i, places + 1], pose[i, places + 2], pose[i, places + 3], ux, uy
+
+
+@inlined_kernel
+def two_rates(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float, float, float, float]:
+    """How fast those points move in the frame at rates of the coordinates (nb, 3 + nm)."""
+    shapes, nm = bodies.shapes[i], bodies.shapes.shape[2]
+    x0, y0, x1, y1 = 0.0, 0.0, 0.0, 0.0
+    for k in range(bodies.records[i].modes):
+        rate = rates[i, 3 + k]
+        x0 += pose[i, POSE + nm + k] * rate
+        y0 += shapes[B0, k] * rate
+        x1 += pose[i, POSE + 2 * nm + k] * rate
+        y1 += shapes[B1, k] * rate
+    return x0, y0, x1, y1
+
+
+@kernel
+def beam_inertia(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
+    """Put the inertia of a bending body into its line of ``inertia``."""
+    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    mass = body.mass
+    along, across, turning = mass * x0, mass * y0, mass * (x0 * x0 + y0 * y0 + x1 * x1 + y1 * y1)
+    for k in range(body.modes):
+        psi0, psi1, b0, b1 = pose[i, POSE + nm + k], pose[i, POSE + 2 * nm + k], shapes[B0, k], shapes[B1, k]
+        turning += pose[i, POSE + 3 * nm + k] * pose[i, POSE + k]
+        turn = mass * (x0 * b0 - y0 * psi0 + x1 * b1 - y1 * psi1)
+        inertia[i, 6 + 3 * k] = turn + pose[i, POSE + 4 * nm + k]
+        inertia[i, 7 + 3 * k] = mass * (psi0 * ux - b0 * uy)
+        inertia[i, 8 + 3 * k] = mass * (psi0 * uy + b0 * ux)
+        for m in range(k + 1):
+            own = psi0 * pose[i, POSE + nm + m] + psi1 * pose[i, POSE + 2 * nm + m]
+            own += b0 * shapes[B0, m] + b1 * shapes[B1, m]
+            own = mass * own + shapes[MATRICES + 2 * nm + k, m]
+            inertia[i, 6 + 3 * nm + k * nm + m] = own
+        inertia[i, 6 + 3 * nm + k * nm + k] += shapes[LOCK, k]
+    inertia[i, 0], inertia[i, 1], inertia[i, 2] = turning, -(along * uy + across * ux), along * ux - across * uy
+    inertia[i, 3], inertia[i, 4], inertia[i, 5] = mass, 0.0, mass
+
+
+@kernel
+def hang(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
+    """Add the inertia that hangs on section i to that of its beam's coordinates."""
+    if inertia[i, 0] == 0.0 and inertia[i, 3] == 0.0 and inertia[i, 5] == 0.0:
+        return
+    p, nm = bodies.records[i].mount.body, bodies.shapes.shape[2]
+    nf = bodies.records[p].modes
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    for k in range(nf):
+        s0, s1, s2 = pose[i, POSE + k], pose[i, POSE + nm + k], pose[i, POSE + 2 * nm + k]
+        f0 = inertia[i, 0] * s0 + inertia[i, 1] * s1 + inertia[i, 2] * s2
+        f1 = inertia[i, 1] * s0 + inertia[i, 3] * s1 + inertia[i, 4] * s2
+        f2 = inertia[i, 2] * s0 + inertia[i, 4] * s1 + inertia[i, 5] * s2
+        inertia[p, 6 + 3 * k] += f0 + rx * f2 - ry * f1
+        inertia[p, 7 + 3 * k] += f1
+        inertia[p, 8 + 3 * k] += f2
+        for m in range(k + 1):
+            other = pose[i, POSE + m] * f0 + pose[i, POSE + nm + m] * f1 + pose[i, POSE + 2 * nm + m] * f2
+            inertia[p, 6 + 3 * nm + k * nm + m] += other
+
+
+@kernel
+def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
+    """Eliminate the modes of body i from its articulated inertia.
+
+    Factorises I_ee = L D L^T in place, L below the diagonal and 1/D on it, and fills W.
+    """
+    e, w = 6 + 3 * nm, 8
+    for k in range(3 * nf):
+        axis[i, w + k] = inertia[i, 6 + k]
+    for k in range(nf):
+        w0, w1, w2 = axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2]
+        inverse = 1.0 / inertia[i, e + k * nm + k]
+        for j in range(nf - 1, k, -1):
+            below = inertia[i, e + j * nm + k] * inverse
+            for m in range(k + 1, j + 1):
+                inertia[i, e + j * nm + m] -= below * inertia[i, e + m * nm + k]
+            inertia[i, e + j * nm + k] = below
+            axis[i, w + 3 * j] -= below * w0
+            axis[i, w + 3 * j + 1] -= below * w1
+            axis[i, w + 3 * j + 2] -= below * w2
+        inertia[i, e + k * nm + k] = inverse
+        v0, v1, v2 = w0 * inverse, w1 * inverse, w2 * inverse
+        axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2] = v0, v1, v2
+        inertia[i, 0] -= w0 * v0
+        inertia[i, 1] -= w0 * v1
+        inertia[i, 2] -= w0 * v2
+        inertia[i, 3] -= w1 * v1
+        inertia[i, 4] -= w1 * v2
+        inertia[i, 5] -= w2 * v2
+    for k in range(nf - 2, -1, -1):
+        for m in range(k + 1, nf):
+            below = inertia[i, e + m * nm + k]
+            for c in range(3):
+                axis[i, w + 3 * k + c] -= below * axis[i, w + 3 * m + c]
+
+
+@kernel
+def pushed_modes(bodies: Bodies, i: int, tau: Array, inertia: Array, axis: Array, load: Array) -> None:
+    """Find z of a bending body, and add to its load what its frame feels of it."""
+    body, nm, still = bodies.records[i], bodies.shapes.shape[2], True
+    z = 8 + 3 * nm
+    for k in range(body.modes):
+        axis[i, z + k] = tau[body.eta + k] - load[i, 3 + k]
+        still = still and axis[i, z + k] == 0.0
+    if still:
+        return
+    e = 6 + 3 * nm
+    for k in range(body.modes):
+        for m in range(k):
+            axis[i, z + k] -= inertia[i, e + k * nm + m] * axis[i, z + m]
+    for k in range(body.modes - 1, -1, -1):
+        axis[i, z + k] *= inertia[i, e + k * nm + k]
+        for m in range(k + 1, body.modes):
+            axis[i, z + k] -= inertia[i, e + m * nm + k] * axis[i, z + m]
+        for c in range(3):
+            load[i, c] += inertia[i, 6 + 3 * k + c] * axis[i, z + k]
+
+
+@kernel
+def moved_modes(bodies: Bodies, i: int, axis: Array, change: Array, a: Array) -> None:
+    """Find the modal accelerations of a bending body from the acceleration of its frame."""
+    body, nm = bodies.records[i], bodies.shapes.shape[2]
+    for k in range(body.modes):
+        second = axis[i, 8 + 3 * nm + k]
+        for c in range(3):
+            second -= axis[i, 8 + 3 * k + c] * change[i, c]
+        a[body.eta + k] += second
+        change[i, 3 + k] = second
+
+
+@kernel
+def beam_load(bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array, load: Array) -> None:
+    """Fill a bending body's line of ``load``: rate of change of momentum less weight, and its elastic forces."""
+    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity)
+    mass, al, w = body.mass, acc[i, 0], vel[i, 0]
+    moment = mass * (x0 * ay0 - y0 * ax0 + x1 * ay1 - y1 * ax1)
+    for k in range(body.modes):
+        out, turn, spread, twist = pose[i, POSE + 3 * nm + k], pose[i, POSE + 4 * nm + k], 0.0, 0.0
+        for m in range(body.modes):
+            spread += shapes[MATRICES + 2 * nm + k, m] * acc[i, 3 + m]
+            twist += shapes[MATRICES + 3 * nm + k, m] * vel[i, 3 + m]
+        rate, second = vel[i, 3 + k], acc[i, 3 + k]
+        moment += (al * pose[i, POSE + k] + 2.0 * w * rate) * out + turn * second
+        own = (
+            pose[i, POSE + nm + k] * ax0 + shapes[B0, k] * ay0 + pose[i, POSE + 2 * nm + k] * ax1 + shapes[B1, k] * ay1
+        )
+        own = mass * own + spread + al * turn + 2.0 * w * twist - w * w * out
+        load[i, 3 + k] = own + shapes[STIFFNESS, k] * pose[i, POSE + k] + shapes[DAMPING, k] * rate
+    load[i, 0] = moment
+    load[i, 1], load[i, 2] = mass * (ax0 * ux - ay0 * uy), mass * (ax0 * uy + ay0 * ux)
+
+
+@inlined_kernel
+def two_accelerations(
+    bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array
+) -> tuple[float, float, float, float]:
+    """Accelerations of the two points of a bending body's mass less gravity, along and across it."""
+    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    gx0, gy0, gx1, gy1 = two_rates(bodies, i, pose, vel)
+    jx0, jy0, jx1, jy1 = two_rates(bodies, i, pose, acc)
+    x, y, al, w = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], acc[i, 0], vel[i, 0]
+    for k in range(body.modes):
+        less0, less1 = 0.0, 0.0
+        for m in range(body.modes):
+            less0 += shapes[MATRICES + k, m] * vel[i, 3 + m]
+            less1 += shapes[MATRICES + nm + k, m] * vel[i, 3 + m]
+        jx0, jx1 = jx0 - less0 * vel[i, 3 + k], jx1 - less1 * vel[i, 3 + k]
+    ax0 = x * ux + y * uy - al * y0 - w * (w * x0 + 2.0 * gy0) + jx0
+    ay0 = y * ux - x * uy + al * x0 - w * (w * y0 - 2.0 * gx0) + jy0
+    ax1 = -al * y1 - w * (w * x1 + 2.0 * gy1) + jx1
+    ay1 = al * x1 - w * (w * y1 - 2.0 * gx1) + jy1
+    return ax0, ay0, ax1, ay1
+
+
+@inlined_kernel
+def beam_energy(bodies: Bodies, i: int, pose: Array, vel: Array, gravity: Array) -> tuple[float, float, float, float]:
+    """Kinetic energy of a bending body, its potential energy, and that of strain [J]; power lost to damping [W]."""
+    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    gx0, gy0, gx1, gy1 = two_rates(bodies, i, pose, vel)
+    w, vx, vy = vel[i, 0], vel[i, 1], vel[i, 2]
+    gx0, gy0 = gx0 + vx * ux + vy * uy - w * y0, gy0 + vy * ux - vx * uy + w * x0
+    gx1, gy1 = gx1 - w * y1, gy1 + w * x1
+    kinetic, strain, lost = 0.5 * body.mass * (gx0 * gx0 + gy0 * gy0 + gx1 * gx1 + gy1 * gy1), 0.0, 0.0
+    px, py = pose[i, 0] + x0 * ux - y0 * uy, pose[i, 1] + x0 * uy + y0 * ux
+    potential = -body.mass * (gravity[0] * px + gravity[1] * py)
+    for k in range(body.modes):
+        eta, rate = pose[i, POSE + k], vel[i, 3 + k]
+        kinetic += (0.5 * w * eta * pose[i, POSE + 3 * nm + k] + rate * pose[i, POSE + 4 * nm + k]) * w
+        for m in range(body.modes):
+            kinetic += 0.5 * rate * shapes[MATRICES + 2 * nm + k, m] * vel[i, 3 + m]
+        strain += 0.5 * shapes[STIFFNESS, k] * eta * eta
+        lost += shapes[DAMPING, k] * rate * rate
+    return kinetic, potential, strain, lost

@@ -1,0 +1,183 @@
+"""Directional derivatives of what modal coordinates add; see `linkages.planar.tangent`.
+
+Changes of modal coordinates and rates are in the lines of ``dpose`` and ``dvel`` (nb, 3 + nm) behind that of the frame.
+What does not depend on the direction is found once, by `prepare`. Most directions change one coordinate only: sums over
+modes pass by what is zero.
+"""
+
+from __future__ import annotations
+
+from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.planar.bending import modal_motion, two_accelerations, two_points, two_rates
+from linkages.planar.bodies import B0, B1, DAMPING, MATRICES, POSE, STIFFNESS, Bodies
+from linkages.planar.markers import Two, acceleration_tangent, turned, velocity_tangent
+from linkages.planar.record_types import SECTION
+
+#: Numbers of a line of ``bent`` (nb, ONCE + 7 nm). Of a section: velocity and acceleration (x, y) that its beam's modes
+#: give it, the form eta'.H eta'; then the products of H and the modes' rates, and their accelerations. Of a body that
+#: bends: accelerations of its two points less gravity and their velocities in the frame (x0, y0, x1, y1 of each); then
+#: products of its first, second and fourth matrix and the rates, the same and the accelerations, that of the third one
+#: and the rates.
+ONCE = 8
+
+
+@kernel
+def prepare(bodies: Bodies, gravity: Array, pose: Array, vel: Array, acc: Array, bent: Array) -> None:
+    """Fill ``bent``."""
+    shapes, nm = bodies.shapes, bodies.shapes.shape[2]
+    for i in range(len(bodies.records)):
+        body = bodies.records[i]
+        if body.modes > 0:
+            bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3] = two_accelerations(bodies, i, pose, vel, acc, gravity)
+            bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7] = two_rates(bodies, i, pose, vel)
+            for k in range(body.modes):
+                h0, h1, turn, least0, least1, push, spread = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                for m in range(body.modes):
+                    first, second = shapes[i, MATRICES + k, m], shapes[i, MATRICES + nm + k, m]
+                    twist, rate, acceleration = shapes[i, MATRICES + 3 * nm + k, m], vel[i, 3 + m], acc[i, 3 + m]
+                    h0, h1, turn = h0 + first * rate, h1 + second * rate, turn + twist * rate
+                    least0, least1 = least0 + first * acceleration, least1 + second * acceleration
+                    push += twist * acceleration
+                    spread += shapes[i, MATRICES + 2 * nm + k, m] * rate
+                line = bent[i, ONCE + k :]
+                line[0], line[nm], line[2 * nm] = h0, h1, turn
+                line[3 * nm], line[4 * nm], line[5 * nm], line[6 * nm] = least0, least1, push, spread
+        elif body.type == SECTION:
+            p = body.mount.body
+            _, bent[i, 0], bent[i, 1] = modal_motion(bodies, i, pose, vel)
+            _, bent[i, 2], bent[i, 3] = modal_motion(bodies, i, pose, acc)
+            bent[i, 4] = 0.0
+            for k in range(bodies.records[p].modes):
+                bent[i, ONCE + k], bent[i, ONCE + nm + k] = 0.0, 0.0
+                for m in range(bodies.records[p].modes):
+                    bent[i, ONCE + k] += shapes[i, MATRICES + k, m] * vel[p, 3 + m]
+                    bent[i, ONCE + nm + k] += shapes[i, MATRICES + k, m] * acc[p, 3 + m]
+                bent[i, 4] += bent[i, ONCE + k] * vel[p, 3 + k]
+
+
+@inlined_kernel
+def _along(bodies: Bodies, i: int, bent: Array, first: int, change: Array) -> float:
+    """Product of a section's line of ``bent``, from an entry on, and the change of its beam's coordinates or rates."""
+    p, total = bodies.records[i].mount.body, 0.0
+    for k in range(bodies.records[p].modes):
+        total += bent[i, first + k] * change[p, 3 + k]
+    return total
+
+
+@kernel
+def section_tangent(
+    bodies: Bodies, i: int, bent: Array, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array
+) -> None:
+    """Fill section i's changes of pose, velocity and acceleration."""
+    body, nm = bodies.records[i], bodies.shapes.shape[2]
+    p = body.mount.body
+    w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    ux, uy = turned(pose, p, body.ux, body.uy)
+    slope, mx, my = modal_motion(bodies, i, pose, dpose)
+    twist, hx, hy = modal_motion(bodies, i, pose, dvel)
+    gx, gy, jx, jy, form = bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3], bent[i, 4]
+    less, least = _along(bodies, i, bent, ONCE, dpose), _along(bodies, i, bent, ONCE + nm, dpose)
+    change = 2.0 * _along(bodies, i, bent, ONCE, dvel)
+    drx, dry = mx - turn * ry, my + turn * rx
+    # change of the velocity and of the acceleration that the modes give
+    dgx, dgy = hx - turn * gy - ux * less, hy + turn * gx - uy * less
+    djx, djy = -turn * jy - ux * least, turn * jx - uy * least
+    dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
+    dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
+    dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn + slope, dpose[p, 1] + drx, dpose[p, 2] + dry
+    dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw + twist, dvx + dgx, dvy + dgy
+    dacc[i, 0] = dacc[p, 0]
+    dacc[i, 1] = dax + djx - 2.0 * (dw * gy + w * dgy) + turn * uy * form - ux * change
+    dacc[i, 2] = day + djy + 2.0 * (dw * gx + w * dgx) - turn * ux * form - uy * change
+
+
+@kernel
+def beam_load_tangent(
+    bodies: Bodies,
+    i: int,
+    gravity: Array,
+    bent: Array,
+    pose: Array,
+    vel: Array,
+    acc: Array,
+    dpose: Array,
+    dvel: Array,
+    dacc: Array,
+    dload: Array,
+) -> None:
+    """Fill a bending body's line of ``dload`` with the change of `linkages.planar.bending.beam_load`."""
+    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    ax0, ay0, ax1, ay1 = bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3]
+    gx0, gy0, gx1, gy1 = bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7]
+    x, y, dx, dy, turn = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], dacc[i, 1], dacc[i, 2], dpose[i, 0]
+    mass, al, w, dal, dw = body.mass, acc[i, 0], vel[i, 0], dacc[i, 0], dvel[i, 0]
+    # changes of the points' places, of their velocities and accelerations in the frame, of the moment of the rest
+    dx0, dy0, dx1, dy1, dgx0, dgy0, dgx1, dgy1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    djx0, djx1, dmoment = 0.0, 0.0, 0.0
+    for m in range(body.modes):
+        eta, deta, rate, drate, out = (
+            pose[i, POSE + m],
+            dpose[i, 3 + m],
+            vel[i, 3 + m],
+            dvel[i, 3 + m],
+            pose[i, POSE + 3 * nm + m],
+        )
+        dmoment += (dal * eta + 2.0 * dw * rate) * out
+        if deta == 0.0 and drate == 0.0:
+            continue
+        psi0, psi1, b0, b1, line = (
+            pose[i, POSE + nm + m],
+            pose[i, POSE + 2 * nm + m],
+            shapes[B0, m],
+            shapes[B1, m],
+            bent[i, ONCE + m :],
+        )
+        dx0, dy0, dx1, dy1 = dx0 + psi0 * deta, dy0 + b0 * deta, dx1 + psi1 * deta, dy1 + b1 * deta
+        dgx0, dgy0 = dgx0 + psi0 * drate - line[0] * deta, dgy0 + b0 * drate
+        dgx1, dgy1 = dgx1 + psi1 * drate - line[nm] * deta, dgy1 + b1 * drate
+        djx0 -= line[3 * nm] * deta + 2.0 * line[0] * drate
+        djx1 -= line[4 * nm] * deta + 2.0 * line[nm] * drate
+        dmoment += (2.0 * al * out - line[5 * nm] + 2.0 * w * line[6 * nm]) * deta + 2.0 * w * out * drate
+    dax0 = dx * ux + dy * uy + turn * (y * ux - x * uy) - dal * y0 - al * dy0 + djx0
+    dax0 -= 2.0 * dw * (w * x0 + gy0) + w * (w * dx0 + 2.0 * dgy0)
+    day0 = dy * ux - dx * uy - turn * (x * ux + y * uy) + dal * x0 + al * dx0
+    day0 -= 2.0 * dw * (w * y0 - gx0) + w * (w * dy0 - 2.0 * dgx0)
+    dax1 = -dal * y1 - al * dy1 + djx1 - 2.0 * dw * (w * x1 + gy1) - w * (w * dx1 + 2.0 * dgy1)
+    day1 = dal * x1 + al * dx1 - 2.0 * dw * (w * y1 - gx1) - w * (w * dy1 - 2.0 * dgx1)
+    moment = dx0 * ay0 + x0 * day0 - dy0 * ax0 - y0 * dax0 + dx1 * ay1 + x1 * day1 - dy1 * ax1 - y1 * dax1
+    dload[i, 0] = dmoment + mass * moment
+    dload[i, 1] = mass * (dax0 * ux - day0 * uy - turn * (ax0 * uy + ay0 * ux))
+    dload[i, 2] = mass * (dax0 * uy + day0 * ux + turn * (ax0 * ux - ay0 * uy))
+    for k in range(body.modes):
+        psi0, psi1, out = pose[i, POSE + nm + k], pose[i, POSE + 2 * nm + k], pose[i, POSE + 3 * nm + k]
+        own = mass * (psi0 * dax0 + shapes[B0, k] * day0 + psi1 * dax1 + shapes[B1, k] * day1)
+        own += dal * pose[i, POSE + 4 * nm + k] + 2.0 * dw * (bent[i, ONCE + 2 * nm + k] - w * out)
+        dload[i, 3 + k] = own + shapes[STIFFNESS, k] * dpose[i, 3 + k] + shapes[DAMPING, k] * dvel[i, 3 + k]
+    for m in range(body.modes):
+        deta, drate = dpose[i, 3 + m], dvel[i, 3 + m]
+        if deta == 0.0 and drate == 0.0:
+            continue
+        pull0, pull1, twist = mass * ax0 * deta, mass * ax1 * deta, al * deta + 2.0 * w * drate
+        for k in range(body.modes):
+            dload[i, 3 + k] -= shapes[MATRICES + k, m] * pull0 + shapes[MATRICES + nm + k, m] * pull1
+            dload[i, 3 + k] += (
+                shapes[MATRICES + 3 * nm + k, m] * twist - w * w * shapes[MATRICES + 2 * nm + k, m] * deta
+            )
+
+
+@kernel
+def add_turned_modes(bodies: Bodies, i: int, pose: Array, dpose: Array, force: Two, dload: Array) -> None:
+    """Add to a beam's line of ``dload`` what a fixed force on section i does as the modes' directions change."""
+    body, nm = bodies.records[i], bodies.shapes.shape[2]
+    p = body.mount.body
+    nf, turn, (ux, uy) = bodies.records[p].modes, dpose[p, 0], turned(pose, p, body.ux, body.uy)
+    along = ux * force[0] + uy * force[1]
+    for k in range(nf):
+        across = pose[i, POSE + nm + k] * force[1] - pose[i, POSE + 2 * nm + k] * force[0]
+        dload[p, 3 + k] += turn * across
+    for m in range(nf):
+        if dpose[p, 3 + m] != 0.0:
+            for k in range(nf):
+                dload[p, 3 + k] -= bodies.shapes[i, MATRICES + k, m] * dpose[p, 3 + m] * along

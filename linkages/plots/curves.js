@@ -1,0 +1,120 @@
+"use strict";
+// Draws curves over time into an element, ideal joints wide and pale below the run: the wheel zooms, dragging moves, a
+// click calls seek(time); all curves share a cursor. Returns functions: point(time) moves it, all() shows all of the run.
+function drawCurves(holder, curves, seek) {
+  const [W, H, LEFT, RIGHT, BOTTOM, TOP] = [720, 190, 64, 20, 22, 8];
+  const from = Math.min(...curves.map((c) => c.run.time[0])), to = Math.max(...curves.map((c) => c.run.time.at(-1)));
+  let view = [from, to], cursor = null;
+
+  function make(tag, attributes, parent) {
+    const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
+    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+    parent?.append(node);
+    return node;
+  }
+  function text(number) {
+    const short = Number(number.toPrecision(4));
+    return (short && Math.abs(short) < 1e-3 ? short.toExponential() : short.toString()).replace("-", "−");
+  }
+  function marks(low, high, count) {
+    const raw = (high - low) / count, unit = 10 ** Math.floor(Math.log10(raw));
+    const step = unit * [1, 2, 5, 10].find((m) => m * unit >= raw);
+    const found = [];
+    for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+    return found;
+  }
+  holder.replaceChildren();
+  const plots = curves.map((curve) => {
+    const figure = document.createElement("figure");
+    const caption = document.createElement("figcaption");
+    const svg = make("svg", {viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${curve.name} over time`});
+    figure.append(svg, caption);
+    holder.append(figure);
+    return {curve, svg, caption};
+  });
+  const x = (t) => LEFT + (t - view[0]) / (view[1] - view[0]) * (W - LEFT - RIGHT);
+  const timeAt = (svg, event) => {
+    const box = svg.getBoundingClientRect(), at = (event.clientX - box.left) / box.width * W;
+    return view[0] + (at - LEFT) / (W - LEFT - RIGHT) * (view[1] - view[0]);
+  };
+  function valueAt({time, values}, t) {
+    let k = time.findIndex((other) => other >= t);
+    if (k < 0) k = time.length - 1;
+    if (k === 0 || values[k] === null || values[k - 1] === null) return values[k];
+    return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
+  }
+  function draw(plot) {
+    const {curve, svg} = plot, lines = [curve.ideal, curve.run].filter(Boolean), inside = [];
+    for (const line of lines) {
+      line.time.forEach((t, k) => {
+        if (line.values[k] !== null && t >= view[0] && t <= view[1]) inside.push(line.values[k]);
+      });
+      for (const t of view) inside.push(valueAt(line, t) ?? 0);
+    }
+    let [low, high] = [Math.min(...inside), Math.max(...inside)];
+    const room = 0.06 * (high - low) || 0.5 * Math.abs(high) || 1;
+    [low, high] = [low - room, high + room];
+    const y = (value) => TOP + (high - value) / (high - low) * (H - TOP - BOTTOM);
+    svg.replaceChildren();
+    for (const value of marks(low, high, 4)) {
+      make("line", {x1: LEFT, x2: W - RIGHT, y1: y(value), y2: y(value), class: "grid"}, svg);
+      make("text", {x: LEFT - 6, y: y(value) + 4, "text-anchor": "end"}, svg).textContent = text(value);
+    }
+    for (const t of marks(view[0], view[1], 7)) {
+      make("line", {x1: x(t), x2: x(t), y1: TOP, y2: H - BOTTOM, class: "grid"}, svg);
+      make("text", {x: x(t), y: H - 6, "text-anchor": "middle"}, svg).textContent = text(t);
+    }
+    const clip = make("svg", {x: LEFT, y: 0, width: W - LEFT - RIGHT, height: H, viewBox: `${LEFT} 0 ${W - LEFT - RIGHT} ${H}`}, svg);
+    for (const line of lines) {
+      let path = "", pen = "M";
+      line.time.forEach((t, k) => {
+        if (line.values[k] === null) { pen = "M"; return; }
+        path += `${pen}${x(t).toFixed(1)} ${y(line.values[k]).toFixed(1)}`;
+        pen = "L";
+      });
+      make("path", {d: path, class: line === curve.run ? "curve" : "curve ideal"}, clip);
+    }
+    plot.line = make("line", {y1: TOP, y2: H - BOTTOM, class: "cursor"}, clip);
+    tell(plot);
+  }
+  function tell({curve, caption, line}) {
+    const unit = curve.unit === "1" ? "" : ` ${curve.unit.replace("s2", "s²")}`;
+    line.setAttribute("visibility", cursor === null ? "hidden" : "visible");
+    if (cursor !== null) for (const end of ["x1", "x2"]) line.setAttribute(end, x(cursor));
+    const value = (of) => cursor === null || !of ? null : valueAt(of, cursor);
+    const [now, exact] = [value(curve.run), value(curve.ideal)];
+    caption.textContent = curve.name + (unit && ` [${unit.trim()}]`)
+      + (now === null ? " over time [s]" : `: ${text(now)}${unit} at ${text(cursor)} s`)
+      + (exact === null ? "" : `, ideal ${text(exact)}${unit}`);
+  }
+  const show = () => plots.forEach(draw);
+  function point(time) {
+    cursor = time;
+    plots.forEach(tell);
+  }
+  function look(low, high) {
+    const width = Math.min(Math.max(high - low, (to - from) * 1e-4), to - from);
+    low = Math.min(Math.max(low, from), to - width);
+    view = [low, low + width];
+    show();
+  }
+  for (const {svg} of plots) {
+    let start = null, moved = false;
+    svg.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      const t = timeAt(svg, event), factor = Math.exp(event.deltaY / 400);
+      look(t + (view[0] - t) * factor, t + (view[1] - t) * factor);
+    }, {passive: false});
+    svg.addEventListener("pointerdown", (event) => { [start, moved] = [timeAt(svg, event), false]; svg.setPointerCapture(event.pointerId); });
+    svg.addEventListener("pointermove", (event) => {
+      const t = timeAt(svg, event);
+      if (start === null) { point(t); return; }
+      moved ||= Math.abs(x(t) - x(start)) > 4;
+      if (moved) look(view[0] + start - t, view[1] + start - t);
+    });
+    svg.addEventListener("pointerup", () => { if (!moved && start !== null) { point(start); seek(start); } start = null; });
+    svg.addEventListener("dblclick", () => look(from, to));
+  }
+  show();
+  return {point, all: () => look(from, to)};
+}

@@ -1,0 +1,88 @@
+"""Curves of a run for pages that draw them: as many points as a screen shows, with every peak among them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.files.writing import json_text
+from linkages.results.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+_PIECES = 800  # of the time; each keeps its first, least and largest value
+
+
+def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
+    """Name what is looked at first: outputs, forces in joints with play, torques of drives."""
+    return [*outputs, *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)]
+
+
+def curves(names: Iterable[str], run: Trajectory, ideal: Trajectory | None) -> list[dict[str, Any]]:
+    """Return columns over time for `curves.js`.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Those that the run does not have are left out.
+    run : Trajectory
+    ideal : Trajectory or None
+        The same with ideal joints.
+
+    Returns
+    -------
+    list of dict
+        For each curve `name`, `unit`, and `run` and `ideal`, each with `time` [s] and `values`, `ideal` None where
+        there is none. None at all for a run of a single sample.
+    """
+    if len(run.time) < 2:
+        return []
+    return [
+        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name), "ideal": _drawn(ideal, name)}
+        for name in names
+        if name in run.columns
+    ]
+
+
+def script() -> str:
+    """Return the function `drawCurves` of the pages, as JavaScript."""
+    return (files("linkages.plots") / "curves.js").read_text(encoding="utf-8")
+
+
+def embedded(content: Any) -> str:
+    """Write JSON that nothing in it can end before its time where it stands in a page."""
+    return json_text(content).strip().replace("<", "\\u003c")
+
+
+def seen(time: Array, values: Array, pieces: int = _PIECES) -> NDArray[np.int64]:
+    """Choose samples (k,) that draw the same curve: of each piece of time the first, the least and the largest.
+
+    Parameters
+    ----------
+    time, values : (n,) arrays
+    pieces : int
+        Of equal length.
+    """
+    piece = np.searchsorted(np.linspace(time[0], time[-1], pieces + 1)[1:-1], time, side="right")
+    starts = np.flatnonzero(np.diff(piece, prepend=-1))
+    kept = {0, len(time) - 1}
+    for start, end in zip(starts, [*starts[1:], len(time)], strict=True):
+        part = np.nan_to_num(values[start:end])
+        kept |= {int(start), int(start + np.argmin(part)), int(start + np.argmax(part))}
+    return np.array(sorted(kept))
+
+
+def _drawn(run: Trajectory | None, name: str) -> dict[str, list[float | None]] | None:
+    if run is None or name not in run.columns:
+        return None
+    keep = seen(run.time, run[name])
+    return {"time": _short(run.time[keep]), "values": _short(run[name][keep])}
+
+
+def _short(values: Array) -> list[float | None]:
+    """Return numbers with six digits, which is more than a screen shows; null for what is not finite."""
+    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]

@@ -1,0 +1,44 @@
+"""Figures of what blocks with play do in their slots."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from linkages.plots.style import COLORS, add_legend, axis_label, engineering
+from linkages.results.summary import Study
+
+
+def guides_figure(study: Study) -> Figure:
+    """Draw where each block lies in its slot, and beside it how far across it either of its ends lies, over time.
+
+    A block's state is how far its middle lies across the slot, and how much farther its front end (that in the
+    direction of the joint's axis). It touches with a corner where the sum of their magnitudes is the clearance.
+    """
+    system, run = study.system, study.run
+    names = [name for name in system.tree.play if name not in system.tree.journals]
+    figure = Figure(figsize=(6.3, 2.9 * len(names)), layout="constrained")
+    axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 3])
+    for (whole, ends), name in zip(axes, names, strict=True):
+        joint = system.mechanism.joint[name]
+        clearance = system.experiment.joints[name].clearance or 0.0
+        unit, factor = engineering("m", clearance)
+        middle = factor * run[f"{name}.offset"]
+        lift = factor * run[f"{name}.tilt"] * (0.5 * joint.slot.length if joint.slot is not None else 0.0)
+        wall = factor * clearance
+        rim = wall * np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+        whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
+        whole.plot(lift, middle, color=COLORS[0], lw=0.7)
+        whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
+        whole.set_title(f"{name}, touches on the rim", loc="left", fontsize=9)
+        whole.set_aspect("equal", adjustable="datalim")
+        whole.set(xlabel=axis_label("front end beyond the middle", unit), ylabel=axis_label("middle", unit))
+        whole.legend(loc="upper right")
+        reach = 1.15 * max(wall, float(np.abs(np.array([middle + lift, middle - lift])).max()))
+        for side in (1.0, -1.0):
+            ends.axhspan(side * wall, side * reach, color="0.9", zorder=0)
+        ends.plot(run.time, middle + lift, color=COLORS[0], lw=0.9, label="front end")
+        ends.plot(run.time, middle - lift, color=COLORS[1], lw=0.9, ls="--", label="back end")
+        ends.set(xlabel="time [s]", ylabel=f"across the slot [{unit}]\n(grey: in the wall)", ylim=(-reach, reach))
+        add_legend(ends)
+    return figure

@@ -1,0 +1,51 @@
+"""Figure of links that bend: how far, how hard they are stressed and where, and their strain energy."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from linkages.plots.style import COLORS, add_legend, axis_label, engineering
+from linkages.results.summary import Study
+
+
+def links_figure(study: Study) -> Figure:
+    """Draw deflections and the largest stress of each link that bends over time, and the strain energy of all.
+
+    Beside each stress stands where along the link it is largest, moment by moment.
+    """
+    system, run = study.system, study.run
+    names = list(system.tree.pieces)
+    figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
+    grid = figure.add_gridspec(2 * len(names) + 1, 2, width_ratios=[3, 1])
+    strain = figure.add_subplot(grid[-1, 0])
+    left = [strain]
+    for k, name in enumerate(names):
+        deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
+        frames = [point.name for point in system.mechanism.point.values() if point.link == name]
+        moved = {frame: run[f"{frame}.deflection"] for frame in frames}
+        largest = max(float(np.abs(values).max()) for values in moved.values())
+        unit, factor = engineering("m", largest)
+        for (frame, values), color in zip(moved.items(), COLORS * len(moved), strict=False):
+            if np.abs(values).max() > 1e-6 * largest:  # not the ends, which lie on the chord
+                deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
+        deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
+        if deflection.lines:
+            add_legend(deflection)
+        values, place = run[f"{name}.stress"], run[f"{name}.stress_place"]
+        unit, factor = engineering("Pa", float(values.max()))
+        stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)
+        stress.set_ylabel(axis_label("largest\nstress", unit))
+        where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
+        where.plot(place, factor * values, ".", color=COLORS[0], ms=1.5)
+        top = int(values.argmax())
+        for axis, x in ((stress, run.time[top]), (where, place[top])):
+            axis.plot(x, factor * values[top], "o", color=COLORS[1], ms=4)
+        length = sum(piece.beam.length for piece in system.tree.pieces[name])
+        where.set(xlim=(0.0, length), xlabel="from its start [m]")
+        where.tick_params(labelleft=False)
+        left += [deflection, stress]
+    strain.plot(run.time, run["strain_energy"], color=COLORS[0], lw=0.9)
+    strain.set(xlabel="time [s]", ylabel="strain\nenergy [J]")
+    figure.align_ylabels(left)
+    return figure

@@ -1,0 +1,151 @@
+"""The shape of links that bend at t = 0: that of a motion that goes on steadily, so that the start does not ring."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import AssemblyError, InputError, Status
+from linkages.planar.bodies import make_motion, make_pose
+from linkages.planar.closure import close, closure_error, consistent_rates
+from linkages.planar.driven import constrained_dynamics
+from linkages.planar.dynamics import generalized_force, inertial_load
+from linkages.planar.kinematics import add_row_wrench, body_accelerations, body_positions, body_velocities
+from linkages.planar.loads import load_wrenches
+from linkages.system.assembly import Assembly, independent
+
+if TYPE_CHECKING:
+    from linkages.system.system import System
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 60  # of Newton's method
+_DONE, _DIFFERENCE = 1e-11, 1e-6  # change of a deflection that ends it, and for its derivatives, in parts of the length
+_TURN = 0.5  # of any section in a step of Newton's method [rad]
+_STEP = 1e-3  # of the fastest coordinate between the shapes whose difference gives the rates [rad, or lengths]
+
+
+def deflected(system: System, assembly: Assembly) -> Assembly:
+    """Return the assembly with links bent as the steady loads of the ideal linkage bend them.
+
+    These are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose journals keep
+    their offsets; modal accelerations are left out, and rates are the change of that shape with the motion. Links
+    whose `start` is "undeformed" stay straight.
+
+    Raises
+    ------
+    InputError
+        If there is no such shape: the load is beyond that which buckles a link.
+    AssemblyError
+        If the loops do not close with bent links.
+    """
+    finder = _Finder(system, assembly)
+    if not len(finder.modes):
+        return assembly
+    q, a = finder.shape(0.0, assembly.q, assembly.v)
+    fastest = np.max(np.abs(assembly.v[system.tree.joint_dofs]), initial=0.0)
+    v = assembly.v.copy()
+    if fastest > 0.0:
+        step = _STEP / fastest
+        sides = [finder.shape(h, assembly.q + h * assembly.v + 0.5 * h * h * a, v + h * a)[0] for h in (-step, step)]
+        v[finder.modes] = (sides[1] - sides[0])[finder.modes] / (2.0 * step)
+    consistent_rates(system.tree.bodies, finder.rows, finder.free, q, v, np.zeros(len(q)))
+    return Assembly(q, v, assembly.mobility, assembly.quality)
+
+
+class _Finder:
+    """Finds the steady shape for positions and rates of the joints."""
+
+    def __init__(self, system: System, assembly: Assembly) -> None:
+        tree = system.tree
+        self.system, self.tree, self.rows = system, tree, tree.closure_rows
+        owned = {
+            tree.coordinates.index(name): link
+            for link, pieces in tree.pieces.items()
+            for piece in pieces
+            for name in piece.coordinates
+            if piece.model.start == "quasi-static"
+        }
+        self.modes, self.links = np.array(list(owned), np.int64), list(owned.values())
+        self.free = np.setdiff1d(tree.closing_dofs, tree.powered_dofs)
+        self.offset = closure_error(
+            tree.bodies, self.rows, np.zeros(len(self.rows)), assembly.q, make_pose(tree.bodies)
+        )
+        self.rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
+
+    def shape(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
+        """Coordinates and accelerations of the bent linkage near the given coordinates and rates."""
+        tree, q, v, count = self.tree, q.copy(), v.copy(), len(self.modes)
+        for table, values in zip((q, v), self.system.motions(np.array([t]))[:2], strict=True):
+            table[tree.driven_dofs] = values[0]
+        step, slope = _DIFFERENCE * tree.extent, np.empty((count, count))
+        for _ in range(_ROUNDS):
+            left, a = self._left(t, q, v)
+            for k in range(count):
+                beside = q.copy()
+                beside[self.modes[k]] += step
+                slope[:, k] = (self._left(t, beside, v)[0] - left) / step
+            if not np.all(np.isfinite(slope)):
+                raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links bent by their loads")
+            values, ways = np.linalg.eig(slope)
+            softest = int(np.argmin(values.real))
+            if values.real[softest] > 0.0:
+                change = np.linalg.solve(slope, left)
+            else:  # away from a shape that is not stable, to which Newton's method would go
+                change = (ways @ (np.linalg.pinv(ways) @ left / np.abs(values))).real
+            change *= min(1.0, _TURN / self._turn(q, change))
+            q[self.modes] -= change
+            size = np.max(np.abs(change))
+            if size <= _DONE * tree.extent:
+                break
+        if values.real[softest] <= 0.0:
+            raise self._refused(int(np.argmax(np.abs(ways[:, softest]))), "are beyond what buckles it")
+        if size > _DONE * tree.extent:
+            found = f"bend it to no shape that {_ROUNDS} steps of Newton find"
+            raise self._refused(int(np.argmax(np.abs(change))), found)
+        return q, a
+
+    def _turn(self, q: Array, change: NDArray[np.floating]) -> float:
+        """Largest angle by which a change of the modes turns a section [rad]."""
+        bodies, other = self.tree.bodies, q.copy()
+        other[self.modes] -= change
+        before, after = make_pose(bodies), make_pose(bodies)
+        body_positions(bodies, q, before)
+        body_positions(bodies, other, after)
+        return float(np.max(np.abs(after[:, 2] - before[:, 2]), initial=_DONE))
+
+    def _refused(self, mode: int, problem: str) -> InputError:
+        where = f"links.{self.links[mode]}.start"
+        return InputError(self.system.experiment.source, where, f'the loads at t = 0 {problem}; set "undeformed"')
+
+    def _left(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
+        """Find what forces are left on the modes, and the accelerations of the linkage that keeps its shape.
+
+        Its loops are closed by the joints: q and v are changed.
+        """
+        system, tree = self.system, self.tree
+        if not close(tree.bodies, self.rows, self.offset, self.free, tree.extent, q):
+            return np.full(len(self.modes), np.nan), q
+        consistent_rates(tree.bodies, self.rows, self.free, q, v, np.zeros(len(q)))
+        bodies, n = tree.bodies, tree.size
+        pose, vel, acc, wrench, load = make_pose(bodies), *(make_motion(bodies) for _ in range(4))
+        body_positions(bodies, q, pose)
+        body_velocities(bodies, pose, v, vel)
+        load_wrenches(system.loads, t, pose, vel, wrench)
+        tau, a, reaction = np.zeros(n), np.zeros(n), np.zeros(len(self.rows))
+        tau[tree.powered_dofs] = system.torques(np.array([t]))[0][0]
+        a[tree.driven_dofs] = system.motions(np.array([t]))[2][0]
+        constrained_dynamics(
+            tree.unbent_bodies, self.rows, self.rank, tree.extent, 0.0, system.gravity,
+            q, v, wrench, tau, a, reaction, np.zeros(n),
+        )  # fmt: skip
+        a[len(tree.joint_dofs) :] = 0.0
+        body_accelerations(bodies, pose, vel, v, a, acc)
+        inertial_load(bodies, pose, vel, acc, system.gravity, wrench, load)
+        for row, size in zip(self.rows, reaction, strict=True):
+            add_row_wrench(row, pose, -size, load)
+        left = np.zeros(n)
+        generalized_force(bodies, pose, load, left)
+        return left[self.modes], a

@@ -1,0 +1,159 @@
+"""A system whose links that bend are rows of rigid pieces, and how its hinges stand when the modes have some values."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import AssemblyError, Status
+from linkages.model.segments import Row, rows
+from linkages.model.segments import segmented as cut
+from linkages.planar.bodies import make_pose
+from linkages.planar.closure import close, closure_error, consistent_rates
+from linkages.system.assembly import Assembly
+from linkages.system.system import System
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+
+_SAME = 1e-9  # of a piece's length: places closer than this are one
+
+
+@dataclass(frozen=True, eq=False)
+class Segmented(System):
+    """A rigid linkage with springs in its hinges, in place of one whose links bend; make one by `segmented`.
+
+    Attributes
+    ----------
+    whole : System
+        The linkage whose links bend.
+    rows : dict of Row
+        The pieces of each of these links, by name.
+    """
+
+    whole: System = field(kw_only=True)
+    rows: Mapping[str, Row] = field(kw_only=True)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the linkage whose links bend."""
+        return segmented, (self.whole,)
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Spanning tree; its hinges stand as they are told where loops are closed, as modes do."""
+        names = frozenset(name for row in self.rows.values() for name in row.joints)
+        hinges = tuple(name for name in super().tree.coordinates if name in names)
+        return replace(super().tree, hinges=hinges)
+
+    @property
+    def stiff(self) -> bool:
+        """Hinges are stiff."""
+        return True
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """The start of the linkage whose links bend: hinges as its sections stand, loops closed by the joints.
+
+        Raises
+        ------
+        AssemblyError
+            If it cannot be assembled.
+        """
+        start, tree, whole = self.whole.assembly, self.tree, self.whole.tree
+        closure = tree.closure_rows
+        none, pose = np.zeros(len(closure)), make_pose(whole.bodies)
+        offset = closure_error(whole.bodies, whole.closure_rows, none, start.q, pose)
+        q, v = self.coordinates(start.q), self.coordinates(start.v)
+        free = np.setdiff1d(tree.closing_dofs, tree.powered_dofs)
+        if not close(tree.bodies, closure, offset, free, tree.extent, q):
+            raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links in segments")
+        consistent_rates(tree.bodies, closure, free, q, v, np.zeros(tree.size))
+        return Assembly(q, v, start.mobility, start.quality)
+
+    def coordinates(self, q: Array) -> Array:
+        """Coordinates (..., n) of this tree near those (..., m) of the linkage whose links bend; rates from rates.
+
+        Hinges follow the turns of the sections at the pieces' nodes; the loops are not quite closed.
+        """
+        whole, tree = self.whole.tree, self.tree
+        result = np.zeros((*q.shape[:-1], tree.size))
+        place = {name: k for k, name in enumerate(tree.coordinates)}
+        for k, name in enumerate(whole.coordinates):
+            link, _, part = name.rpartition(".")
+            name = f"{self.rows[link].pieces[0]}.{part}" if link in self.rows else name
+            if name in place:
+                result[..., place[name]] = q[..., k]
+        for link, row in self.rows.items():
+            turns = _section_turns(whole, link, row.nodes, q)
+            for k, name in enumerate(row.joints):
+                result[..., place[name]] = turns[..., k + 1] - turns[..., k]
+            carried, at = whole.edges.get(link), row.pieces[0]
+            if carried is not None:
+                at = next(link for link, edge in tree.edges.items() if edge.joint == carried.joint)
+            turn = turns[..., row.pieces.index(at)]
+            name = f"{at}.angle" if carried is None else carried.joint
+            if whole.pieces[link][0].is_chord and name in place:
+                result[..., place[name]] += float(whole.bodies.records[whole.index[link]]["sign"]) * turn
+        return result
+
+    def largest_deflection(self, q: Array) -> float:
+        """Largest distance [m] of a hinge from the line between its beam's ends, at coordinates (nt, n)."""
+        found = 0.0
+        for row in self.rows.values():
+            turns = q[:, [self.tree.coordinates.index(name) for name in row.joints]].cumsum(axis=1)
+            edges = np.array([*row.hinges, row.beam.length])
+            across = np.hstack([np.zeros((len(q), 1)), (turns * np.diff(edges)).cumsum(axis=1)])
+            part = (edges - row.hinges[0]) / np.ptp(edges)
+            found = max(found, float(np.abs(across - np.outer(across[:, -1], part)).max()))
+        return found
+
+
+def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
+    """Angles (..., ns) of sections of a link that bends, from the frame that its joint carries [rad].
+
+    Places (ns,) are those from the beam's first end [m]; rates instead of coordinates q (..., n) give rates.
+    """
+    found = np.zeros((*q.shape[:-1], len(places)))
+    ends: dict[tuple[str, float], Array] = {}
+    for piece in tree.pieces[link]:
+        s, near = places - piece.first, _SAME * piece.beam.length
+        eta = int(tree.bodies.records[tree.index[piece.name]]["eta"]) + np.arange(len(piece.modes.names))
+        frame = ends[piece.carrier, piece.first] if piece.carrier else 0.0
+        cuts = [other.first for other in tree.pieces[link] if other.carrier == piece.name]
+        own = np.flatnonzero((s > piece.ends[0] - near) & (s < piece.ends[1] + near))
+        slopes = piece.modes.shapes(np.concatenate([s[own], np.array(cuts) - piece.first]), 1)[1]
+        turns = q[..., eta] @ slopes.T + frame
+        found[..., own] = turns[..., : len(own)]
+        ends |= {(piece.name, cut): turns[..., len(own) + k, None] for k, cut in enumerate(cuts)}
+    return found
+
+
+def segmented(system: System) -> Segmented:
+    """Return the same linkage with rows of rigid pieces in place of its links that bend.
+
+    Parameters
+    ----------
+    system : System
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.system.segments import segmented
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
+    >>> segmented(system).tree.coordinates == system.tree.coordinates  # no link of it bends
+    True
+    """
+    found = rows(system.mechanism, system.experiment)
+    return Segmented(*cut(system.mechanism, system.experiment), whole=system, rows=found)
+
+
+def system_of(system: System, columns: Collection[str]) -> System:
+    """Return the system whose coordinates are among the columns of a run: in rigid pieces where a run was in them."""
+    if any(f"q.{name}" not in columns for link in system.tree.bent.values() for name in link.coordinates):
+        return segmented(system)
+    return system

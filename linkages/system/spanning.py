@@ -1,0 +1,225 @@
+"""How a spanning tree grows: which joints stay, bodies behind one another, sections of links that bend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError
+from linkages.files.raw_model import Chains
+from linkages.kernel.by_reference import packed
+from linkages.model.mechanism import Joint, Mechanism
+from linkages.planar import record_types as types
+from linkages.planar.bodies import Bodies, shape_rows
+from linkages.system.bent_link import BentLink, section_at
+from linkages.system.tree import TYPES, Edge, Tree
+
+Array = NDArray[np.float64]
+
+_MOVING, _ETA = (list(types.BODY.names or ()).index(name) for name in ("moving", "eta"))
+
+
+def spanning_tree(
+    mechanism: Mechanism,
+    play: Collection[str] = (),
+    driven: Sequence[str] = (),
+    powered: Sequence[str] = (),
+    bend: Mapping[str, Callable[[Joint | None], Sequence[BentLink]]] | None = None,
+) -> Tree:
+    """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
+
+    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. Play, driven and
+    powered are names of joints, as in `Tree`. Links that bend are made when it is known which joint carries them.
+
+    Raises
+    ------
+    InputError
+        If the driven and powered joints alone already close a loop.
+    """
+    carried = Chains(mechanism.link)
+
+    def priority(joint: Joint) -> int:
+        return [joint.type == "fixed", joint.name in driven, joint.name in powered, True].index(True)
+
+    kept, loops = [], set()
+    for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
+        if carried.join(joint):
+            kept.append(joint)
+            continue
+        loops.add(joint.name)
+        if joint.name in driven or joint.name in powered:
+            problem = "is driven, and closes a loop of driven and fixed joints only; drive fewer joints"
+            raise InputError(mechanism.source, f'<joint name="{joint.name}">', problem)
+    builder = _Builder(mechanism, tuple(driven), kept, bend or {})
+    builder.grow("world")
+    for link in mechanism.link:
+        if link not in builder.index:
+            builder.add_floating(link)
+            builder.grow(link)
+    bodies = builder.bodies()
+    return Tree(
+        mechanism,
+        bodies,
+        builder.index,
+        tuple(builder.coordinates),
+        builder.edges,
+        np.array(builder.drawn),
+        tuple(name for name in mechanism.joint if name in play),
+        tuple(name for name in mechanism.joint if name in loops),
+        tuple(driven),
+        tuple(powered),
+        builder.pieces,
+        builder.sections,
+        builder.acting,
+    )
+
+
+class _Builder:
+    """Collects the bodies of a tree while it grows from its root."""
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        driven: tuple[str, ...],
+        joints: Sequence[Joint],
+        bend: Mapping[str, Callable[[Joint | None], Sequence[BentLink]]],
+    ) -> None:
+        self.mechanism = mechanism
+        self.driven = driven
+        self.joints = joints
+        self.bend = bend
+        self.pieces: dict[str, Sequence[BentLink]] = {}
+        self.bent: dict[str, BentLink] = {}
+        self.sections: dict[tuple[str, float], int] = {}
+        self.rows: list[list[Any]] = []
+        self.acting = 0
+        self._row(-1, np.zeros(2), types.FIXED)
+        self.index = {"world": 0}
+        self.drawn = [np.zeros(2)]
+        self.coordinates: list[str] = []
+        self.edges: dict[str, Edge] = {}
+
+    def grow(self, start: str) -> None:
+        front = [start]
+        for inner in front:  # which becomes longer meanwhile
+            for joint in self.joints:
+                if inner not in (joint.parent, joint.child):
+                    continue
+                outer = joint.child if inner == joint.parent else joint.parent
+                if outer not in self.index:
+                    self._attach(joint, inner, outer)
+                    front.append(outer)
+
+    def add_floating(self, name: str) -> None:
+        """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
+        com, none = self.mechanism.link[name].com, np.zeros(2)
+        if name in self.bend:
+            com = self._cut(name, None).origin
+        x_slide, y_slide = len(self.rows), len(self.rows) + 1
+        self._add(f"{name}.x", 0, types.PRISMATIC, 1.0, com, np.array([1.0, 0.0]), com, "")
+        self._add(f"{name}.y", x_slide, types.PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
+        self._add(f"{name}.angle", y_slide, types.REVOLUTE, 1.0, none, none, com, name)
+
+    def _cut(self, link: str, carrier: Joint | None) -> BentLink:
+        """Make the pieces of a link that bends; returns the one that the joint carries."""
+        self.pieces[link] = self.bend[link](carrier)
+        self.bent |= {piece.name: piece for piece in self.pieces[link]} | {link: self.pieces[link][0]}
+        return self.bent[link]
+
+    def _attach(self, joint: Joint, inner: str, outer: str) -> None:
+        backwards = inner == joint.child
+        self.edges[outer] = Edge(joint.name, backwards)
+        on_outer = joint.on_parent if backwards and joint.type != "fixed" else joint.on_child
+        on_inner = joint.on_parent if not backwards and joint.type != "fixed" else joint.on_child
+        sign, parent = -1.0 if backwards else 1.0, self.index[inner]
+        if inner in self.pieces:
+            parent = self.sections[section_at(self.pieces[inner], on_inner)]
+        if outer in self.bend:
+            self._cut(outer, joint)
+        at, axis = on_inner - self.drawn[parent], sign * joint.direction
+        self._add(joint.name, parent, TYPES[joint.type], sign * joint.sign, at, axis, on_outer, outer)
+
+    def _add(
+        self, name: str, parent: int, kind: int, sign: float, at: Array, axis: Array, drawn: Array, link: str
+    ) -> None:
+        """Add a body, massless if it is no link or piece, and the joint at `at` on its parent that carries it."""
+        dof = -1
+        if kind != types.FIXED:
+            dof = len(self.coordinates)
+            self.coordinates.append(name)
+        motion = self.driven.index(name) if name in self.driven else -1
+        moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
+        mass, com, inertia, bent = 0.0, np.zeros(2), 0.0, self.bent.get(link)
+        if link:
+            body = bent.part if bent else self.mechanism.link[link]
+            mass, com, inertia = body.mass, body.com - drawn, body.inertia
+            self.index[link] = len(self.rows)
+        modes, beam = (len(bent.modes.names), bent.direction) if bent else (0, np.zeros(2))
+        moving = moving or modes > 0
+        self._row(parent, at, kind, dof, motion, moving, sign, axis, modes, beam, mass, com, inertia)
+        self.drawn.append(np.array(drawn))
+        if bent:
+            self._add_sections(bent)
+        for piece in self.pieces.get(link, ())[1:]:  # fixed to the ends of those that carry them
+            parent = self.sections[section_at([self.bent[piece.carrier]], piece.origin)]
+            at = piece.origin - self.drawn[parent]
+            self._add("", parent, types.FIXED, 1.0, at, np.zeros(2), piece.origin, piece.name)
+
+    def _add_sections(self, bent: BentLink) -> None:
+        """Add the massless sections of a piece on which something acts; `bodies` adds the others."""
+        self.index[bent.name] = len(self.rows) - 1
+        for s in bent.abscissas:
+            self.sections[bent.name, s] = self.index[bent.name]
+            if s in bent.acting and bent.moves(s):
+                self._add_section(bent, s)
+
+    def _add_section(self, bent: BentLink, s: float) -> None:
+        self.sections[bent.name, s] = len(self.rows)
+        self._row(self.index[bent.name], s * bent.direction, types.SECTION, moving=1, axis=bent.direction)
+        self.drawn.append(bent.origin + s * bent.direction)
+
+    def _row(
+        self,
+        parent: int,
+        at: Array,
+        kind: int,
+        dof: int = -1,
+        motion: int = -1,
+        moving: int = 0,
+        sign: float = 1.0,
+        axis: Array | None = None,
+        modes: int = 0,
+        beam: Array | None = None,
+        mass: float = 0.0,
+        com: Array | None = None,
+        inertia: float = 0.0,
+    ) -> None:
+        """Add a record of `linkages.planar.record_types.BODY`."""
+        axis, beam, com = (np.zeros(2) if x is None else x for x in (axis, beam, com))
+        self.rows.append([(parent, *at), kind, dof, motion, moving, sign, *axis, modes, 0, *beam, mass, *com, inertia])
+
+    def bodies(self) -> Bodies:
+        """Return all bodies; modes get their coordinates now, behind those of the joints.
+
+        A section that never moves in its link's frame is the link itself.
+        """
+        self.acting = len(self.rows)
+        for name, s in list(self.sections):
+            if s not in self.bent[name].acting and self.bent[name].moves(s):
+                self._add_section(self.bent[name], s)
+        pieces = [piece for link in self.pieces.values() for piece in link]
+        nm = max((len(bent.modes.names) for bent in pieces), default=0)
+        shapes = np.zeros((len(self.rows), shape_rows(nm), nm))
+        for bent in pieces:
+            body = self.index[bent.name]
+            self.rows[body][_ETA] = len(self.coordinates)
+            self.coordinates += bent.coordinates
+            bent.fill(shapes[body])
+            for s in bent.abscissas:
+                if self.sections[bent.name, s] != body:
+                    bent.fill_section(s, shapes[self.sections[bent.name, s]])
+        records: NDArray[np.record] = np.array([tuple(row) for row in self.rows], types.BODY)
+        return packed(Bodies(records, shapes))

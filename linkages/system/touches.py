@@ -1,0 +1,60 @@
+"""Contacts beside those of joints with play, as the kernels read them: limit stops, points at straight lines.
+
+Each is a corner at a wall, as a block's in its slot, or in a joint that turns an angle at a limit. Walls of slots stand
+back by a clearance; here that is a length against which depths count as small, and the wall's place makes up for it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.model.experiment import Experiment
+from linkages.model.tables import Contact, Friction, JointModel
+from linkages.planar.record_types import CORNER, ENDS, STOP
+from linkages.system.tree import Tree
+
+#: Depths of contacts are small against this part of the linkage's length, of a turning joint against this angle [rad].
+REACH = 1e-3
+
+
+def touch_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
+    """Return the laws of each stop, then of each point at a line, as those of a dry joint."""
+    models = [
+        _dry(REACH * (1.0 if _turns(tree, stop.joint) else tree.extent), stop.contact, None)
+        for stop in experiment.stops.values()
+    ]
+    models += [_dry(REACH * tree.extent, touch.contact, touch.friction) for touch in experiment.contacts.values()]
+    return tuple(models)
+
+
+def _dry(clearance: float, contact: Contact, friction: Friction | None) -> JointModel:
+    values = {"model": "dry", "clearance": clearance, "contact": contact, "friction": friction}
+    return JointModel.model_validate(values)
+
+
+def touch_ends(tree: Tree, experiment: Experiment) -> NDArray[np.record]:
+    """Make the records of the two ends of each, in the same order."""
+    records: list[tuple[Any, ...]] = []
+    for stop in experiment.stops.values():
+        joint, side = tree.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
+        ends = tree.marker(joint.parent, joint.on_parent), tree.marker(joint.child, joint.on_child)
+        if _turns(tree, stop.joint):
+            records.append((STOP, *ends, side * joint.sign, 0.0, side * stop.limit - REACH))
+        else:
+            records.append((CORNER, *ends, *(side * joint.direction), side * stop.limit - REACH * tree.extent))
+    for touch in experiment.contacts.values():
+        if touch.line is not None:
+            frame = tree.mechanism.point[touch.line]
+            line, angle = tree.named_marker(touch.line), frame.angle
+        else:
+            line, angle = (0, *(touch.anchor or ())), touch.angle
+        into = np.sin(angle), -np.cos(angle)
+        records.append((CORNER, line, tree.named_marker(touch.point), *into, -REACH * tree.extent))
+    return np.array(records, ENDS)
+
+
+def _turns(tree: Tree, joint: str) -> bool:
+    return tree.mechanism.joint[joint].type == "revolute"
