@@ -175,7 +175,7 @@ PROBLEMS = {
 
 # One right-hand side for all problems, so that each method is compiled once. A problem is (parameters, kind, event):
 # `event` (2,) holds the event function and its rate as of the last evaluation.
-ROBERTSON, VAN_DER_POL, HIRES, OREGONATOR, SMOOTH, BALL, COSINE, HOLE, POLE = range(9)
+ROBERTSON, VAN_DER_POL, HIRES, OREGONATOR, SMOOTH, BALL, COSINE, HOLE, POLE, TURNING = range(10)
 KINDS = {"robertson": ROBERTSON, "van der pol": VAN_DER_POL, "hires": HIRES, "oregonator": OREGONATOR}
 
 
@@ -205,6 +205,9 @@ def rhs(problem, t, y, dy):
         dy[0] = -y[0] if t < parameters[0] else np.nan
     elif kind == POLE:  # y = 1/(1 - t)
         dy[0] = y[0] ** 2
+    elif kind == TURNING:  # pushed along x in a stiff damper across a line that turns: y -> sin t (cos t, sin t)
+        across = parameters[0] * (np.cos(t) * y[1] - np.sin(t) * y[0])
+        dy[0], dy[1] = 1.0 + np.sin(t) * across, -np.cos(t) * across
 
 
 @kernel
@@ -229,6 +232,10 @@ def jacobian(problem, t, y, out):
         out[0, 0] = -1.0 if t < parameters[0] else np.nan
     elif kind == POLE:
         out[0, 0] = 2.0 * y[0]
+    elif kind == TURNING:
+        out[0, 0], out[0, 1] = -(np.sin(t) ** 2), np.sin(t) * np.cos(t)
+        out[1, 0], out[1, 1] = np.sin(t) * np.cos(t), -(np.cos(t) ** 2)
+        out *= parameters[0]
 
 
 @kernel

@@ -24,14 +24,32 @@ def model(name: str, body: str, plane: str = "xy", extra: str = "") -> str:
 <pose>0 0 0 {pose}</pose>{body}{extra}</model></sdf>"""
 
 
-def bar(name: str, length: float, at: str, angle: float = 0.0, mass: float = 0.2, offset: float = 0.0) -> str:
+def bar(
+    name: str, length: float, at: str, angle: float = 0.0, mass: float = 0.2, offset: float = 0.0, inner: str = ""
+) -> str:
     """A uniform bar along its x axis with a frame NAME_tip at its end; `at` is the frame it is drawn at."""
     inertia = mass * length**2 / 12
     return f"""
 <link name="{name}"><pose relative_to="{at}">0 0 {offset} 0 0 {angle}</pose>
  <inertial><pose>{length / 2} 0 0 0 0 0</pose><mass>{mass}</mass>
- <inertia><ixx>0</ixx><iyy>{inertia}</iyy><izz>{inertia}</izz></inertia></inertial></link>
+ <inertia><ixx>0</ixx><iyy>{inertia}</iyy><izz>{inertia}</izz></inertia></inertial>{inner}</link>
 <frame name="{name}_tip" attached_to="{name}"><pose>{length} 0 0 0 0 0</pose></frame>"""
+
+
+STEEL = """<linkages:material><linkages:youngs_modulus>2e11</linkages:youngs_modulus>
+  <linkages:poisson>0.3</linkages:poisson><linkages:density>7870</linkages:density></linkages:material>"""
+SQUARE = "<linkages:rectangle><linkages:width>0.008</linkages:width><linkages:height>0.008</linkages:height></linkages:rectangle>"
+
+
+def beam(start: str, end: str, section: str = SQUARE, material: str = STEEL) -> str:
+    """A beam between two frames of a link, 8 mm square and of steel."""
+    ends = f"<linkages:from>{start}</linkages:from><linkages:to>{end}</linkages:to>"
+    return f"<linkages:beam>{ends}{section}{material}</linkages:beam>"
+
+
+def elastic_bar(name: str, length: float, at: str, angle: float = 0.0) -> str:
+    """A `bar` with a beam along all of its length, and its mass."""
+    return bar(name, length, at, angle, 7870 * 6.4e-5 * length, inner=beam(name, f"{name}_tip"))
 
 
 def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str = "0 0 1", inner: str = "") -> str:
@@ -69,6 +87,19 @@ def slider_crank(crank=0.05, rod=0.12, plane="xy", offset=0.0) -> str:
 {joint("O", "world", "crank")}{joint("A", "crank_tip", "rod", inner=BEARING)}
 {joint("B", "rod_tip", "slider", inner=BEARING)}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
     return model("slider_crank", body, plane)
+
+
+def elastic_slider_crank(crank=0.15, rod=0.3, mass=0.075552, elastic_crank=False) -> str:
+    """Simeon's: a rod of steel, 8 mm square, between a crank and a slider, with a frame at its middle."""
+    first = elastic_bar("crank", crank, "__model__") if elastic_crank else bar("crank", crank, "__model__", mass=0.36)
+    body = f"""
+{first}{elastic_bar("rod", rod, "crank_tip")}
+<frame name="middle" attached_to="rod"><pose>{rod / 2} 0 0 0 0 0</pose></frame>
+<link name="slider"><pose relative_to="__model__">{crank + rod} 0 0 0 0 0</pose>
+ <inertial><mass>{mass}</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{joint("O", "world", "crank")}{joint("A", "crank_tip", "rod", inner=BEARING)}
+{joint("B", "rod_tip", "slider", inner=BEARING)}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
+    return model("slider_crank", body)
 
 
 def circle_intersection(p, r, q, s, side=1.0):

@@ -16,7 +16,7 @@ from linkages.files.toml import leaves
 from linkages.model.experiment import keys
 from optim.problem.shipped import studies_folder
 
-MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if path.stem != "three_rrr"]
+MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]
 EXPERIMENTS = [data_folder() / f"{name}.toml" for name in NAMES]
 STUDIES = sorted(studies_folder().glob("*.toml"))
 

@@ -32,7 +32,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
     contacts : (nt, nc, WIDTH) array, optional
         `linkages.planar.contacts.CLEARANCE_OUTPUTS`; without it joints with play are taken as ideal.
     """
-    tree, (nt, nb) = system.tree, (len(times), len(system.tree.bodies))
+    tree, (nt, nb) = system.tree, (len(times), len(system.tree.bodies.records))
     pose, vel, acc, applied = (np.zeros((nt, nb, width)) for width in (5, 3, 3, 3))
     for i, t in enumerate(times):
         body_positions(tree.bodies, q[i], pose[i])
@@ -129,7 +129,7 @@ def joint_reactions(
         force_out[name], moment_out[name] = force, couple
     if not columns:  # every force is known already
         return force_out, moment_out, drive_out
-    real = [i for i in range(1, nb) if tree.bodies[i]["mass"] > 0.0]
+    real = [i for i in range(1, nb) if tree.bodies.records[i]["mass"] > 0.0]
     matrix = np.stack(columns, axis=-1)[:, real].reshape(nt, 3 * len(real), len(columns))
     sizes = _solve(matrix, rhs[:, real].reshape(nt, -1))
     for column, (kind, name, force) in enumerate(owners):
@@ -178,10 +178,10 @@ def _pair_wrench(tree: Tree, name: str, pose: Array, force: Array, couple: Array
 
 def _inertial_wrench(tree: Tree, pose: Array, vel: Array, acc: Array, gravity: Array) -> Array:
     """Rate of change of momentum less weight, as wrenches (nt, nb, 3) about the body frames' origins."""
-    mass, inertia = tree.bodies["mass"], tree.bodies["inertia"]
+    mass, inertia = tree.bodies.records["mass"], tree.bodies.records["inertia"]
     c, s = pose[..., 3], pose[..., 4]
-    cx = c * tree.bodies["cx"] - s * tree.bodies["cy"]
-    cy = s * tree.bodies["cx"] + c * tree.bodies["cy"]
+    cx = c * tree.bodies.records["cx"] - s * tree.bodies.records["cy"]
+    cy = s * tree.bodies.records["cx"] + c * tree.bodies.records["cy"]
     w, al = vel[..., 0], acc[..., 0]
     fx = mass * (acc[..., 1] - al * cy - w * w * cx - gravity[0])
     fy = mass * (acc[..., 2] + al * cx - w * w * cy - gravity[1])

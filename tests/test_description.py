@@ -18,7 +18,9 @@ from linkages.files.units import si, without_units
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 TEXTS = {
-    re.search('title += "(.*?)"', text)[1].split()[0]: text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL)
+    found[1].split()[0]: text
+    for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL)
+    if (found := re.match('title += "(.*?)"', text))
 }
 MACHINES = {"Quick": (5, 7), "Leg": (7, 10), "Scissor": (15, 22), "Six-bar": (5, 7), "Toggle": (5, 7)}
 SIMPLE = """duration = 1.0
@@ -209,6 +211,32 @@ def test_an_exponent_is_no_unit():
     assert (seconds("2e-4"), si("2e-4 mm", "m")) == (2e-4, pytest.approx(2e-7))
     assert parse_range("joints.A.clearance=5e-5:2E-4:2")[1] == [5e-5, 2e-4]
     assert without_units("2e-4*a + 3e2 mm", {"a"}) == "2e-4*a + 0.3"
+
+
+ROWS = re.findall(r"^\| (.*) \| (.*) \| (.*) \| (.*) s \| (.*) N \| (.*) N \| (.*) \|$", PAGE, re.MULTILINE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("row", ROWS, ids=[row[0].split()[0] for row in ROWS])
+def test_machines_of_the_page_with_play_come_to_the_steady_cycle_that_it_says(row, made):
+    name, viscosity, duration, since, ideal, peak, ratio = row
+    joint = {"model": "lubricated", "clearance": "0.05 mm", "viscosity": viscosity, "film": "finite"}
+    values = {"duration": duration} | {f"joints.A.{key}": value for key, value in joint.items()}
+    system = load(made(TEXTS[name.split()[0]]), values)
+    found = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    assert (found["motion"]["kind"], found["motion"]["periods"], found["report"]) == ("periodic", 1, "steady")
+    assert found["motion"]["since"] == pytest.approx(float(since), rel=5e-3)
+    cycle = found["windows"]["steady"]
+    for text, value in (
+        (ideal, cycle["ideal"]["joints"]["A"]["force"]["peak"]),
+        (peak, cycle["joints"]["A"]["force"]["peak"]),
+        (ratio, cycle["joints"]["A"]["eccentricity_ratio"]["peak"]),
+    ):
+        assert f"{value:.{len(text.partition('.')[2])}f}" == text
+
+
+def test_the_page_shows_four_machines_with_play():
+    assert len(ROWS) == 4
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def test_what_the_laws_cite_is_among_the_references():
     """A source that names its year has the entry ``surnameYEAR`` of its first author."""
     entries = set(re.findall(r"@\w+\{(\w+),", (DOCS / "references.bib").read_text(encoding="utf-8")))
     sources = re.findall(r"\| ([^|]+) \|$", (DOCS / "laws.md").read_text(encoding="utf-8"), re.MULTILINE)
-    for path in (ROOT / "linkages" / "laws").glob("*.py"):
+    for path in (ROOT / "linkages" / "laws").rglob("*.py"):
         sources += re.findall(r"[Ss]ource: (.+)", path.read_text(encoding="utf-8"))
     parts = [part.strip() for source in sources for part in source.split(";")]
     cited = {
@@ -129,7 +129,8 @@ def test_code_of_pages_runs(name):
     for long, short in {
         "revolutions=3000, transient=50": "revolutions=2",
         "revolutions=150, transient=30, renormalisations=40": "revolutions=2",
-        "AdvanceTo(1.0)": "AdvanceTo(0.002)",
+        "advance(simulator, 1.0)": "advance(simulator, 0.002)",
+        "advance(simulator, 0.1)": "advance(simulator, 0.002)",
         "windows=[[1.0, 2.0]]": "windows=[[0.0, 0.1]]",
         '{"joints.A.clearance": 2e-4}': '{"joints.A.clearance": 2e-4, "duration": 0.1}',
         '"seven_bar.toml"))': '"seven_bar.toml"), {"duration": 0.1})',

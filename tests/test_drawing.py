@@ -245,7 +245,7 @@ def test_a_value_in_another_unit_is_asked_about(values, question):
 
 def test_shipped_machines_raise_no_doubts():
     folder = find_file("seven_bar.toml").parent
-    for file in set(folder.glob("*.toml")) - set(folder.glob("three_rrr*")):
+    for file in set(folder.glob("*.toml")) - {folder / "three_rrr.toml", folder / "three_rrr_aluminium.toml"}:
         system = load(file)
         assert doubts(system.mechanism, system.tree.extent, system.experiment) == [], file.name
 
@@ -299,6 +299,7 @@ def test_the_slider_moves_the_machine_as_its_loops_close(tmp_path):
 
 def test_pose_draws_the_machine_for_a_notebook(loaded):
     figure = pose(load(loaded))
+    assert figure._repr_png_().startswith(b"\x89PNG")
     assert {text.get_text() for text in figure.axes[0].texts} >= {"O", "A", "B", "Q", "crank", "toe", "push"}
     assert not figure.texts  # facts are the command's
 

@@ -81,7 +81,7 @@ def work(tmp_path_factory):
     words = {
         "simulate": ("simulate", folder / "experiment.toml", *QUICK),
         "sweep": ("sweep", folder / "experiment.toml", *vary, "--no-plots"),
-        "optimise": ("optimise", folder / "study.toml", "--no-plots", "--no-verify"),
+        "optimise": ("optimise", folder / "study.toml", "--no-plots"),
         "report": ("report", folder / "results"),
     }
     known = {}

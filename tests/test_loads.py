@@ -10,7 +10,7 @@ from linkages.cli.main import main
 from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches, load_wrenches_tangent
-from linkages.planar.motion import Motions, constant_rate, monotone_table, motion_value
+from linkages.planar.motion import Motions, constant_rate, function_jet, monotone_table
 
 RNG = np.random.default_rng(7)
 
@@ -73,7 +73,7 @@ def loaded(system_of, plane="xy", q_axis="0 0 1"):
 
 
 def states(tree, q, v):
-    pose, vel = np.empty((len(tree.bodies), 5)), np.empty((len(tree.bodies), 3))
+    pose, vel = np.empty((len(tree.bodies.records), 5)), np.empty((len(tree.bodies.records), 3))
     body_positions(tree.bodies, q, pose)
     body_velocities(tree.bodies, pose, v, vel)
     return pose, vel
@@ -176,7 +176,7 @@ def test_at_zero_length_the_force_is_the_mean_of_both_sides(system_of, free):
     spring["free"], spring["a"]["x"], spring["a"]["y"] = free, 0.0, 0.0
     loads = (spring, *loads[1:])
     body = spring["a"]["body"][0]
-    pose, vel = np.zeros((len(tree.bodies), 5)), np.zeros((len(tree.bodies), 3))
+    pose, vel = np.zeros((len(tree.bodies.records), 5)), np.zeros((len(tree.bodies.records), 3))
     pose[:, 3] = 1.0
     at = np.array([0.1, 0.4])
     vel[body, 1:] = [0.3, -0.4]
@@ -205,7 +205,7 @@ def test_tables_of_loads_stay_within_their_values_and_are_found_by_bisection():
     motions = Motions(pieces)
     at = np.concatenate([times, RNG.uniform(times[0], times[-1], 500), [-1.0, 3.0]])
     for i, piece in enumerate(pieces):
-        found = [motion_value(motions.arrays, i, t) for t in at]
+        found = [function_jet(motions.arrays, i, np.array([[t, 1.0, 0.0]]))[0] for t in at]
         np.testing.assert_allclose(found, PPoly(*piece)(at), atol=1e-12)
     inside = PPoly(*pieces[1])(at[:-2])
     assert inside.min() >= 0.0
@@ -274,10 +274,10 @@ REFUSED = {
     "point of the world": (FORCE.replace("follower_tip", "pivot"), '"pivot" is fixed to the world'),
     "the world": (FORCE.replace("follower_tip", "world"), "name a frame, or give a spring an anchor"),
     "three components": (FORCE.replace("0.0]", "0.0, 0.0]"), "forces.P.force"),
-    "no force": (FORCE.replace("force =", "# force ="), "give either force, or times with forces"),
+    "no force": (FORCE.replace("force =", "# force ="), "give either force, or times with forces, or over"),
     "two kinds of force": (
         FORCE + "times=[0.0, 1.0]\nforces=[[0.0, 0.0], [1.0, 1.0]]\n",
-        "give either force, or times with forces",
+        "give either force, or times with forces, or over",
     ),
     "no times": (FORCE.replace("force = [1.0, 0.0]", "forces = [[1.0, 0.0], [1.0, 0.0]]"), "times go with"),
     "a table of one": (

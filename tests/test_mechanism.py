@@ -8,7 +8,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from linkages import InputError, find_file, load_mechanism
 from linkages.cli.main import main
-from linkages.system.tree import spanning_tree
+from linkages.system.spanning import spanning_tree
 
 NESTED = """
 <frame name="f1"><pose>0.1 0.2 0 0 0 0.3</pose></frame>

@@ -11,10 +11,11 @@ from linkages.cli.endings import report_failures
 from linkages.cli.options import load_system
 from linkages.files.shipped import find_file
 from linkages.laws import CONTACTS
-from linkages.model.experiment import described, value_unit
-from linkages.plots import section_figure
+from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, described, value_unit
+from linkages.plots import histories, section_figure
 from linkages.plots.style import engineering
 from linkages.report.terminal import format_table
+from linkages.report.words import output_unit
 
 DRIVEN = "duration = 1.0\n[drives.O]\nspeed = 1.0\n"
 
@@ -134,14 +135,25 @@ def test_figures_are_in_units_that_suit_the_numbers(unit, largest, shown):
     ("path", "unit"),
     [("joints.A.clearance", "m"), ("drives.O.speed", "rad/s"), ("duration", "s"), ("springs.S.stiffness", "N/m"),
      ("joints.A.contact.youngs_modulus", "Pa"), ("sdf.links.rod.inertia", "kg m2"), ("sdf.frames.tip.pose.x", "m"),
-     ("outputs", "")],
+     ("sdf.links.rod.beam.height", "m"), ("sdf.links.rod.beam.second_moment", "m4"), ("outputs", "")],
 )  # fmt: skip
 def test_every_value_that_can_be_varied_has_its_unit(path, unit):
     assert value_unit(path) == unit
 
 
-@pytest.mark.parametrize(("count", "size"), [(5, 5.0), (299, 5.0), (300, 3.0), (3000, 1.6)])
+@pytest.mark.parametrize(("count", "size"), [(5, 12.0), (299, 12.0), (300, 4.0), (3000, 1.6)])
 def test_few_marks_are_large_enough_to_be_seen(count, size):
     values = np.linspace(0.0, 1.0, count)
     figure = section_figure({"a": values, "b": values}, "a", "b", ("m", "m"))
     assert figure.axes[0].lines[0].get_markersize() == size
+
+
+@pytest.mark.parametrize("quantity", [*QUANTITIES, *BENDING_QUANTITIES])
+def test_every_output_has_a_unit_and_a_figure_with_its_name(quantity, monkeypatch):
+    said = []
+    monkeypatch.setattr(histories, "_compare", lambda figure, study, columns: said.append(columns))
+    histories.output_figure(None, f"rod.{quantity}")
+    assert output_unit(f"rod.{quantity}") in {"m", "rad", "m/s", "rad/s", "m/s2", "rad/s2", "N", "N m", "Pa"}
+    (((name, title),),) = (columns.items() for columns in said)
+    assert (name, title.partition(": ")[0]) == (f"rod.{quantity}", "rod")
+    assert "_" not in title.replace("$_", "")

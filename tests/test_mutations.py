@@ -65,7 +65,11 @@ def load(mutator: Mutator, folder: Path) -> str:
     file, settings = write(mutator, folder, mutator.dice.choice(("machine", "experiment", "setting")))
     try:
         system = linkages.load(file, dict(item.split("=", 1) for item in settings))
-        found = [system.gravity, *system.motions(np.zeros(1)), *(system.tree.bodies[x] for x in ("mass", "inertia"))]
+        found = [
+            system.gravity,
+            *system.motions(np.zeros(1)),
+            *(system.tree.bodies.records[x] for x in ("mass", "inertia")),
+        ]
     except (InputError, RunError) as problem:
         return refusal(problem)
     assert all(np.isfinite(values).all() for values in found)

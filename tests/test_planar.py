@@ -24,7 +24,7 @@ from linkages.planar.kinematics import (
 )
 from linkages.planar.markers import turned
 from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
-from linkages.system.tree import spanning_tree
+from linkages.system.spanning import spanning_tree
 
 RNG = np.random.default_rng(1)
 
@@ -71,7 +71,7 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     full_q[place.positions], full_v[place.velocities] = q, v
     plant.SetPositions(context, full_q)
     plant.SetVelocities(context, full_v)
-    nb = len(tree.bodies)
+    nb = len(tree.bodies.records)
     pose, vel = np.empty((nb, 5)), np.empty((nb, 3))
     body_positions(tree.bodies, q, pose)
     body_velocities(tree.bodies, pose, v, vel)
@@ -109,7 +109,7 @@ def test_closure_rows_derivatives_and_reactions_are_consistent(tmp_path, text):
     for rows in (tree.closure_rows, _all_rows(mechanism)):
         q, v = random_state(tree)
         a = RNG.normal(size=tree.size)
-        nb, n = len(tree.bodies), tree.size
+        nb, n = len(tree.bodies.records), tree.size
 
         def at(t, rows=rows, q=q, v=v, a=a, nb=nb):
             pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
@@ -153,7 +153,7 @@ def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(system_of)
     assert tree.play == ("A", "B")
     for _ in range(50):
         q, v = 1e-4 * RNG.normal(size=tree.size), RNG.normal(size=tree.size)
-        nb = len(tree.bodies)
+        nb = len(tree.bodies.records)
         pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, WIDTH))
         body_positions(tree.bodies, q, pose)
         body_velocities(tree.bodies, pose, v, vel)
@@ -176,7 +176,17 @@ def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
     needed, a, reaction = np.zeros(tree.size), np.zeros(tree.size), np.empty(len(tree.loop_rows))
     gravity = np.array([0.3, -2.0])
     rows, loops = tree.loop_rows, np.empty(tree.size)
-    given = tree.bodies, rows, system.arrays.rank, tree.extent, 0.0, gravity, q, v, np.zeros((len(tree.bodies), 3))
+    given = (
+        tree.bodies,
+        rows,
+        system.arrays.rank,
+        tree.extent,
+        0.0,
+        gravity,
+        q,
+        v,
+        np.zeros((len(tree.bodies.records), 3)),
+    )
     constrained_dynamics(*given, needed, a, reaction, loops)
     heavy = system.replaced({"gravity": [0.3, -2.0, 0.0]})
     np.testing.assert_array_equal(heavy.gravity, gravity)
@@ -228,6 +238,6 @@ def test_motions_have_the_promised_rates_and_accelerations():
 
 def test_closure_error_is_zero_when_closed(seven_bar):
     tree = seven_bar.tree
-    pose = np.empty((len(tree.bodies), 5))
+    pose = np.empty((len(tree.bodies.records), 5))
     error = closure_error(tree.bodies, tree.closure_rows, np.zeros(4), seven_bar.assembly.q, pose)
     assert np.abs(error).max() < 1e-14

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from machines import four_bar
+from scipy.interpolate import Akima1DInterpolator
 
 from linkages import InputError, RunError, Status, Trajectory, extremes, integral, load_trajectory
 from linkages.cli.main import main
 from linkages.files.writing import json_text
+from linkages.results.akima import interpolated
 from linkages.results.extremes import peaks
 from linkages.results.trajectory import sample
 
@@ -129,7 +131,7 @@ def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_p
     assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--exaggerate", "5"]) == 0
     names = {path.name for path in out.iterdir()}
     assert names == {
-        "summary.json", "trajectory.npz", "animation.html", "output_follower.omega.png", "orbits.png",
+        "summary.json", "trajectory.npz", "ideal.npz", "animation.html", "output_follower.omega.png", "orbits.png",
         "drawing.svg", "joint_forces.png", "drive_torques.png",
     }  # fmt: skip
     summary = json.loads((out / "summary.json").read_text())
@@ -157,9 +159,9 @@ def test_a_run_leaves_nothing_of_another_run_in_its_folder(experiment_file, tmp_
         (out / name).write_text("of old")
     words = ["simulate", str(experiment_file(four_bar(), TOML)), "--engine", "compiled", "--out", str(out)]
     assert main([*words, "--no-plots", "--no-animation"]) == 0
-    assert {path.name for path in out.iterdir()} == {"summary.json", "trajectory.npz", "mine.txt"}
+    assert {path.name for path in out.iterdir()} == {"summary.json", "trajectory.npz", "ideal.npz", "mine.txt"}
     assert (out / "summary.json").read_text() != "of old"
-    assert capsys.readouterr().out.endswith(f"written to {out}/: summary.json, trajectory.npz\n")
+    assert capsys.readouterr().out.endswith(f"written to {out}/: ideal.npz, summary.json, trajectory.npz\n")
 
 
 @pytest.mark.slow
@@ -278,3 +280,14 @@ def test_json_has_null_where_a_number_does_not_exist():
     assert json_text({"a": [1.0, float("nan")], "b": (float("inf"), "nan", None)}) == (
         '{"a": [1.0, null], "b": [null, "nan", null]}\n'
     )
+
+
+def test_akimas_cubics_are_those_of_scipy():
+    """With constant parts, where both weights vanish, and at both ends; straight lines, and two samples, are met."""
+    dice = np.random.default_rng(0)
+    times = np.cumsum(0.1 + dice.random(40))
+    samples = np.column_stack([dice.standard_normal(40), np.repeat(np.arange(8.0), 5), np.sin(times), times])
+    at = np.linspace(times[0], times[-1], 1001)
+    expected = Akima1DInterpolator(times, samples, method="makima")(at)
+    assert interpolated(times, samples, at) == pytest.approx(expected, abs=1e-12)
+    assert interpolated(times[:2], samples[:2], times[:2]) == pytest.approx(samples[:2])

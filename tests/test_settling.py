@@ -38,6 +38,7 @@ def _henon(periods):
         (lambda t: [np.cos(TURN * t) + 0.3 * np.exp(-0.1 * t)], 20, "not settled", 0),
         (lambda t: [np.cos(TURN * t) + 0.03 * np.exp(-0.01 * t)], 20, "not settled", 0),
         (lambda t: np.exp(-0.05 * t) * np.array([np.cos(4.8 * t), np.sin(4.8 * t)]), 20, "not settled", 0),
+        (lambda t: 0.05 * np.exp(-0.1 * t) * np.array([np.cos(np.pi * t), np.sin(np.pi * t)]), 4, "not settled", 0),
         (lambda t: [np.cos(4.8 * t), np.sin(4.8 * t), np.sin(TURN * t)], 20, "quasi-periodic", 0),
         (lambda t: [np.cos(4.8 * t), np.sin(4.8 * t), np.sin(TURN * t)], 7, "not settled", 0),  # too few to tell
         (_polygon(_henon(20)), 20, "chaotic", 0),  # Hénon's map, exponent 0.42
@@ -46,6 +47,12 @@ def _henon(periods):
 def test_motions_of_known_kind(signal, periods, kind, of_drives):
     found = classify(_back(signal, periods))
     assert found[:2] == (kind, of_drives)
+
+
+def test_what_does_not_repeat_is_told_how_far_it_is_from_that():
+    """A whirl at half the drives' frequency: a period later it is on the other side, so twice its radius away."""
+    *_, why = classify(_back(lambda t: [0.03 * np.cos(np.pi * t), 0.03 * np.sin(np.pi * t)], 3))
+    assert why == "it does not repeat within 3 periods; of the last two, states differ by 0.06 of a clearance, or rad"
 
 
 def test_a_motion_is_periodic_from_where_its_start_has_died_away():

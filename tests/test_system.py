@@ -13,7 +13,7 @@ from linkages.system.system import System
 
 ARRAYS = ("laws", "film_tables", "film_limits", "touching", "bristles", "gravity")
 OF_TREE = (
-    "bodies", "drawn", "play_rows", "loop_rows", "ends", "joints", "ideal_joints",
+    "drawn", "play_rows", "loop_rows", "ends", "joints", "ideal_joints",
     "driven_bodies", "powered_bodies", "free_dofs", "driven_dofs", "powered_dofs",
 )  # fmt: skip
 
@@ -23,6 +23,7 @@ def arrays(system: System) -> dict:
     tree, assembly = system.tree, system.assembly
     found = {name: getattr(system, name) for name in ARRAYS}
     found |= {f"tree.{name}": getattr(tree, name) for name in OF_TREE}
+    found |= {f"tree.bodies.{name}": getattr(tree.bodies, name) for name in ("records", "shapes")}
     found |= {"q": assembly.q, "v": assembly.v, "quality": assembly.quality, "mobility": assembly.mobility}
     for name in ("motions", "torques"):
         found |= {f"{name}{k}": x for k, x in enumerate(getattr(system, name).arrays)}

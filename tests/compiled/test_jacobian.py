@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import bar, four_bar, joint, model, slider_crank
+from machines import bar, elastic_slider_crank, four_bar, joint, model, slider_crank
 from shipped import WORN, shipped
 from shipped import run as shipped_run
 
@@ -160,6 +160,75 @@ free_length = 0.3
     check(result, len(result.time) - 1, accuracy=EXACT)
 
 
+def test_a_small_machine_whose_rows_differ_by_orders_of_magnitude(system_of):
+    """The guide is cut: its angle answers to a unit reaction 1e6 times as much as its place does, nowhere singular."""
+    text = "duration = 0.02\ngravity = [0.0, -9.81, 0.0]\n[drives.O]\ntorque = 1e-5\nspeed = 30.0\n"
+    result = simulate(system_of(slider_crank(crank=5e-4, rod=1.2e-3), text), "compiled")
+    check(result, len(result.time) // 2, accuracy=1e-9)
+
+
+def test_gears_of_a_slide_on_a_moving_body_and_in_a_loop(system_of):
+    """A block's way along the crank goes with the follower's angle; another gear joins it to a wheel on the block."""
+    block = """<link name="block"><pose relative_to="crank_tip">0 0 0 0 0 0.3</pose>
+<inertial><pose>0.02 0.01 0 0 0 0</pose><mass>0.5</mass>
+<inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>"""
+    extra = block + joint("slide", "crank_tip", "block", "prismatic", "1 0.5 0")
+    extra += bar("wheel", 0.1, "block", 1.0) + joint("W", "block", "wheel", axis="0 0 -1")
+    text = """duration = 0.3
+gravity = [0.0, -9.81, 0.0]
+[drives.O]
+torque = 0.5
+speed = 4.0
+[gears.screw]
+joints = ["Q", "slide"]
+ratio = 0.05
+[gears.mesh]
+joints = ["slide", "W"]
+ratio = 30.0
+"""
+    result = simulate(system_of(four_bar(extra=extra), text), "compiled")
+    assert np.ptp(result["q.W"]) > 0.1
+    for step in (len(result.time) // 3, len(result.time) - 1):
+        check(result, step, accuracy=EXACT)
+
+
+def test_loads_that_depend_on_positions_and_speeds(system_of):
+    """Of points and joints, one of which slides along a turning bar; the loads act on a loop and on a chain."""
+    block = """<link name="block"><pose relative_to="crank_tip">0 0 0 0 0 0.3</pose>
+<inertial><mass>0.5</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy><izz>1e-3</izz></inertia></inertial></link>"""
+    sdf = four_bar(extra=block + joint("slide", "crank_tip", "block", "prismatic", "1 0.5 0"))
+    text = """duration = 0.3
+[drives.O]
+torque = 0.5
+speed = 4.0
+[forces.drag]
+point = "coupler_tip"
+formula = ["-2*coupler_tip.vx*hypot(coupler_tip.vx, coupler_tip.vy)", "20*slide.coordinate*t"]
+[forces.jet]
+point = "follower_tip"
+axes = "body"
+formula = ["1.5*follower_tip.y*slide.rate", "block.x*O.rate"]
+[frictions.slip]
+joint = "slide"
+constant = 0.5
+speed = 2.0
+[frictions.pin]
+joint = "B"
+constant = 0.05
+viscous = 0.01
+speed = 5.0
+[torques.motor]
+joint = "Q"
+over = "slide.rate"
+at = [-30.0, 0.0, 30.0]
+torques = [2.0, 0.0, -1.0]
+"""
+    result = simulate(system_of(sdf, text), "compiled")
+    assert np.abs(result["q.slide"]).max() > 1e-3
+    for step in (len(result.time) // 3, len(result.time) - 1):
+        check(result, step, accuracy=EXACT)
+
+
 def deepest(result, names):
     """Step of the deepest penetration while the contact closes: no clipped ratio, no kink near."""
     depth = np.max([np.where(result[f"{n}.closing"] > 0, result[f"{n}.penetration"], -1.0) for n in names], axis=0)
@@ -182,6 +251,47 @@ def test_dry_contact_of_a_worn_journal_in_a_worn_bearing():
 def test_corners_of_a_guide_in_contact():
     result = shipped_run("compiled", "slider_crank_guide", duration=1.1e-3)
     check(result, deepest(result, [f"guide.corner{i}" for i in (1, 2, 3, 4)]), reach=2e-3)
+
+
+@pytest.mark.parametrize(
+    "law", ["law = 'flores'\nrestitution = 0.6", "law = 'kelvin-voigt'\nrestitution = 0.6\ndamping = 0.5"]
+)
+def test_a_stop_of_a_turning_joint_between_two_links_in_contact(system_of, law):
+    """In a driven loop, of the joint between crank and coupler."""
+    text = "duration = 0.05\n[drives.O]\ntorque = 3.0\nspeed = 10.0\n"
+    text += f"[stops.end]\njoint='A'\nside='lower'\nlimit=-0.15\n[stops.end.contact]\n{law}\nstiffness = 400.0\n"
+    result = simulate(system_of(four_bar(), text), "compiled")
+    check(result, deepest(result, ["end"]), reach=2e-3)
+
+
+def test_a_point_at_a_line_on_another_link_in_contact(system_of):
+    """Two bars that hang from a cart: one has the wall, the tip of the other meets it, with friction."""
+    cart = """<link name="cart"><inertial><mass>3.0</mass>
+<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
+<frame name="wall" attached_to="board"><pose>0.2 0.05 0 0 0 0.1</pose></frame>"""
+    body = cart + bar("rod", 0.3, "cart", -1.2) + bar("board", 0.4, "cart", -1.7)
+    body += (
+        joint("slide", "world", "cart", "prismatic", "1 0 0") + joint("O", "cart", "rod") + joint("P", "cart", "board")
+    )
+    text = """duration = 0.06
+[drives.O]
+torque = 0.0
+speed = -8.0
+[contacts.tip]
+point = "rod_tip"
+line = "wall"
+[contacts.tip.contact]
+law = "flores"
+restitution = 0.6
+stiffness = 1e5
+[contacts.tip.friction]
+law = "coulomb"
+coefficient = 0.2
+v_0 = 1e-2
+v_1 = 1.0
+"""
+    result = simulate(system_of(model("cart", body), text), "compiled")
+    check(result, deepest(result, ["tip"]), reach=2e-3)
 
 
 def test_mixed_joints_in_contact():
@@ -213,3 +323,25 @@ def test_bristles(system_of):
     step = deepest(result, ["B"])
     assert result.evaluate.steps.states[step, -1] != 0.0
     check(result, step, reach=2e-3)
+
+
+@pytest.mark.parametrize("film", [False, True], ids=["ideal", "film"])
+def test_links_that_bend(system_of, film):
+    """Stiff modes leave the differences fewer digits than those of rigid links have."""
+    toml = """duration = 0.02
+[drives.O]
+speed = 150.0
+[links.rod]
+model = "flexible"
+bending = 4
+axial = 1
+"""
+    joint = """[joints.B]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+shear_torque = true
+"""
+    result = simulate(system_of(elastic_slider_crank(), toml + joint * film), "compiled")
+    for step in (3, len(result.time) - 1):
+        check(result, step, 0.02 if film else 1e-3, LAWS if film else 1e3 * EXACT)

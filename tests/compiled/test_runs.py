@@ -5,7 +5,6 @@ import shutil
 import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -17,7 +16,11 @@ from shipped import shipped
 
 import linkages
 from linkages import simulate
-from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.replay import replay
+from linkages.engines.compiled.runner import Runner, join
+from linkages.integrate.stepper import COUNT, make_stepper
+from linkages.kernel import kernel
+from linkages.kernel.by_reference import packed, reference
 
 
 @pytest.mark.parametrize(("integrator", "method"), [("runge_kutta5", "dormand-prince-5"), ("radau3", "radau-iia-5")])
@@ -36,15 +39,15 @@ def test_double_pendulum_swings_as_lagrange_says_and_keeps_its_energy(system_of,
 
 def test_arrays_of_any_layout_give_the_same_run():
     """Functions called by address cannot look at the layout that they are given."""
-    system, strided = (shipped("slider_crank_dry", duration=1e-3) for _ in range(2))
-    bodies = np.repeat(strided.tree.bodies, 2)[::2]
-    assert not bodies.flags.c_contiguous
-    strided.__dict__["tree"] = replace(strided.tree, bodies=bodies)
-    ends = []
+    system, strided = (shipped("seven_bar_dry", duration=1e-3) for _ in range(2))
+    ends = np.repeat(strided.ends, 2)[::2]
+    assert not ends.flags.c_contiguous
+    strided.__dict__["ends"] = ends
+    last = []
     for each in (system, strided):
         runner = Runner(each)
-        ends.append(runner.run(0.0, runner.start, runner.first_step, 10**6).states[-1])
-    np.testing.assert_array_equal(*ends)
+        last.append(runner.run(0.0, runner.start, runner.first_step, 10**6).states[-1])
+    np.testing.assert_array_equal(*last)
 
 
 def test_a_result_can_be_sent_to_another_process():
@@ -108,6 +111,27 @@ def probe(eps):
 by_address = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(address(probe, types.float64(types.float64)))
 print(linkages.__file__, probe(0.5), by_address(0.5))
 """
+
+
+@kernel
+def again(equations, stepper, tolerance, steps, times, y):
+    """Go through a run's states at times; returns the evaluations that it took."""
+    s = reference(stepper)
+    for t in times:
+        replay(reference(equations), s, tolerance, reference(steps), t, y)
+    return s.memory[COUNT]
+
+
+@pytest.mark.parametrize("name", ["seven_bar", "slider_crank_flexible", "three_rrr_clearance"])
+def test_states_between_steps_take_less_than_a_step(name):
+    """Newton's method starts from the run's own states, near enough not to fail; three stages, five iterations at most."""
+    system = shipped(name, duration=0.3)
+    runner = Runner(system)
+    steps = join([runner.run(0.0, runner.start, runner.first_step, 10**6)])
+    n, times = len(runner.start), np.linspace(0.0, 0.3, 1001)
+    stepper = packed(make_stepper(n, len(runner.model.free)))
+    taken = again(packed(runner.aside()), stepper, runner.tolerance, packed(steps), times, np.zeros(n))
+    assert taken < 3 * 5 * len(times)
 
 
 @pytest.mark.slow

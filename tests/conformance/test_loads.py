@@ -61,6 +61,49 @@ forces = [[0.0, 3.0], [1.2, 3.0], [4.2, 3.0], [9.0, 3.0]]
     np.testing.assert_allclose(found["P.power"], 6.0 * found.time * found["block.vx"], atol=1e-9)
 
 
+DRAG = {
+    "of a point": 'formula = ["3 - 0.5*block.vx**2", "0"]\n',
+    "of a joint": 'formula = ["3 - 0.5*slide.rate*abs(slide.rate)", "0"]\n',
+}
+
+
+@pytest.mark.parametrize("drag", DRAG)
+def test_a_mass_in_a_stream_reaches_its_speed_as_its_closed_form(run, drag):
+    """m dv/dt = P - c v^2 from rest: v = sqrt(P/c) tanh(t sqrt(P c)/m); power and work follow from it."""
+    found = run(BLOCK, "duration = 3.0\n[forces.P]\npoint = 'block'\n" + DRAG[drag] + EXACT)
+    speed = np.sqrt(6.0) * np.tanh(found.time * np.sqrt(1.5) / 2.0)
+    assert speed[-1] > 2.2
+    np.testing.assert_allclose(found["block.vx"], speed, atol=1e-8)
+    np.testing.assert_allclose(found["P.fx"], 3.0 - 0.5 * speed**2, atol=2e-8)
+    np.testing.assert_allclose(found["P.power"], found["P.fx"] * found["block.vx"], atol=1e-12)
+
+
+def test_a_spring_by_a_table_over_the_position_oscillates_as_its_closed_form(run):
+    """A straight line is a monotone cubic too."""
+    toml = """duration = 2.0
+[forces.pull]
+point = "block"
+over = "block.x"
+at = ["-100 mm", 0.0, "300 mm"]
+forces = [[10.0, 0.0], [5.0, 0.0], [-10.0, 0.0]]
+"""
+    found = run(BLOCK, toml + EXACT)
+    np.testing.assert_allclose(found["block.x"], 0.1 * (1.0 - np.cos(5.0 * found.time)), atol=1e-8)
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
+@pytest.mark.parametrize(
+    "law", ["formula = '0.6 - 0.05*O.rate'", "over = 'O.rate'\nat = [0.0, 12.0]\ntorques = [0.6, 0.0]"]
+)
+def test_a_motor_with_a_falling_characteristic_runs_up_as_its_closed_form(run, axis, law):
+    """Torque 0.6 N m less 0.05 N m s/rad: the speed goes to 12 rad/s with the time constant J/0.05."""
+    sdf = model("arm", bar("arm", 0.4, "__model__", mass=1.5) + joint("O", "world", "arm", axis=axis))
+    found = run(sdf, f"duration = 3.0\n[torques.motor]\njoint = 'O'\n{law}\n" + EXACT)
+    rate = 12.0 * (1.0 - np.exp(-found.time * 0.05 / 0.08))
+    np.testing.assert_allclose(found["arm.omega"], rate if axis == "0 0 1" else -rate, atol=1e-7)
+    np.testing.assert_allclose(found["motor.power"], (0.6 - 0.05 * rate) * rate, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     "where", ['joint = "O"', 'links = ["world", "arm"]', 'links = ["arm", "world"]\nstiffness = 3.0']
 )

@@ -80,10 +80,11 @@ def test_experiment_runs_and_writes_its_results(engine, name, tmp_path):
     dry = [name for name in play if experiment.joints[name].can_touch]
     figures = {"drawing.svg", "joint_forces.png", "drive_torques.png"}
     figures |= {"orbits.png" for name in play if system.mechanism.joint[name].bearing}
+    figures |= {"guides.png" for name in play if system.mechanism.joint[name].slot}
     figures |= {f"output_{output}.png" for output in experiment.outputs}
     contacts = {"impacts.csv", "impacts_normal.csv", "impacts.png"} if dry else set()
     written = {path.name for path in tmp_path.iterdir()}
-    assert written == {"summary.json", "trajectory.npz", "animation.html"} | figures | contacts
+    assert written == {"summary.json", "trajectory.npz", "ideal.npz", "animation.html"} | figures | contacts
     rows = []
     if dry:
         head, *lines = (tmp_path / "impacts.csv").read_text().splitlines()

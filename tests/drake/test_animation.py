@@ -7,16 +7,24 @@ import sys
 
 import numpy as np
 import pytest
+from bent_machines import bent_machine
 from machines import PLANES, bar, four_bar, joint, model
 from shipped import shipped
 
 from linkages import AssemblyError, IdealMotion, Status, Trajectory, load, study
 from linkages.engines.drake.visuals import visuals
+from linkages.planar.bodies import make_pose
+from linkages.planar.closure import closure_error
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import guide_frames
 from linkages.plots.animation.journal_view import journal_frames
 from linkages.plots.animation.magnified import strongest
 from linkages.plots.animation.recording import frames, write_animation
+from linkages.plots.animation.surroundings import Surroundings
+from linkages.plots.guides import guides_figure
+from linkages.plots.histories import forces_figure
+from linkages.plots.style import engineering
+from linkages.system.segments import segmented
 
 DRY = """duration = 0.01
 [drives.O]
@@ -78,9 +86,9 @@ def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry
     def cannot(*_):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close")
 
-    times, drawn = frames(dry)
+    times, drawn, _ = frames(dry)
     monkeypatch.setattr(IdealMotion, "states", cannot)
-    _, recorded = frames(dry)
+    _, recorded, _ = frames(dry)
     assert len(times) > 100
     np.testing.assert_allclose(recorded, drawn, atol=1e-4)  # rad, between steps of 20 us
     with pytest.raises(ValueError, match="does not close with its clearance exaggerated 5 times"):
@@ -139,6 +147,29 @@ def turning_slot(folder):
     return load(folder / "slotted.toml")
 
 
+def test_a_block_reaches_the_rim_of_its_figure_where_a_corner_touches():
+    """The rim is where middle and lift add up to the clearance, which is what a corner's eccentricity ratio says."""
+    found = study(shipped("slider_crank_guide", duration=2e-3), "compiled", error_estimate=False)
+    whole, ends = guides_figure(found).axes
+    lift, middle = np.array(whole.lines[0].get_data())
+    ratio = np.max([np.abs(found.run[f"guide.corner{k}.eccentricity_ratio"]) for k in (1, 2, 3, 4)], axis=0)
+    _, factor = engineering("m", 5e-5)
+    np.testing.assert_allclose((np.abs(middle) + np.abs(lift)) / (factor * 5e-5), ratio, atol=1e-6)
+    assert ratio.max() > 1.0
+    front, back = (line.get_ydata() for line in ends.lines[:2])
+    np.testing.assert_allclose(np.maximum(np.abs(front), np.abs(back)) / (factor * 5e-5), ratio, atol=1e-6)
+
+
+def test_below_each_force_stands_its_difference_from_the_ideal_one(dry):
+    force, difference = forces_figure(dry).axes
+    time, drawn = difference.lines[0].get_data()
+    (ideal_time, ideal), (run_time, run) = (line.get_data() for line in force.lines)
+    scale = {"N": 1.0, "kN": 1e3}
+    unit, small = (axis.get_ylabel().rpartition("[")[2].rstrip("]") for axis in (force, difference))
+    expected = scale[unit] * (np.interp(time, run_time, run) - np.interp(time, ideal_time, ideal))
+    np.testing.assert_allclose(scale[small] * drawn, expected, atol=1e-3 * scale[unit] * np.abs(run).max())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", [sliding_block, turning_slot])
 def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
@@ -165,8 +196,12 @@ def test_every_frame_has_its_captions(dry, tmp_path):
     write_animation(dry, tmp_path / "animation.html")
     page = (tmp_path / "animation.html").read_text()
     data = json.loads(re.search(r"const data = (\{.*\});", page)[1])
-    label, *names = data["labels"]
+    label, *names, scale = data["labels"]
     assert label["title"] == "B"
+    assert scale["title"] == "100 mm"  # of a linkage that is 0.3 m long
+    assert [curve["name"] for curve in data["curves"]] == ["B.force", "O.torque"]
+    assert max(data["curves"][0]["run"]["values"]) == pytest.approx(dry.run["B.force"].max(), rel=1e-5)
+    assert data["end"] == dry.run.time[-1]
     assert {name["title"] for name in names} == {"O", "A", "B", "Q"}  # every joint, at a place of its link
     assert all(name["path"][:3] == ["drake", "visualizer", "four_bar"] and not name["lines"] for name in names)
     assert len(label["lines"]) == len(data["clock"])
@@ -177,10 +212,48 @@ def test_every_frame_has_its_captions(dry, tmp_path):
 
 def test_captions_cannot_break_the_page():
     text = "</script><b>"
-    page = add_captions("<html><body>scene</body></html>", [Label("/joints/A", text, [text])], ["t"], text)
-    assert "</script><b>" not in page.replace("</script>\n</body>", "")
+    shown = {"clock": ["t"], "legend": text, "curves": [], "end": 1.0}
+    page = add_captions("<html><body>scene</body></html>", [Label("/joints/A", text, [text])], shown)
+    assert text not in page
     with pytest.raises(ValueError, match="no body"):
-        add_captions("nothing", [], ["t"], "")
+        add_captions("nothing", [], shown)
+
+
+class Scene:
+    """Keeps what is drawn in place of a Meshcat."""
+
+    def __init__(self):
+        self.meshes = {}
+
+    def SetTriangleMesh(self, path, vertices, faces, color):  # noqa: N802 - Drake's name
+        self.meshes[path] = (vertices, faces)
+
+    def __getattr__(self, name):
+        return lambda *_: None
+
+
+@pytest.mark.parametrize("plane", PLANES)
+def test_paths_lie_where_points_went_and_the_ground_below_its_joints(tmp_path, plane):
+    (tmp_path / "machine.sdf").write_text(four_bar(plane=plane))
+    head = 'mechanism = "machine.sdf"\nduration = 0.5\noutputs = ["coupler.x", "coupler.omega"]\n'
+    text = head + "[drives.O]\nspeed = 15.0\n"
+    (tmp_path / "ideal.toml").write_text(text)
+    found = study(load(tmp_path / "ideal.toml"), "compiled", error_estimate=False)
+    scene = Scene()
+    Surroundings(found, scene).draw()
+    basis, size = found.system.mechanism.basis, found.system.tree.extent
+    run = np.column_stack([found.run["coupler.x"], found.run["coupler.y"]])
+    vertices, faces = scene.meshes["/ground/paths"]
+    at = (basis[:, :2].T @ vertices).T
+    away = np.linalg.norm(at[:, None] - run[None, :: 1 + len(run) // 500], axis=2).min(axis=1)
+    assert away.max() < 0.02 * size
+    assert np.linalg.norm(run[:, None] - at[None], axis=2).min(axis=1).max() < 0.05 * size  # all of it, to a step
+    assert faces.max() == vertices.shape[1] - 1
+    for pivot in ("O", "Q"):
+        hatch = basis[:, :2].T @ (scene.meshes[f"/ground/{pivot}/hatching"][0])
+        place = basis[:, :2].T @ found.system.mechanism.joint[pivot].position
+        assert np.all(hatch[1] < place[1] - 0.03 * size)
+        assert np.abs(hatch[0] - place[0]).max() < 0.1 * size
 
 
 @pytest.mark.parametrize("plane", PLANES)
@@ -194,3 +267,20 @@ def test_a_link_without_visuals_is_drawn_between_its_joints(tmp_path, plane):
         size = [float(v) for v in re.search(r"<size>(.*)</size>", visual)[1].split()]
         np.testing.assert_allclose(pose, [length / 2, 0, 0, 0, 0, 0], atol=1e-12)  # the bars lie along x
         np.testing.assert_allclose(size, [length + 0.02, 0.02, 0.02])
+
+
+def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
+    """Hinges are turned by the factor times what their beam's sections are, drives are where they are, loops closed."""
+    found = study(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
+    shown = segmented(found.system)
+    times, drawn, factor = frames(found, None, shown)
+    assert factor == 10.0  # 1.5 mm of 450 mm
+    tree, system = shown.tree, found.system
+    recorded = np.column_stack([np.interp(times, found.run.time, found.run[f"q.{n}"]) for n in system.tree.coordinates])
+    np.testing.assert_allclose(drawn[:, tree.hinge_dofs], factor * shown.coordinates(recorded)[:, tree.hinge_dofs])
+    np.testing.assert_allclose(drawn[:, 0], 150.0 * times, atol=1e-12)
+    none, pose = np.zeros(len(tree.closure_rows)), make_pose(tree.bodies)
+    gaps = [np.abs(closure_error(tree.bodies, tree.closure_rows, none, q, pose)).max() for q in drawn[::40]]
+    assert max(gaps) < 1e-9
+    write_animation(found, tmp_path / "animation.html")
+    assert "Links are drawn bent 10 times as far as they bend" in (tmp_path / "animation.html").read_text()

@@ -10,7 +10,7 @@ from shipped import run as run_shipped
 from shipped import shipped
 
 import linkages.engines.drake.clearance as clearance_module
-from linkages import InputError, Status, simulate
+from linkages import InputError, Status, load, simulate
 from linkages.engines.drake import add_linkage, build_diagram, steps
 from linkages.engines.drake.clearance import JOINT_OUTPUTS
 from linkages.engines.drake.steps import Steps
@@ -19,13 +19,13 @@ from linkages.planar.contacts import CLEARANCE_OUTPUTS
 
 def test_both_ports_share_one_evaluation_of_the_laws(seven_bar, monkeypatch):
     calls = []
-    original = clearance_module.clearance_forces
+    original = clearance_module.joint_forces
 
     def counted(*arguments):
         calls.append(1)
         return original(*arguments)
 
-    monkeypatch.setattr(clearance_module, "clearance_forces", counted)
+    monkeypatch.setattr(clearance_module, "joint_forces", counted)
     diagram, linkage = build_diagram(seven_bar)
     root = diagram.CreateDefaultContext()
     linkage.set_initial_state(root)
@@ -75,6 +75,22 @@ def test_a_motor_with_speed_and_torque_ports(seven_bar):
         torques = linkage.drives.get_torques_output_port().Eval(linkage.drives.GetMyContextFromRoot(root))
         assert torques[-1] == (0.3 if way == "torque" else 0.0)
     np.testing.assert_allclose(states[0], states[1], rtol=1e-9, atol=1e-12)
+
+
+def test_a_machine_in_millimetres_takes_no_more_steps_than_it_may(tmp_path):
+    """300 m long and turning at 720 rad/s: 2.5 million steps for a second, all of them accurate."""
+    (tmp_path / "machine.sdf").write_text(four_bar(300.0, 100.0, 250.0, 200.0))
+    contact = 'contact = {law = "flores", restitution = 0.5, youngs_modulus = 2e11}'
+    joint = f'[joints.B]\nmodel = "dry"\nclearance = 1e-4\n{contact}\n'
+    text = f'mechanism = "machine.sdf"\nduration = 1.0\n[drives.O]\nspeed = 720.0\n{joint}'
+    (tmp_path / "machine.toml").write_text(text)
+    builder = DiagramBuilder()
+    linkage = add_linkage(builder, load(tmp_path / "machine.toml"))
+    simulator, times = Simulator(builder.Build()), []
+    linkage.set_initial_state(simulator.get_mutable_context())
+    assert linkage.advance(simulator, 1.0, times.append, limit=500) is Status.TOO_MANY_STEPS
+    assert 0.0 < simulator.get_context().get_time() < 1e-2  # not a tenth of the crank's first turn
+    assert len(times) == pytest.approx(500, abs=5)
 
 
 def test_joints_port_can_be_logged_in_a_diagram_of_the_users(seven_bar):

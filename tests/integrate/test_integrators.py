@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from ivp_problems import BALL, COSINE, HOLE, KINDS, POLE, PROBLEMS, SMOOTH, drive, jacobian, rhs, take_steps
+from ivp_problems import BALL, COSINE, HOLE, KINDS, POLE, PROBLEMS, SMOOTH, TURNING, drive, jacobian, rhs, take_steps
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj
 
 from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options
-from linkages.integrate.factor import back_substitute, factorise
+from linkages.integrate.factor import back_substitute, decompose, factorise
 from linkages.integrate.stepper import make_stepper
 
 METHODS = [pytest.param(True, id="radau"), pytest.param(False, id="dormand-prince")]
@@ -75,6 +75,20 @@ def test_work_is_that_of_scipys_radau(name, tolerance):
     )
     assert run.steps < 1.1 * (len(other.t) - 1)
     assert run.evaluations < 1.1 * other.nfev
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+def test_a_stiff_direction_that_turns_does_not_look_like_divergence(tolerance):
+    """Newton's corrections with the direction of the step's start shrink in pairs, not one by one.
+
+    Of first order in 1/rate, the velocity is sin t - 2 (1 - cos t)/rate along the line and -2 sin t/rate across it.
+    """
+    rate, end = 1e4, 1.5
+    run = integrate(TURNING, [0.0, 0.0], end, tolerance, parameters=(rate,))
+    along, across = np.array([np.cos(end), np.sin(end)]), np.array([-np.sin(end), np.cos(end)])
+    expected = np.sin(end) * along - 2.0 / rate * ((1.0 - np.cos(end)) * along + np.sin(end) * across)
+    np.testing.assert_allclose(run.states[-1], expected, rtol=0, atol=10.0 * tolerance)
+    assert run.rejected < run.steps
 
 
 # --- order ------------------------------------------------------------------------------------------------------------
@@ -277,3 +291,25 @@ def test_lu_says_that_a_matrix_is_singular(kind):
     assert not factorise(np.zeros((3, 3), kind), pivots)
     assert not factorise(np.array([[1, 2, 3], [2, 4, 6], [4, 8, 12]], kind), pivots)
     assert not factorise(np.array([[1, 2, 3], [2, np.nan, 6], [4, np.nan, 1]], kind), pivots)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 3), (10, 7), (7, 10), (2, 40), (0, 3), (3, 0)], ids=str)
+def test_singular_values_are_those_of_lapack_and_the_parts_make_the_matrix(shape):
+    generator, few = np.random.default_rng(sum(shape)), min(shape)
+    for rank in {few, few // 2}:
+        matrix = generator.standard_normal((shape[0], rank)) @ generator.standard_normal((rank, shape[1]))
+        u, s, vt = decompose(matrix)
+        exact = np.linalg.svd(matrix, compute_uv=False) if few else np.zeros(0)
+        limit = 1e-14 * exact.max(initial=1.0)  # rounding
+        assert np.abs(s - exact).max(initial=0.0) <= limit
+        assert np.abs(u * s @ vt - matrix).max(initial=0.0) <= limit
+        for sides in (u[:, :rank].T, vt[:rank]):
+            assert np.abs(sides @ sides.T - np.eye(rank)).max(initial=0.0) <= 1e-14
+
+
+def test_small_singular_values_are_exact_where_columns_differ_in_scale():
+    """Of orthogonal columns of lengths 1, 1e-8, ... the values are those lengths, to rounding of each."""
+    generator = np.random.default_rng(1)
+    lengths = 10.0 ** -np.arange(0.0, 41.0, 8.0)
+    columns = np.linalg.qr(generator.standard_normal((6, 6)))[0] * lengths
+    assert decompose(columns)[1] == pytest.approx(lengths, rel=1e-14)

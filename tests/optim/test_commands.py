@@ -304,7 +304,7 @@ def test_front_with_reference_designs(tmp_path, capsys, invented_engine):
     file, out = tmp_path / "front.toml", tmp_path / "out"
     text = STUDY.replace('"ga"', '"nsga2"').replace("[constraints", SECOND + "[constraints", 1)
     file.write_text(text + '[designs.theirs]\n"joints.A.viscosity" = 0.1\n')
-    assert command(optimise, file, "--out", out) == 0
+    assert command(optimise, file, "--out", out, "--verify") == 0
     result = json.loads((out / "result.json").read_text())
     assert result["designs"]["theirs"]["variables"]["joints.A.viscosity"] == 0.1
     assert result["designs"]["theirs"]["linked"] == {"joints.B.viscosity": 0.1}
@@ -314,7 +314,8 @@ def test_front_with_reference_designs(tmp_path, capsys, invented_engine):
     with read_store(out / "study.sqlite") as store:
         assert len(store.evaluations()[0]) == result["evaluations"]  # theirs is not among them
     assert result["verification"]["objectives"]["force"]["difference"] == 0.0  # the invented engine again
-    assert command(optimise, file, "--out", out, "--resume", "--no-verify", "--no-plots") == 0
+    assert command(optimise, file, "--out", out, "--resume", "--no-plots") == 0
+    assert "give --resume --verify" in capsys.readouterr().out
     again = json.loads((out / "result.json").read_text())
     assert "verification" not in again
     del result["verification"]

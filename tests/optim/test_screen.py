@@ -145,7 +145,7 @@ def test_an_infinite_objective_without_a_violation_has_failed():
 
 def test_from_end_to_end(file, asked, tmp_path, capsys):
     out = tmp_path / "out"
-    assert main(["optimise", str(file), "--out", str(out), "--no-verify", "--no-plots"]) == 0
+    assert main(["optimise", str(file), "--out", str(out), "--no-plots"]) == 0
     result = json.loads((out / command.RESULT).read_text())
     assert len({tuple(design) for design in asked}) == len(asked)
     assert result["unrun"] > 0

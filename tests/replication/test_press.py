@@ -144,10 +144,7 @@ def test_from_end_to_end(file, tmp_path):
     results = []
     for threads in (1, 2):
         out = tmp_path / str(threads)
-        assert (
-            main(["optimise", str(file), "--out", str(out), "--seed", "3", "--threads", str(threads), "--no-verify"])
-            == 0
-        )
+        assert main(["optimise", str(file), "--out", str(out), "--seed", "3", "--threads", str(threads)]) == 0
         results.append(json.loads((out / "result.json").read_text()))
         del results[-1]["wall_time"]
     assert results[0] == results[1]

@@ -45,7 +45,10 @@ point("pointerup", PointerEvent, 0.75);
 told.push(viewer.animator.actions[0].time / viewer.animator.duration);
 point("wheel", WheelEvent, 0.5, {deltaY: -800});
 told.push(whole, ticks());
+const beside = frame.contentDocument.querySelector("#plot");
 const result = {
+  beside: [beside.querySelectorAll("path.curve").length, beside.querySelector("figcaption").textContent,
+    [...frame.contentDocument.querySelectorAll("#notes option")].map((option) => option.textContent)],
   told, curves: [...document.querySelectorAll("#curves figcaption")].length,
   bar, figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
   enlarged: [document.querySelector("dialog").open, enlarged.naturalWidth, enlarged.alt],
@@ -70,11 +73,19 @@ def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
     read, part, whole, zoomed = page.seen["told"]
     run = load_trajectory(results_folder / "trajectory.npz")
     assert page.seen["curves"] == 5  # two outputs, two joints with play, a drive
-    assert read.startswith("follower.omega [rad/s] over time [s]; ")
-    value, time = (float(read.split("; ")[1].split()[k]) for k in (0, 3))
+    assert read.startswith("follower.omega [rad/s]: ")
+    value, time = (float(read.split(": ")[1].replace("−", "-").split()[k]) for k in (0, 3))
     assert value == pytest.approx(np.interp(time, run.time, run["follower.omega"]), rel=1e-3)
     assert part == pytest.approx((0.75 * 720 - 64) / (720 - 84), abs=0.02)
     assert float(zoomed) < float(whole)
+
+
+def test_a_curve_goes_with_the_animation(page):
+    """Of the run and of ideal joints; which one, is chosen."""
+    lines, told, choices = page.seen["beside"]
+    assert lines == 2
+    assert told.startswith("follower.omega [rad/s]: ")  # a value: it has been moved
+    assert choices == ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
 
 
 def test_every_figure_renders_and_can_be_enlarged(page, results_folder):

@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from linkages.report.curves import seen
+from linkages.plots.curves import seen
+from linkages.report import load_results
+from linkages.report.curves import curves_of
+from linkages.results.trajectory import load_trajectory
 
 
 def test_a_thinned_curve_keeps_its_ends_and_every_peak():
@@ -23,3 +26,15 @@ def test_samples_crowd_where_the_solver_put_them():
     kept = seen(time, time)
     assert {0, 5000, 5001, 5002} <= set(kept.tolist())
     assert len(kept) < 10
+
+
+def test_ideal_joints_are_drawn_beside_the_run(results_folder):
+    """Between what is drawn of the ideal torque no more is lost than a screen shows."""
+    found = {curve["name"]: curve for curve in curves_of(load_results(results_folder))}
+    assert list(found) == ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
+    ideal = load_trajectory(results_folder / "ideal.npz")
+    for name, curve in found.items():
+        drawn = np.interp(ideal.time, curve["ideal"]["time"], curve["ideal"]["values"])
+        np.testing.assert_allclose(drawn, ideal[name], atol=2e-3 * np.abs(ideal[name]).max())
+    assert found["coupler.ax"]["unit"] == "m/s2"
+    assert max(found["B.force"]["run"]["values"]) > 2.0 * max(found["B.force"]["ideal"]["values"])  # impacts

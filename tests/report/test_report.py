@@ -11,11 +11,14 @@ from functools import reduce
 from html.parser import HTMLParser
 from operator import getitem
 
+import numpy as np
 import pytest
+from bent_machines import bent_machine
 
-from linkages import InputError
+from linkages import InputError, study, summarize
 from linkages.cli.main import main
 from linkages.model.experiment import load_experiment
+from linkages.plots.links import links_figure
 from linkages.report import load_results
 from linkages.report.page import render
 from linkages.report.words import answer, change, commands, experiment_file, question
@@ -271,10 +274,43 @@ def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_i
     assert any(
         f"Peak of follower.omega: {peak:.3g} rad/s; with ideal joints {exact:.3g} rad/s" in text for text in found
     )
-    assert found[0].startswith("a film law is used at an L/D that it is not for: 1 in A (long: L/D > 2)")
+    assert found[0].startswith("A film law is used at an L/D that it is not for: 1 in A (long: L/D > 2)")
     assert any(text.startswith("Joint A uses up to") and text.endswith("of its clearance.") for text in found)
     assert any(text.startswith("Joint B uses up to") and "and touches " in text for text in found)
     for joint in summary["provenance"]["experiment"]["joints"].values():
         joint["model"] = "ideal"
     (copy / "summary.json").write_text(json.dumps(summary))
     assert not any("with ideal joints" in text for text in answer(load_results(copy)))
+
+
+def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
+    """Largest deflection and stress of the columns, when and where; the figure's marks stand there too."""
+    found = study(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
+    link, run = summarize(found)["links"]["rod"], found.run
+    assert link["deflection"]["frame"] == "middle"
+    for column, entry in {"middle.deflection": "deflection", "rod.bending": "bending", "rod.stress": "stress"}.items():
+        assert link[entry]["peak"] == pytest.approx(np.abs(run[column]).max(), rel=1e-3)
+        assert link[entry]["time"] == pytest.approx(run.time[np.abs(run[column]).argmax()], abs=2e-4)
+    assert link["stress"]["place"] in run["rod.stress_place"]
+    # the beam's edges: M height / (2 I), and N / A of the largest force at its ends
+    bending = link["bending"]["peak"] * 0.004 / (0.008**4 / 12.0)
+    assert bending <= link["stress"]["peak"] <= bending + 1100.0 / 6.4e-5
+    figure = links_figure(found)
+    marks = [line for axis in figure.axes for line in axis.lines if line.get_marker() == "o"]
+    assert [line.get_xdata()[0] for line in marks] == pytest.approx(
+        [link["stress"]["time"], link["stress"]["place"]], 0.02
+    )
+
+
+def test_the_table_of_links_that_bend(tmp_path):
+    """Of the command, with the errors of the peaks; a run without such links has none."""
+    system = bent_machine(tmp_path, "slider_crank", duration=2e-3)
+    options = ["--engine", "compiled", "--no-plots", "--no-animation", "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(system.experiment.source), *options]) == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    cells = rows(render(load_results(tmp_path / "out")))["rod.stress [Pa]"]
+    exact, peak, time, place, error = (float(text.replace("−", "-")) for text in cells)
+    link = summary["links"]["rod"]["stress"]
+    assert (peak, time, place) == pytest.approx((link["peak"], link["time"], link["place"]), rel=5e-3)
+    assert exact == pytest.approx(summary["ideal"]["links"]["rod"]["stress"]["peak"], rel=5e-3)
+    assert error == pytest.approx(summary["error"]["rod.stress.peak"], rel=0.05)

@@ -1,0 +1,144 @@
+"""Gears, belts and racks: accelerations, tooth torques and paths in closed form, on both engines."""
+
+import numpy as np
+import pytest
+from machines import bar, joint, model
+from scipy.integrate import simpson
+
+from linkages import AssemblyError, InputError, ideal, load
+
+EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-10\n"
+
+
+def wheel(name, inertia, at):
+    return f"""<link name="{name}"><pose>{at} 0 0 0 0 0</pose><inertial><mass>1.0</mass>
+<inertia><ixx>1</ixx><iyy>1</iyy><izz>{inertia}</izz></inertia></inertial></link>"""
+
+
+def gear(joints, ratio, **more):
+    rest = "".join(f"{key} = {value}\n" for key, value in more.items())
+    return f"[gears.mesh]\njoints = {list(joints)}\nratio = {ratio}\n{rest}"
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
+@pytest.mark.parametrize("ratio", [-0.4, 2.5])
+def test_two_wheels_accelerate_by_the_reduced_inertia(run, axis, ratio):
+    """T = (J1 + n^2 J2) a1; the teeth take n J2 a1 from the first wheel's T."""
+    sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
+                + joint("B", "world", "two", axis=axis))  # fmt: skip
+    found = run(sdf, "duration = 0.8\n[drives.A]\ntorque = 0.6\n" + gear("AB", ratio) + EXACT)
+    rate = 0.6 / (0.2 + ratio**2 * 0.05)
+    np.testing.assert_allclose(found["q.A"], 0.5 * rate * found.time**2, atol=1e-9)
+    np.testing.assert_allclose(found["q.B"], ratio * found["q.A"], atol=1e-12)
+    np.testing.assert_allclose(found["mesh.torque"], 0.05 * ratio * rate, rtol=1e-9)
+    assert found["two.omega"][-1] == pytest.approx(ratio * rate * 0.8 * (1 if axis == "0 0 1" else -1), rel=1e-9)
+    np.testing.assert_allclose(found["mesh.power"], 0.05 * ratio**2 * rate**2 * found.time, atol=1e-9)
+    assert found.provenance["loop_error"] < 1e-12
+
+
+@pytest.mark.parametrize("first", ["pinion", "rack"])
+def test_a_rack_moves_as_if_its_mass_were_at_the_pitch_circle(run, first):
+    """Pinion of radius r: the rack's force is m r a; given the other way round the torque on the pinion is -r times it."""
+    body = wheel("pinion", 0.02, 0) + wheel("rack", 1.0, 0)
+    sdf = model("rack", body + joint("A", "world", "pinion") + joint("S", "world", "rack", "prismatic", "0 1 0"))
+    radius = 0.05
+    mesh = gear("AS", radius) if first == "pinion" else gear("SA", 1 / radius)
+    found = run(sdf, "duration = 0.5\n[drives.A]\ntorque = 0.3\n" + mesh + EXACT)
+    rate = 0.3 / (0.02 + 1.0 * radius**2)
+    np.testing.assert_allclose(found["rack.y"], 0.5 * radius * rate * found.time**2, atol=1e-10)
+    if first == "pinion":
+        np.testing.assert_allclose(found["mesh.force"], 1.0 * radius * rate, rtol=1e-9)
+    else:
+        np.testing.assert_allclose(found["mesh.torque"], -1.0 * radius**2 * rate, rtol=1e-9)
+
+
+def test_a_wheel_that_rolls_in_a_ring_of_twice_its_size_draws_a_straight_line(system_of, run):
+    """Cardan's circles: on the carrier the planet turns back twice as fast; its rim goes to and fro on a diameter."""
+    body = bar("carrier", 0.1, "__model__") + bar("planet", 0.1, "carrier_tip")
+    sdf = model("cardan", body + joint("O", "world", "carrier") + joint("P", "carrier_tip", "planet"))
+    text = "duration = 1.0\n[drives.O]\nformula = '4*sin(2*t)'\n" + gear("OP", -2.0)
+    angle = 4 * np.sin(2 * np.linspace(0, 1, 21))
+    exact = ideal(system_of(sdf, text)).evaluate(np.linspace(0, 1, 21))
+    found = run(sdf, text + EXACT).evaluate(np.linspace(0, 1, 21))
+    for columns, accuracy in ((exact, 1e-14), (found, 1e-9)):
+        np.testing.assert_allclose(columns["planet_tip.x"], 0.2 * np.cos(angle), atol=accuracy)
+        np.testing.assert_allclose(columns["planet_tip.y"], 0.0, atol=accuracy)
+    for name in ("O.torque", "mesh.torque", "O.fx", "P.fy"):
+        np.testing.assert_allclose(found[name], exact[name], atol=1e-8 * np.abs(exact[name]).max(), err_msg=name)
+
+
+FIVE_BAR = (
+    '<frame name="pivot" attached_to="world"><pose>0.3 0 0 0 0 0</pose></frame>'
+    + bar("left", 0.1, "__model__", 2.0)
+    + bar("right", 0.1, "pivot", np.pi - 2.0)
+    + bar("up", 0.25, "left_tip", np.arccos((0.15 - 0.1 * np.cos(2.0)) / 0.25))
+    + bar("down", 0.25, "right_tip", np.pi - np.arccos((0.15 - 0.1 * np.cos(2.0)) / 0.25))
+    + joint("O", "world", "left")
+    + joint("Q", "world", "right")
+    + joint("A", "left_tip", "up")
+    + joint("B", "right_tip", "down")
+    + '<joint name="C" type="revolute"><parent>up_tip</parent><child>end</child><axis><xyz>0 0 1</xyz></axis></joint>'
+    + '<frame name="end" attached_to="down"><pose>0.25 0 0 0 0 0</pose></frame>'
+)
+
+
+def test_a_geared_five_bar_has_one_freedom_and_keeps_its_energy(system_of, run):
+    """Cranks that turn against each other: the pin in the middle stays on the axis of symmetry; work is energy."""
+    text = "duration = 0.5\n[drives.O]\ntorque = 0.5\nspeed = 3.0\n" + gear("OQ", -1.0) + EXACT
+    system = system_of(model("five", FIVE_BAR), text)
+    assert system.assembly.mobility == 1
+    found = run(model("five", FIVE_BAR), text)
+    assert np.ptp(found["q.O"]) > 2.0
+    np.testing.assert_allclose(found["up_tip.x"], 0.15, atol=1e-9)
+    energy = found["kinetic_energy"] - found["kinetic_energy"][0]
+    np.testing.assert_allclose(energy, 0.5 * (found["q.O"] - found["q.O"][0]), atol=1e-7)
+    times = np.linspace(0.0, 0.5, 1001)
+    half = found.evaluate(times)
+    passed = simpson(half["mesh.power"], x=times)  # by symmetry: half of the work goes to the other side
+    assert passed == pytest.approx(0.5 * energy[-1], rel=1e-6)
+
+
+def test_an_offset_turns_the_second_wheel_before_the_start(system_of):
+    sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
+                + joint("B", "world", "two", axis="0 0 -1"))  # fmt: skip
+    system = system_of(sdf, "duration = 0.1\n[drives.A]\nspeed = 2.0\nangle = 0.5\n" + gear("AB", -2.0, offset=0.3))
+    state = dict(zip(system.tree.coordinates, system.assembly.q, strict=True))
+    assert state == pytest.approx({"A": 0.5, "B": -0.7}, abs=1e-13)
+    assert system.determinate
+
+
+def test_gears_in_a_batch_and_by_their_path(system_of):
+    from linkages import simulate_batch
+
+    sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
+                + joint("B", "world", "two"))  # fmt: skip
+    system = system_of(sdf, "duration = 0.1\n[drives.A]\ntorque = 0.6\n" + gear("AB", -2.0))
+    batch = simulate_batch(system, ["gears.mesh.ratio"], [[-2.0], [3.0]], ["mesh.torque"])
+    for ratio, peak in zip((-2.0, 3.0), batch.peak[:, 0, 0], strict=True):
+        assert peak == pytest.approx(abs(0.05 * ratio * 0.6 / (0.2 + ratio**2 * 0.05)), rel=1e-9)
+
+
+#: case -> (text, what the message must say)
+REFUSED = {
+    "no ratio": ("[gears.mesh]\njoints = ['A', 'B']\n", "gears.mesh.ratio: is missing"),
+    "ratio of zero": (gear("AB", 0.0), "gears.mesh: ratio is 0; the second joint would stand still"),
+    "one joint": (gear("A", 1.0), "gears.mesh.joints"),
+    "twice the same": (gear("AA", 1.0), 'gears.mesh: joints are one and the same, "A"'),
+    "unknown joint": (gear("AC", 1.0), 'gears.mesh.joints: "C" is not in machine.sdf; known are: A, B'),
+    "name of a joint": (gear("AB", 1.0).replace("mesh", "A"), "gears.A: is also the name of"),
+    "two drives": (
+        gear("AB", 2.0) + "[drives.A]\nspeed = 1.0\n[drives.B]\nspeed = 2.0\n",
+        "2 drives for 1 degree of freedom",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_wrong_gears_are_refused_in_one_line(experiment_file, case):
+    text, reason = REFUSED[case]
+    sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
+                + joint("B", "world", "two"))  # fmt: skip
+    with pytest.raises((InputError, AssemblyError)) as problem:
+        load(experiment_file(sdf, "duration = 1.0\n" + text)).assembly  # noqa: B018
+    assert reason in str(problem.value)
+    assert "\n" not in str(problem.value)

@@ -1,0 +1,278 @@
+"""Links that bend, in machines: equations of motion, statics, natural frequencies, published runs."""
+
+import numpy as np
+import pytest
+from machines import bar, circle_intersection, elastic_bar, elastic_slider_crank, joint, model
+from spun_beams import SPIN, SPUN, spun, tip_of
+
+from linkages import InputError, Status, simulate
+from linkages.engines.compiled.jacobian import jacobian
+from linkages.engines.compiled.runner import Runner
+from linkages.kernel import kernel
+from linkages.kernel.by_reference import packed, reference
+from linkages.outputs.columns import columns
+from linkages.planar.bodies import make_motion, make_pose
+from linkages.planar.contacts import WIDTH
+from linkages.planar.dynamics import make_workspace
+from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.passage import accelerate_through
+
+
+@kernel
+def exact_slope(problem, t, y, out):
+    jacobian(reference(problem), t, y, out)
+
+
+FLEXIBLE = """duration = {duration}
+[drives.O]
+speed = 150.0
+[links.rod]
+model = "flexible"
+bending = {bending}
+axial = {axial}
+{more}
+[solver]
+accuracy = {accuracy}
+"""
+
+
+def experiment(duration=0.1, bending=6, axial=2, more="", accuracy=1e-9):
+    return FLEXIBLE.format(duration=duration, bending=bending, axial=axial, more=more, accuracy=accuracy)
+
+
+UNDEFORMED = 'start = "undeformed"\nstiffness_damping = 1.5e-5'
+#: Lubricated joint B.
+FILM = """[joints.B]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+shear_torque = true
+"""
+
+
+def energies(system, q, v):
+    """Kinetic and potential energy at many states (nt, n)."""
+    names, contacts = ("kinetic_energy", "potential_energy"), np.zeros((len(q), len(system.ends), WIDTH))
+    values = columns(system, np.zeros(len(q)), q, v, np.zeros_like(q), contacts, names)
+    return tuple(values[name] for name in names)
+
+
+def mass_matrices(system, places):
+    """Mass matrices (m, n, n) at places (m, n), from the kinetic energy of unit rates and of sums of two."""
+    one = np.eye(places.shape[1])
+    rates = np.concatenate([one, (one[:, None] + one).reshape(-1, len(one))])
+    kinetic = energies(system, np.repeat(places, len(rates), axis=0), np.tile(rates, (len(places), 1)))[0]
+    kinetic = kinetic.reshape(len(places), len(rates))
+    single, both = kinetic[:, : len(one)], kinetic[:, len(one) :].reshape(len(places), len(one), len(one))
+    return both - single[:, :, None] - single[:, None, :]
+
+
+@pytest.mark.parametrize("bent", [("rod",), ("crank",), ("crank", "rod")], ids="-".join)
+def test_accelerations_are_those_of_lagranges_equations(system_of, bent):
+    """The mass matrix is that of the kinetic energy, the velocity terms those of its change with position."""
+    links = "".join(f'[links.{name}]\nmodel = "flexible"\naxial = 2\ndamping = 0.0\n' for name in bent)
+    toml = f"duration = 1.0\ngravity = [0.3, -9.81, 0.0]\n[drives.O]\ntorque = 0.0\nspeed = 0.0\n{links}" + FILM
+    system = system_of(elastic_slider_crank(elastic_crank="crank" in bent), toml)
+    tree, dice = system.tree, np.random.default_rng(1)
+    n, joints = tree.size, len(tree.joint_dofs)
+    small = np.where(np.arange(n) < joints, 0.5, 2e-3)
+    q, v = dice.normal(size=n) * small, dice.normal(size=n) * 6.0 * small
+    h, one = 1e-5, np.eye(n)
+    change = (mass_matrices(system, q + h * one) - mass_matrices(system, q - h * one)) / (2 * h)
+    up, down = (energies(system, q + side * h * one, 0 * one)[1] for side in (1, -1))
+    force = 0.5 * np.einsum("kij,i,j->k", change, v, v) - np.einsum("kij,k,j->i", change, v, v) - (up - down) / (2 * h)
+    bodies, w = tree.bodies, make_workspace(len(tree.bodies.records), n, 0, tree.bodies.shapes.shape[2])
+    w.q[:], w.v[:] = q, v
+    body_positions(bodies, q, w.pose)
+    body_velocities(bodies, w.pose, v, w.vel)
+    accelerate_through(bodies, tree.loop_rows[:0], 0, 1.0, system.gravity, packed(w))
+    expected = np.linalg.solve(mass_matrices(system, q[None])[0], force)
+    np.testing.assert_allclose(w.a, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+    def velocity(t):  # of all bodies, sections among them
+        pose, vel = make_pose(bodies), make_motion(bodies)
+        body_positions(bodies, q + v * t + 0.5 * w.a * t * t, pose)
+        body_velocities(bodies, pose, v + w.a * t, vel)
+        return vel
+
+    acc, step = make_motion(bodies), 1e-7
+    body_accelerations(bodies, w.pose, w.vel, v, w.a, acc)
+    numeric = (velocity(step) - velocity(-step)) / (2.0 * step)
+    np.testing.assert_allclose(acc[1:, :3], numeric[1:, :3], rtol=0, atol=1e-5 * np.abs(acc).max())
+
+
+#: Of a geometrically exact beam, extrapolated (absolute nodal coordinates, 8 and 16 elements): deflection of the rod's
+#: middle [mm] and place of the slider [m] at 10, 20, 40, 60, 80, 100 ms.
+TIMES = np.array([0.01, 0.02, 0.04, 0.06, 0.08, 0.1])
+DEFLECTION = [0.728228, -0.051044, -0.896558, -0.010993, -1.449295, 0.143169]
+#: The same of a floating frame with these modes, written apart, its inertia summed over points of the rod.
+FLOATING = [0.7284164, -0.0506477, -0.8957451, -0.0107873, -1.4488674, 0.1426924]
+SLIDER = [0.270623094, 0.150746248, 0.441092782, 0.156884564, 0.415575358, 0.169737082]
+LARGEST = 1.751043
+
+
+def test_simeons_slider_crank_is_that_of_other_codes(system_of):
+    """Floating frames alike; a geometrically exact beam to the square of the slope, 5e-4 of the largest deflection."""
+    result = simulate(system_of(elastic_slider_crank(), experiment(more=UNDEFORMED)), "compiled")
+    found = result.evaluate(TIMES)
+    np.testing.assert_allclose(1e3 * found["middle.deflection"], FLOATING, rtol=0, atol=1e-5 * LARGEST)
+    np.testing.assert_allclose(1e3 * found["middle.deflection"], DEFLECTION, rtol=0, atol=5e-4 * LARGEST)
+    np.testing.assert_allclose(found["slider.x"], SLIDER, rtol=0, atol=5e-8)
+    largest = 1e3 * np.abs(result.evaluate(np.linspace(0.035, 0.037, 401))["middle.deflection"]).max()
+    assert largest == pytest.approx(1.7508360, rel=1e-5)  # the floating frame's
+    assert largest == pytest.approx(LARGEST, rel=3e-4)
+
+
+def test_without_stiffening_it_is_that_of_linear_codes(system_of):
+    """Deflections [mm] of a floating frame with six sines about the chord, without foreshortening: 6e-5 converged."""
+    result = simulate(
+        system_of(elastic_slider_crank(), experiment(bending=10, more=UNDEFORMED + "\nstiffening = false")), "compiled"
+    )
+    expected = [0.7824056, -0.0508498, -1.0008697, -0.0226943, -1.5779132, 0.1053237]
+    found = 1e3 * result.evaluate(TIMES)["middle.deflection"]
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4 * 1.8487346)
+
+
+def test_energy_goes_where_it_is_accounted_for(system_of):
+    """Work of the drive is kinetic and strain energy, and what film and material take: to 1e-6 of that work."""
+    result = simulate(system_of(elastic_slider_crank(), experiment(0.05, 4, 1, accuracy=1e-10) + FILM), "compiled")
+    times = np.linspace(0.0, 0.05, 20001)
+    found = result.evaluate(times)
+    power = found["O.power"] + found["B.power"] - found["damping_power"]
+    stored = found["kinetic_energy"] + found["potential_energy"]
+    work = np.concatenate(
+        [[0.0], np.cumsum(power[1:-1:2] * 4 + power[:-2:2] + power[2::2]) * (times[2] - times[0]) / 6]
+    )
+    exchanged = np.trapezoid(np.abs(found["O.power"]), times)
+    assert exchanged > 5.0
+    np.testing.assert_allclose(stored[::2] - stored[0], work, rtol=0, atol=1e-6 * exchanged)
+    assert found["damping_power"].min() >= 0.0
+    assert np.trapezoid(found["damping_power"], times) > 1e-3
+
+
+CANTILEVER = model("cantilever", elastic_bar("rod", 0.4, "__model__") + joint("O", "world", "rod"))
+#: Clamped at the left, tip force P across and X along: P L2/EI, X L2/EI, and w/L of the linear beam-column.
+STATICS = [
+    (0.5, 0.0, 0.166666667), (0.1, -1.0, 0.055740772), (0.1, -2.0, 0.173944931),
+    (0.1, 2.0, 0.018590827), (0.1, 10.0, 0.006849034), (1.0, 5.0, 0.112577592),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("across", "along", "expected"), STATICS)
+def test_a_cantilever_bends_as_a_beam_column(system_of, across, along, expected):
+    """The shape at rest; and the bending moment and stress at the clamp, from equilibrium."""
+    unit = 2e11 * 0.008**4 / 12 / 0.4**2
+    toml = f"""duration = 1e-4
+[drives.O]
+speed = 0.0
+[forces.P]
+point = "rod_tip"
+force = [{along * unit}, {across * unit}]
+[links.rod]
+model = "flexible"
+bending = 14
+axial = 0
+"""
+    system = system_of(CANTILEVER, toml)
+    result = simulate(system, "compiled")
+    assert result["rod_tip.y"][0] / 0.4 == pytest.approx(expected, rel=2e-7, abs=5e-9)
+    moment = unit * (across * result["rod_tip.x"][0] - along * result["rod_tip.y"][0])
+    assert result["rod.bending"][0] == pytest.approx(abs(moment), rel=1e-6)
+    stress = abs(along) * unit / 0.008**2 + abs(moment) * 6 / 0.008**3
+    assert result["rod.stress"][0] == pytest.approx(stress, rel=1e-6)
+    assert result["rod.stress_place"][0] == pytest.approx(0.0, abs=1e-6)
+    assert result["rod.compression"][0] == pytest.approx(max(-along, 0.0) * unit, rel=1e-3)  # along the bent rod
+
+
+def test_a_strut_beyond_its_buckling_load_has_no_shape_at_rest(system_of):
+    """A clamped beam buckles at pi^2/4 EI/L2; the message names the link."""
+    unit = 2e11 * 0.008**4 / 12 / 0.4**2
+    toml = """duration = 1e-4
+[drives.O]
+speed = 0.0
+[forces.P]
+point = "rod_tip"
+force = [{}, 0.0]
+[links.rod]
+model = "flexible"
+"""
+    assert np.isfinite(system_of(CANTILEVER, toml.format(-0.99 * np.pi**2 / 4 * unit)).assembly.q).all()
+    with pytest.raises(InputError, match=r"links\.rod\.start: the loads at t = 0 are beyond what buckles it; set"):
+        _ = system_of(CANTILEVER, toml.format(-1.01 * np.pi**2 / 4 * unit)).assembly
+
+
+@pytest.mark.parametrize("name", SPUN)
+def test_a_beam_that_is_spun_up_stiffens(system_of, name):
+    data, expected, bound = SPUN[name]
+    result = simulate(system_of(spun(*data), SPIN.format(keys="bending = 4\naxial = 1")), "compiled")
+    np.testing.assert_allclose(tip_of(result), expected, rtol=bound)
+
+
+def test_without_stiffening_the_spun_beam_is_lost(system_of):
+    """It loses its stiffness to the centrifugal force on what bends: no such beam exists."""
+    system = system_of(
+        spun(*SPUN["Kane"][0]), SPIN.format(keys="bending = 4\naxial = 1\nstiffening = false"), {"duration": 7.98}
+    )
+    values = simulate(system, "compiled").evaluate(np.array([5.0, 7.98]))
+    tip = values["rod_tip.y"] * np.cos(values["q.O"]) - values["rod_tip.x"] * np.sin(values["q.O"])
+    assert tip[0] == pytest.approx(-0.74331, rel=1e-3)
+    assert abs(tip[1]) == pytest.approx(8.0, rel=0.02)
+
+
+#: Natural frequencies [rad/s] of a four-bar whose crank is held, by exact dynamic stiffness (Wittrick and Williams),
+#: without and with a mass of 0.05 kg at the pin of coupler and follower.
+LOCKED = {
+    0.0: (1463.949046, 1990.997490, 5834.855328, 7913.064155),
+    0.05: (1463.941636, 1990.964479, 5832.595951, 7901.746908),
+}
+
+
+def locked(mass):
+    """Ground 0.3 m, crank 0.06 m at 30 degrees, coupler 0.28 m, follower 0.24 m."""
+    a = 0.06 * np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
+    b = np.array(circle_intersection(a, 0.28, (0.3, 0.0), 0.24))
+    coupler, follower = (np.arctan2(*(b - p)[::-1]) for p in (a, np.array([0.3, 0.0])))
+    heavy = f"""<link name="lump"><pose relative_to="follower_tip">0 0 0 0 0 0</pose><inertial><mass>{mass}</mass>
+<inertia><ixx>1e-12</ixx><iyy>1e-12</iyy><izz>1e-12</izz></inertia></inertial></link>"""
+    lump = heavy + joint("weld", "follower_tip", "lump", "fixed") if mass else ""
+    body = f"""
+<frame name="pivot" attached_to="world"><pose relative_to="__model__">0.3 0 0 0 0 0</pose></frame>
+{bar("crank", 0.06, "__model__", np.pi / 6)}{elastic_bar("coupler", 0.28, "crank_tip", coupler)}
+{elastic_bar("follower", 0.24, "pivot", follower)}{lump}
+{joint("O", "world", "crank")}{joint("A", "crank_tip", "coupler")}{joint("Q", "world", "follower")}
+<joint name="B" type="revolute"><parent>coupler_tip</parent><child>follower_tip</child>
+<axis><xyz>0 0 1</xyz></axis></joint>"""
+    return model("locked", body)
+
+
+@pytest.mark.parametrize(("bending", "axial", "bound"), [(4, 1, 1e-3), (10, 3, 1e-5)])
+@pytest.mark.parametrize("mass", LOCKED)
+def test_a_locked_four_bar_has_the_exact_natural_frequencies(system_of, mass, bending, axial, bound):
+    links = "".join(
+        f'[links.{name}]\nmodel = "flexible"\nbending = {bending}\naxial = {axial}\ndamping = 0.0\n'
+        for name in ("coupler", "follower")
+    )
+    runner = Runner(system_of(locked(mass), f"duration = 1.0\n[drives.O]\nspeed = 0.0\n{links}"))
+    n, slope = len(runner.model.free), np.zeros((len(runner.start),) * 2)
+    exact_slope(runner.aside(), 0.0, runner.start, slope)
+    squares = np.linalg.eigvals(-slope[n:, :n])
+    found = np.sqrt(np.sort(squares[squares.real > 1e3].real))[:4]
+    np.testing.assert_allclose(found, LOCKED[mass], rtol=bound)
+
+
+def test_a_stiffer_link_tends_to_the_rigid_one(system_of):
+    """With Young's modulus E the difference goes with 1/E; frequencies rise tenfold, the steps' number less than 3 times."""
+    toml = experiment(0.04, 4, 1, accuracy=1e-8)
+    rigid = simulate(system_of(elastic_slider_crank(), toml, {"links.rod.model": "rigid"}), "compiled")
+    times = np.linspace(0.0, 0.04, 401)
+    exact, away, steps = rigid.evaluate(times)["slider.x"], [], []
+    for factor in (1e2, 1e3, 1e4):
+        stiff = simulate(
+            system_of(elastic_slider_crank(), toml, {"sdf.links.rod.beam.youngs_modulus": 2e11 * factor}), "compiled"
+        )
+        assert stiff.status is Status.OK
+        away.append(np.abs(stiff.evaluate(times)["slider.x"] - exact).max())
+        steps.append(stiff.provenance["steps"])
+    assert away[0] / away[1] == pytest.approx(10.0, rel=0.15)
+    assert away[1] / away[2] == pytest.approx(10.0, rel=0.3)
+    assert steps[2] < 3 * steps[0]

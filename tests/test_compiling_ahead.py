@@ -1,0 +1,140 @@
+"""Processes beside that compile on an empty cache: what they do, when there are none, and that none is left over."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from linkages.kernel import ahead
+
+KERNELS = """
+import time
+from linkages.kernel import kernel
+
+{kernels}
+
+@kernel
+def late(x):
+    return x + 100
+
+def plan(wanted):
+    return [lambda: late(wanted)]
+"""
+KERNELS = KERNELS.format(kernels="\n".join(f"@kernel\ndef f{k}(x):\n    return x + {k}\n" for k in range(4)))
+SCRIPT = """
+import sys, time
+from linkages.kernel import ahead
+import kernels
+
+print("begun", flush=True)
+ahead.processors = lambda: int(sys.argv[1])
+ahead.expect("kernels:plan", 1.5)
+for k in range(4):
+    getattr(kernels, f"f{k}")(1.5)
+pids = [process.pid for process in ahead._beside]
+print(*pids, flush=True)
+for process in ahead._beside:
+    process.wait()
+assert kernels.late(1.5) == 101.5
+print(sum(kernels.late.stats.cache_hits.values()), flush=True)
+"""
+ENDLESS = SCRIPT.replace("    process.wait()", "    time.sleep(60)")
+WAITING = KERNELS.replace("late(wanted)", "time.sleep(60)")
+
+
+@pytest.fixture
+def start(tmp_path):
+    """Start a script, with nothing in it that keeps it from running when it is imported; its cache is of its own."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def start(processors: int, script: str = SCRIPT, kernels: str = KERNELS) -> subprocess.Popen:
+        (tmp_path / "kernels.py").write_text(kernels)
+        (tmp_path / "script.py").write_text(script)
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        return subprocess.Popen([sys.executable, "script.py", str(processors)], cwd=tmp_path, env=environment, **pipes)
+
+    return start
+
+
+@pytest.mark.slow
+def test_what_is_expected_is_compiled_beside_on_an_empty_cache_and_nothing_is_started_on_a_full_one(start):
+    found, errors = start(2).communicate()
+    begun, beside, hits = found.splitlines()
+    assert (begun, len(beside.split()), hits, errors) == ("begun", 1, "1", "")
+    found, errors = start(2).communicate()
+    assert (found, errors) == ("begun\n\n1\n", "")
+
+
+def test_one_processor_compiles_in_one_process(start):
+    assert start(1).communicate() == ("begun\n\n0\n", "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_no_process_is_left_over(start, number):
+    """Whatever ends the one that they compile for, they end within a second or so."""
+    process = start(2, ENDLESS, WAITING)
+    assert process.stdout.readline() == "begun\n"
+    (beside,) = map(int, process.stdout.readline().split())
+    process.send_signal(number)
+    process.communicate()
+    end = time.monotonic() + 10.0
+    while time.monotonic() < end and _runs(beside):
+        time.sleep(0.05)
+    assert not _runs(beside)
+
+
+def _runs(pid: int) -> bool:
+    """Whether a process runs: an ended one that nobody has asked for its status does not."""
+    try:
+        with open(f"/proc/{pid}/stat") as stat:
+            return stat.read().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+RAN = """
+from linkages.kernel import cache
+{what}
+print(*sorted(name for name, code in cache._loaded.items() if code is not None))
+"""
+WORK = """import sys
+from linkages.engines import ahead
+for job in ahead.{}({}):
+    job()
+assert not {{"pydrake", "matplotlib"}} & set(sys.modules)
+"""
+RUN = """import linkages
+system = linkages.load(linkages.find_file("seven_bar.toml"), {{"duration": 0.01}})
+run = linkages.simulate(system, "{}")
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("engine", "settings"), [("compiled", "True"), ("drake", "")])
+def test_plans_name_what_a_run_needs(engine, settings):
+    """A run of the press needs hardly a kernel that its engine's plan does not compile, nor the plan one more.
+
+    What differs are laws (of the film, of the contact) and the search for extremes.
+    """
+
+    def loaded(what):
+        command = [sys.executable, "-c", RAN.format(what=what)]
+        return set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.split())
+
+    loaded(RUN.format(engine))  # what compiles has the parts of kernels too
+    ran, planned = loaded(RUN.format(engine)), loaded(WORK.format(engine, settings))
+    assert len(ran) > 50
+    assert len(ran ^ planned) <= 4
+
+
+def test_processors_are_those_that_may_be_used():
+    allowed = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        assert ahead.processors() == 1
+    finally:
+        os.sched_setaffinity(0, allowed)

@@ -1,0 +1,153 @@
+"""Links that bend as rows of rigid pieces: the second model of them, which shares no kernel of modes with the first."""
+
+import pickle
+
+import numpy as np
+import pytest
+from bent_machines import MACHINES, bent_machine
+
+import linkages
+from linkages.engines import engine
+from linkages.results.summary import judge
+from linkages.system.segments import segmented
+
+# of a run until the end of the second impact, or of the only one
+DURATIONS = {"ideal": 0.01, "lubricated": 0.01}
+DRY = {"slider_crank": 6e-4, "four_bar": 1e-3, "seven_bar": 6.2e-4}
+ENERGY = ("kinetic_energy", "potential_energy")
+
+every_machine = pytest.mark.parametrize(
+    "name", ["slider_crank", *(pytest.param(name, marks=pytest.mark.slow) for name in ("four_bar", "seven_bar"))]
+)
+every_law = pytest.mark.parametrize("law", ["ideal", "lubricated", "dry"])
+
+
+def in_pieces(system, count):
+    """The system with so many cells in each link that bends."""
+    return segmented(system.replaced({f"links.{name}.segments": count for name in system.experiment.flexible}))
+
+
+def moved(system):
+    """A run of the compiled engine, as a function of time."""
+    run = engine("compiled").simulate(system)
+    assert run.status.value == "ok"
+    return run.evaluate
+
+
+def difference(one, other, name):
+    return np.sqrt(np.mean((one[name] - other[name]) ** 2) / np.mean(other[name] ** 2))
+
+
+@every_machine
+@every_law
+def test_pieces_tend_to_the_modes_with_the_square_of_their_length(tmp_path, name, law):
+    """Deflection until the second impact, or over 10 ms: a quarter is left at half the length.
+
+    In dry contact from 8 pieces on: before, the blow meets too few of them.
+    """
+    duration = DURATIONS.get(law) or DRY[name]
+    system = bent_machine(tmp_path, name, law, duration)
+    times = np.linspace(0.0, duration, 401)
+    exact = moved(system)(times)
+    coarse, fine = (moved(in_pieces(system, n))(times) for n in ((8, 16) if law == "dry" else (4, 8)))
+    left = difference(coarse, exact, "middle.deflection"), difference(fine, exact, "middle.deflection")
+    assert left[1] < 0.01
+    assert 3.5 < left[0] / left[1] < 4.5
+    for force in () if law == "dry" else (f"{MACHINES[name][1][0]}.bending", "B.force"):
+        assert difference(fine, exact, force) < 0.02
+
+
+def test_pieces_of_simeons_rod_tend_to_those_of_another_code(tmp_path):
+    """Equal pieces by DOP853, 16 and 32 extrapolated: w(100 ms) = 0.1436662 mm; these end in half pieces instead."""
+    keys = 'axial = 0\nstiffness_damping = 1.5e-5\nstart = "undeformed"'
+    system = bent_machine(tmp_path, "slider_crank", "ideal", 0.1, keys)
+    coarse, fine = (moved(in_pieces(system, n))(np.array([0.1]))["middle.deflection"][0] for n in (16, 32))
+    assert fine + (fine - coarse) / 3.0 == pytest.approx(0.1436662e-3, abs=1e-8)  # its own error is of h^4
+
+
+def test_no_energy_is_lost_but_in_damping(tmp_path):
+    """Work of the drive less what the hinges' dampers take is the change of energy; strain is that of the springs."""
+    system = in_pieces(bent_machine(tmp_path, "slider_crank", keys="axial = 0"), 8)
+    times = np.linspace(0.0, 0.01, 4001)
+    columns = moved(system)(times)
+    row = system.rows["rod"]
+    strain = sum(0.5 * k * columns[f"q.{joint}"] ** 2 for joint, k in zip(row.joints, row.stiffnesses, strict=True))
+    np.testing.assert_allclose(columns["strain_energy"], strain, rtol=1e-12)
+    rates = (np.gradient(columns[f"q.{joint}"], times, edge_order=2) for joint in row.joints)
+    taken = sum(row.damping * k * rate**2 for rate, k in zip(rates, row.stiffnesses, strict=True))
+    np.testing.assert_allclose(columns["damping_power"], taken, atol=1e-3 * taken.max())
+    change = sum(columns[name][-1] - columns[name][0] for name in ENERGY)
+    work = np.trapezoid(columns["O.power"] - columns["damping_power"], times)
+    assert change == pytest.approx(work, abs=1e-5 * np.trapezoid(np.abs(columns["O.power"]), times))
+
+
+def test_the_pieces_have_the_mass_and_inertia_of_the_beam(tmp_path):
+    """In sum, about the beam's middle, with one cell too."""
+    whole = bent_machine(tmp_path, "four_bar")
+    for count in (2, 7):
+        machine = in_pieces(whole, count).mechanism
+        for name in ("coupler", "follower"):
+            parts = [machine.link[piece] for piece in in_pieces(whole, count).rows[name].pieces]
+            link = whole.mechanism.link[name]
+            assert len(parts) == count + 1
+            assert sum(part.mass for part in parts) == pytest.approx(link.mass, rel=1e-12)
+            centre = sum(part.mass * part.com for part in parts) / link.mass
+            np.testing.assert_allclose(centre, link.com, atol=1e-12)
+            turning = sum(p.inertia + p.mass * np.sum((p.com - link.com) ** 2) for p in parts)
+            assert turning == pytest.approx(link.inertia, rel=1e-12)
+
+
+def test_a_start_in_pieces_is_that_of_the_modes(tmp_path):
+    """Quasi-static: the same deflection to the second order, loops closed, and the machine goes through a pickle."""
+    system = bent_machine(tmp_path, "slider_crank", duration=1e-3).replaced({"drives.O.angle": 1.0})
+    exact = moved(system)(np.zeros(1))["middle.deflection"][0]
+    assert abs(exact) > 1e-4  # m
+    missed = [moved(in_pieces(system, n))(np.zeros(1))["middle.deflection"][0] - exact for n in (4, 8)]
+    assert missed[0] / missed[1] == pytest.approx(4.0, rel=0.15)
+    again = pickle.loads(pickle.dumps(in_pieces(system, 4)))
+    np.testing.assert_array_equal(again.assembly.q, in_pieces(system, 4).assembly.q)
+
+
+def test_drake_moves_the_same_pieces(tmp_path):
+    """Its own plant, and the compiled engine with the same machine, to the tolerance; names are those of the modes'."""
+    whole = bent_machine(tmp_path, "slider_crank", duration=5e-4, accuracy=1e-6)
+    system = whole.replaced({"links.rod.segments": 4})
+    run, times = linkages.simulate(system), np.linspace(0.0, 5e-4, 11)
+    drake, compiled = run.evaluate(times), moved(in_pieces(whole, 4))(times)
+    assert drake.keys() == compiled.keys()
+    for name in ("middle.deflection", "slider.x", "rod.stress", "O.torque", "B.force", "strain_energy"):
+        np.testing.assert_allclose(drake[name], compiled[name], rtol=1e-4, atol=1e-6 * np.abs(compiled[name]).max())
+    missing = linkages.simulate(system, "compiled").columns.keys() - run.columns.keys()
+    assert missing == {f"q.rod.bending{k + 1}" for k in range(8)}
+    assert (run.units["q.rod/hinge1"], run.units["rod.stress"], run.units["middle.deflection"]) == ("rad", "Pa", "m")
+
+
+@pytest.mark.slow
+@every_law
+@pytest.mark.parametrize("name", list(MACHINES))
+def test_drakes_pieces_come_nearer_to_the_modes_the_more_they_are(tmp_path, name, law):
+    """On three linkages; in dry joints through the first impact."""
+    duration = {"slider_crank": 3e-4, "four_bar": 2.7e-4, "seven_bar": 6e-4}[name] if law == "dry" else 2e-4
+    system = bent_machine(tmp_path, name, law, duration, accuracy=1e-6)
+    times = np.linspace(0.0, duration, 101)
+    exact = moved(system)(times)
+    left = []
+    for count in (4, 16) if law == "dry" else (4, 8):
+        pieces = {f"links.{link}.segments": count for link in system.experiment.flexible}
+        run = linkages.simulate(system.replaced(pieces))
+        left.append(difference(run.evaluate(times), exact, "middle.deflection"))
+    assert left[1] < left[0] / 2.0
+
+
+def test_what_segments_cannot_do_is_said(tmp_path):
+    """Links that may stretch are warned of, by the engine that does not stretch them; no stiffening is refused."""
+    keys = "bending = 4\nsegments = 2"
+    system = bent_machine(tmp_path, "slider_crank", "ideal", 1e-4, keys, 1e-5)
+    found = linkages.study(system)
+    kinds = [one["kind"] for one in judge(found, linkages.summarize(found))["warnings"]]
+    assert kinds.count("segments") == 1
+    assert found.tighter.columns.keys() - found.run.columns.keys() == {"q.rod/hinge3", "q.rod/hinge4"}
+    other = linkages.study(system, "compiled", error_estimate=False)
+    assert "segments" not in [one["kind"] for one in judge(other, linkages.summarize(other))["warnings"]]
+    with pytest.raises(linkages.InputError, match=r"links\.rod\.stiffening: is false, but Drake's rigid segments"):
+        linkages.simulate(system.replaced({"links.rod.stiffening": False}))
