@@ -1,12 +1,14 @@
 """Cost of the 3-RRR robot with flexible links: ``python benchmarks/flexible.py [--figure FILE.png]``.
 
 Prints the time of the modal map of 360 poses with one element in each link (21 unknowns; wanted: 0.15 s),
-with 16 elements (first 10 modes; wanted: 10 s), and dense against sparse for several numbers of elements.
+with 16 elements (first 10 modes; wanted: 10 s), and dense against sparse for several numbers of elements; then one
+revolution of the robot as a linkage with six links of five modes each and three lubricated joints (wanted: 5 s).
 """
 
 from __future__ import annotations
 
 import argparse
+import statistics
 import timeit
 from collections.abc import Callable
 from functools import partial
@@ -15,6 +17,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from linkages import load, simulate
 from linkages.files.shipped import data_folder
 from linkages.three_rrr import modes as modes_module
 from linkages.three_rrr.branch import Branch, follow, start_assembly
@@ -75,6 +78,10 @@ def main() -> None:
         sparse = 1e3 * with_solver(0, run) / len(some) if model.size > 4 * MODES else np.nan
         rows.append((n, dense, sparse))
         print(f"{n:8d}{model.size:10d}{dense:12.3f}{sparse:12.3f}")
+    linkage = load(data_folder() / "three_rrr_clearance.toml")
+    steps = simulate(linkage, "compiled").provenance["steps"]
+    walls = timeit.repeat(lambda: simulate(linkage, "compiled"), repeat=5, number=1)
+    print(f"\none revolution with three lubricated joints: {statistics.median(walls):.2f} s, {steps} steps")
     if options.figure:
         draw(np.array(rows), options.figure)
 

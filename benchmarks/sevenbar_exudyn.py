@@ -78,7 +78,7 @@ class Model:
 
     def _add_bodies(self) -> None:
         tree, items = self.tree, self.items
-        self.pose, self.velocity = np.empty((len(tree.bodies), 5)), np.empty((len(tree.bodies), 3))
+        self.pose, self.velocity = np.empty((len(tree.bodies.records), 5)), np.empty((len(tree.bodies.records), 3))
         body_positions(tree.bodies, self.assembly.q, self.pose)
         body_velocities(tree.bodies, self.pose, self.assembly.v, self.velocity)
         self.nodes, self.objects = {}, {"world": self.solver.AddObject(items.ObjectGround())}
@@ -86,7 +86,7 @@ class Model:
         self.still = self.solver.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
         for link in tree.mechanism.links:
             i = tree.index[link.name]
-            body, (x, y, angle, c, s), (omega, vx, vy) = tree.bodies[i], self.pose[i], self.velocity[i]
+            body, (x, y, angle, c, s), (omega, vx, vy) = tree.bodies.records[i], self.pose[i], self.velocity[i]
             rx, ry = c * body.cx - s * body.cy, s * body.cx + c * body.cy
             place, rates = [x + rx, y + ry, angle], [vx - omega * ry, vy + omega * rx, omega]
             node = items.NodeRigidBody2D(referenceCoordinates=place, initialVelocities=rates)
@@ -96,7 +96,7 @@ class Model:
 
     def _point(self, link, drawn):
         index, x, y = self.tree.marker(link, drawn)
-        place = [x - self.tree.bodies[index].cx, y - self.tree.bodies[index].cy, 0.0]
+        place = [x - self.tree.bodies.records[index].cx, y - self.tree.bodies.records[index].cy, 0.0]
         marker = self.items.MarkerBodyRigid(bodyNumber=self.objects[link], localPosition=place)
         return self.solver.AddMarker(marker)
 
