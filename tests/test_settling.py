@@ -49,6 +49,17 @@ def test_motions_of_known_kind(signal, periods, kind, of_drives):
     assert found[:2] == (kind, of_drives)
 
 
+@pytest.mark.parametrize("periods", [3, 5, 12])
+def test_scatter_between_periods_is_no_trend(periods):
+    """What a run's own errors change from period to period, a ten-thousandth, may by chance shrink a little."""
+    random = np.random.default_rng(20260816)
+    for _ in range(300):
+        knots = random.uniform(-1e-4, 1e-4, (8 * periods + 1, 2))
+        noise = [np.interp(np.arange(periods * PHASES + 1) / 6.0, np.arange(len(knots)), column) for column in knots.T]
+        found = classify(_back(lambda t: [np.cos(TURN * t), np.sin(TURN * t)], periods) + np.array(noise).T)
+        assert found[:2] == ("periodic", 1)
+
+
 def test_what_does_not_repeat_is_told_how_far_it_is_from_that():
     """A whirl at half the drives' frequency: a period later it is on the other side, so twice its radius away."""
     *_, why = classify(_back(lambda t: [0.03 * np.cos(np.pi * t), 0.03 * np.sin(np.pi * t)], 3))

@@ -8,8 +8,8 @@ no entry of their states differs by more than `SAME`.
 |----------------|----------------------------------------------------------------------------------------------------|
 | periodic       | at the end the state is that of n periods before, n = 1 to `MOST`, the least: over half of what    |
 |                | can be compared, at least n/2 and at most 3n periods. Where differences shrink by a factor from    |
-|                | one n periods to the next, what is still to come of them (a geometric series) is within `SAME`     |
-|                | too; for n > 1 the run must be long enough to tell                                                 |
+|                | one n periods to the next (by least squares, so that scatter is no trend), what is still to come   |
+|                | of them (a geometric series) is within `SAME` too; for n > 1 the run must be long enough to tell   |
 | chaotic        | `ENOUGH` periods or more, and states that are close part: the distance of a state from its nearest |
 |                | neighbour among the others grows from one period to the next, by `GROWTH` in its natural logarithm |
 | quasi-periodic | as many periods, and neighbours neither part nor approach                                          |
@@ -163,12 +163,12 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
         window = min(max(shift // 2, (last - shift) // 2), 3 * shift)
         if last < shift + window:
             break
-        apart = np.abs(states[:-shift] - states[shift:]).max(axis=1)
-        recent = float(apart[: window + 1].max())
-        before = float(apart[shift : shift + window + 1].max()) if last >= 2 * shift + window else np.inf
-        if n > 1 and before == np.inf:
+        changes = states[:-shift] - states[shift:]
+        apart = np.abs(changes).max(axis=1)
+        recent, told = float(apart[: window + 1].max()), last >= 2 * shift + window
+        if n > 1 and not told:
             break  # of a whirl that dies away two periods may look alike
-        rest = recent * recent / (before - recent) if before > recent else recent
+        rest = _rest(changes[: window + 1], changes[shift : shift + window + 1]) if told else 0.0
         if max(recent, rest) <= SAME:
             apart_at = np.flatnonzero(apart > SAME)
             first = int(apart_at[0]) - 1 if len(apart_at) else len(apart) - 1
@@ -188,6 +188,13 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
     if growth * count < np.log(_SHRINKS) or steps < _SHRINKS:
         return "not settled", 0, None, _SETTLES
     return "quasi-periodic", 0, None, "it does not repeat, and states that are close stay close"
+
+
+def _rest(recent: Array, before: Array) -> float:
+    """Return what is still to come of changes (nt, m) that follow those before as terms of geometric series do."""
+    factor = (recent * before).sum(axis=0) / np.maximum((before * before).sum(axis=0), 1e-300)
+    shrinks = (factor > 0.0) & (factor < 1.0)
+    return float(np.max(np.abs(recent).max(axis=0)[shrinks] * (factor / (1.0 - factor))[shrinks], initial=0.0))
 
 
 def _neighbours(states: Array, phases: int, count: int) -> tuple[float, float]:
