@@ -68,10 +68,15 @@ class Command(Protocol):
         """Run with parsed options; returns the exit status."""
 
 
-def commands() -> dict[str, Command]:
-    """Find every subcommand by name; warns of those of other packages that cannot be used, a line each."""
-    found: dict[str, object] = {name: importlib.import_module(f"{__name__}.{_module(name)}") for name in _OWN}
-    for point in entry_points(group="linkages.commands"):
+def commands(wanted: str = "") -> dict[str, Command]:
+    """Find subcommands by name: one of this package's own alone if it is wanted, else every one.
+
+    Warns of those of other packages that cannot be used, a line each.
+    """
+    alone = wanted in _OWN
+    names = (wanted,) if alone else _OWN
+    found: dict[str, object] = {name: importlib.import_module(f"{__name__}.{_module(name)}") for name in names}
+    for point in () if alone else entry_points(group="linkages.commands"):
         try:
             if point.name in found:
                 raise ValueError("the name is taken")

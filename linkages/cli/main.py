@@ -6,6 +6,7 @@ by SIGTERM, 141 the reader of the output has gone.
 
 from __future__ import annotations
 
+import gc
 import importlib.metadata
 import os
 import signal
@@ -16,6 +17,8 @@ from linkages.cli import Command, commands
 from linkages.cli.parsing import Parser
 from linkages.errors import InputError, RunError, nearest
 from linkages.signals import terminable
+
+_YOUNG = 250_000  # objects made between two looks for garbage: nearly all that a command makes stay to its end
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a machine and an experiment to begin with
@@ -51,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(words: list[str]) -> int:
-    known = commands()
+    known = commands(*words[:1])
     command_line = parser(known)
     if not words:
         command_line.print_help(sys.stderr)
@@ -82,6 +85,7 @@ def _version() -> str:
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
+    gc.set_threshold(_YOUNG)
     with terminable() as came:
         try:
             status = run(*arguments)

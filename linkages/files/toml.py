@@ -33,7 +33,7 @@ class Table(BaseModel):
     Numbers may be written with a unit, in quotes, where the key's description gives one in brackets.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
     of_any_joint: ClassVar[bool] = False  # whether what has rad in its unit may be of a sliding joint, in m
 
 
