@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from browser import find_browser, open_page
-from machines import PLANES, four_bar, joint, slider_crank
+from machines import PLANES, bar, four_bar, joint, model, slider_crank
 
 from linkages import Status, Trajectory
 from linkages.cli.main import main
@@ -57,6 +57,14 @@ def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(machin
     for value, angle in zip(way.values, one.angle, strict=True):
         diagonal = np.sqrt(0.3**2 + 0.1**2 - 2 * 0.3 * 0.1 * np.cos(value))
         assert angle == pytest.approx(angle_between(0.25, 0.3, diagonal), abs=1e-7)
+
+
+def test_a_link_that_is_moved_by_several_has_no_transmission_angle(machine):
+    """A second rod from the coupler to a floating link: only joints of links on the ground have ways of their own."""
+    text = four_bar(extra=FOOT + bar("rod", 0.1, "toe", 0.3) + bar("foot", 0.2, "rod_tip", 1.0))
+    text = text.replace("</model>", joint("T", "coupler", "rod") + joint("S", "rod_tip", "foot") + "</model>")
+    way = travel(movable(machine(text), {"O": 0.0, "T": 0.0, "S": 0.0}), "O")
+    assert [(one.link, one.joint) for one in way.transmissions] == []
 
 
 def test_dead_centres_of_a_rocker_are_where_crank_and_coupler_lie_in_line(machine):
@@ -192,6 +200,80 @@ def test_everything_that_is_done_with_a_machine_is_drawn_and_named(loaded):
     tail, tip = placed(arrow.at, slider.poses[0])
     assert tip[1] > tail[1]  # the force is upwards whatever the link does
     assert tip[0] == pytest.approx(tail[0])
+
+
+GEARED = """
+duration = 1.0
+[drives.O]
+speed = -2.0
+[gears.mesh]
+joints = ["O", "Q"]
+ratio = -0.5
+[frictions.pin]
+joint = "Q"
+constant = 0.1
+[stops.end]
+joint = "Q"
+side = "upper"
+limit = 0.5
+contact = { law = "hertz", restitution = 1.0, stiffness = 100.0 }
+[forces.drag]
+point = "one"
+formula = ["-3*one.vx", "0"]
+[forces.own]
+point = "two_tip"
+axes = "body"
+force = [0.0, -2.0]
+"""
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
+def test_gears_stops_and_frictions_are_drawn(experiment_file, axis):
+    """Pitch circles touch between the axes; the stop is a ray from the joint, turned from the link by its limit."""
+    text = bar("one", 0.1, "__model__", 0.3) + bar("two", 0.2, "pivot", 1.0) + joint("O", "world", "one", axis=axis)
+    text += '<frame name="pivot" attached_to="world"><pose>0.3 0 0 0 0 0</pose></frame>'
+    drawing = draw(load(experiment_file(model("pair", text + joint("Q", "world", "two", axis=axis)), GEARED)))
+    assert drawing.facts[0].endswith("1 degree of freedom")  # the gear takes the other
+    assert [slider.name for slider in drawing.sliders] == ["O"]
+    assert {"mesh", "pin", "end", "drag", "own"} <= {one.text for one in drawing.shapes if one.role == "load name"}
+    (middle,) = [placed(one.at, drawing.pose)[0] for one in drawing.shapes if one.role == "friction"]
+    np.testing.assert_allclose(middle, [0.3, 0.0], atol=1e-12)
+    circles = [placed(one.at, drawing.pose) for one in drawing.shapes if one.role == "gear"]
+    for rim, centre, radius in zip(circles, (0.0, 0.3), (0.1, 0.2), strict=True):
+        np.testing.assert_allclose(np.linalg.norm(rim[1:] - [centre, 0.0], axis=1), radius, rtol=1e-9)
+    rays = [placed(one.at, drawing.pose) - [0.3, 0.0] for one in drawing.shapes if one.role == "hatch"]
+    angle = 1.0 + (0.5 if axis == "0 0 1" else -0.5)
+    along = [ray[1] - ray[0] for ray in rays if np.isclose(abs(np.linalg.det(ray)), 0.65 * 4.4 * drawing.unit**2)]
+    assert any(np.allclose(one / np.linalg.norm(one), [np.cos(angle), np.sin(angle)]) for one in along)
+
+
+@pytest.mark.parametrize(("speed", "sign"), [(2.0, 1.0), (-2.0, -1.0)])
+def test_arrows_point_where_drives_go_and_loads_push(experiment_file, speed, sign):
+    text = model("arm", bar("one", 0.1, "__model__", 0.3) + joint("O", "world", "one"))
+    done = f"""
+duration = 0.1
+[drives.O]
+speed = {speed}
+[forces.drag]
+point = "one_tip"
+formula = ["0", "-3*one_tip.vy"]
+[forces.own]
+point = "one_tip"
+axes = "body"
+force = [0.0, -2.0]
+[torques.brake]
+link = "one"
+formula = "-one.omega"
+"""
+    drawing = draw(load(experiment_file(text, done)))
+    drag, own, brake = (placed(one.at, drawing.pose) for one in drawing.shapes if one.role == "load")
+    np.testing.assert_allclose((drag[1] - drag[0]) / np.linalg.norm(drag[1] - drag[0]), [0.0, -sign], atol=1e-12)
+    across = [np.sin(0.3), -np.cos(0.3)]  # y of the link, backwards
+    np.testing.assert_allclose((own[1] - own[0]) / np.linalg.norm(own[1] - own[0]), across, atol=1e-12)
+    (drive,) = [placed(one.at, drawing.pose) for one in drawing.shapes if one.role == "drive"]
+    for ring, way in ((drive, sign), (brake, -sign)):
+        assert np.sign(np.linalg.det([ring[1] - ring[0], ring[2] - ring[1]])) == way
+    assert drawing.sliders[0].sense == sign
 
 
 def test_words_of_a_file_cannot_break_the_picture_or_the_page(loaded):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.experiment import nothing_done
+from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.model.skeleton import skeleton
 from linkages.planar.bodies import make_motion, make_pose
@@ -25,7 +27,7 @@ _STILL = 1e-6  # of the fastest point: slower ones have no direction
 
 @dataclass(frozen=True)
 class Transmission:
-    """A link with two pins, which passes a force along itself to the joint farther from the drive.
+    """A link with two pins, which passes a force along itself to a link on the ground, farther from the drive.
 
     Attributes
     ----------
@@ -70,7 +72,7 @@ class Travel:
     transmissions: tuple[Transmission, ...]
 
 
-def movable(mechanism: Mechanism, starts: Mapping[str, float]) -> System:
+def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[str, Gear] | None = None) -> System:
     """Make a system whose drives determine the motion of the machine with ideal joints.
 
     Parameters
@@ -80,6 +82,8 @@ def movable(mechanism: Mechanism, starts: Mapping[str, float]) -> System:
         Joints that are driven, with their coordinates [rad or m]; those that the others already move are left out.
         Where they are too few, further joints are driven from the drawn pose: such as turn fully before others, joints
         on the ground before others, revolute ones before prismatic ones.
+    gears : mapping of str to Gear, optional
+        Gears and belts between joints.
 
     Returns
     -------
@@ -91,17 +95,18 @@ def movable(mechanism: Mechanism, starts: Mapping[str, float]) -> System:
     AssemblyError
         If the loops do not close as drawn.
     """
-    mobility = _held(mechanism, {}).assembly.mobility
+    held = partial(_held, mechanism, gears or {})
+    mobility = held({}).assembly.mobility
     wanted = list(starts)
     if mobility == 1 and not wanted:
-        wanted = [name for name in _candidates(mechanism) if _turns_fully(mechanism, name)][:1]
+        wanted = [name for name in _candidates(mechanism) if _turns_fully(held({name: 0.0}), name)][:1]
     chosen: dict[str, float] = {}
     for name in dict.fromkeys([*wanted, *_candidates(mechanism)]):
         if len(chosen) == mobility:
             break
-        if _independent(_held(mechanism, {**dict.fromkeys(chosen, 0.0), name: 0.0})):
+        if _independent(held({**dict.fromkeys(chosen, 0.0), name: 0.0})):
             chosen[name] = starts.get(name, 0.0)
-    return _held(mechanism, chosen)
+    return held(chosen)
 
 
 def travel(system: System, drive: str) -> Travel:
@@ -143,8 +148,8 @@ def travel(system: System, drive: str) -> Travel:
     return Travel(drive, values, pose, full, ends, found)
 
 
-def _held(mechanism: Mechanism, starts: Mapping[str, float]) -> System:
-    return System(mechanism, nothing_done(mechanism.source, drives=starts))
+def _held(mechanism: Mechanism, gears: Mapping[str, Gear], starts: Mapping[str, float]) -> System:
+    return System(mechanism, nothing_done(mechanism.source, drives=starts, gears=gears))
 
 
 def _candidates(mechanism: Mechanism) -> list[str]:
@@ -154,11 +159,10 @@ def _candidates(mechanism: Mechanism) -> list[str]:
     return sorted(rank, key=lambda name: rank[name])
 
 
-def _turns_fully(mechanism: Mechanism, name: str) -> bool:
-    if mechanism.joint[name].type != "revolute":
+def _turns_fully(system: System, name: str) -> bool:
+    if system.mechanism.joint[name].type != "revolute":
         return False
     try:
-        system = _held(mechanism, {name: 0.0})
         return system.determinate and _way(system, name, 2.0 * np.pi).status is Status.OK
     except (AssemblyError, InputError):
         return False
@@ -185,6 +189,8 @@ def _transmissions(
     """Find what links with two pins pass on."""
     mechanism, found = system.mechanism, []
     away = _distances(mechanism, drive)
+    grounded = [{joint.parent, joint.child} for joint in mechanism.joints if "world" in (joint.parent, joint.child)]
+    guided = set().union(*grounded)  # others go where several links take them
     for link in mechanism.links:
         joints = [joint for joint in mechanism.joints if link.name in (joint.parent, joint.child)]
         beyond = [joint.parent if joint.child == link.name else joint.child for joint in joints]
@@ -193,6 +199,8 @@ def _transmissions(
         if len(skeleton(mechanism, link, system.tree.extent).places) != 2:  # it carries a point of its own
             continue
         far, near = (1, 0) if away[beyond[1]] >= away[beyond[0]] else (0, 1)
+        if beyond[far] not in guided:
+            continue
         places, rates = zip(
             *(_followed(system, joint.child, joint.on_child, pose, vel) for joint in (joints[near], joints[far])),
             strict=True,

@@ -253,6 +253,7 @@ def nothing_done(
     overrides: Mapping[str, Any] | None = None,
     origin: str = ARGUMENT,
     drives: Mapping[str, float] | None = None,
+    gears: Mapping[str, Gear] | None = None,
 ) -> Experiment:
     """Return an experiment that does nothing with a machine: ideal joints, no loads, its drives at rest.
 
@@ -264,14 +265,19 @@ def nothing_done(
         As `load_experiment`.
     drives : mapping of str to float, optional
         Driven joints and their coordinates [rad or m].
+    gears : mapping of str to Gear, optional
+        What is joined by gears and belts.
 
     Raises
     ------
     InputError
         If a path or a value is not valid.
     """
+    geared = {name: gear.model_dump() for name, gear in (gears or {}).items()}
     still = {name: {"angle": float(angle), "speed": 0.0} for name, angle in (drives or {}).items()}
-    return _build(path, {"mechanism": path.name, "duration": 1.0, "drives": still}, {}, overrides or {}, origin)
+    return _build(
+        path, {"mechanism": path.name, "duration": 1.0, "drives": still, "gears": geared}, {}, overrides or {}, origin
+    )
 
 
 def keys() -> Iterator[tuple[str, str]]:

@@ -3,7 +3,9 @@
 | module  | responsibility                                                                                     |
 |---------|----------------------------------------------------------------------------------------------------|
 | shapes  | `Shape`: points fixed to bodies and how they look; the table of styles                             |
-| parts   | the shapes of links, joints, ground, drives, loads, points                                         |
+| parts   | the shapes of links, joints, ground, points                                                        |
+| values  | which way drives go and loads act                                                                  |
+| done    | the shapes of what is done with the machine: drives, loads, gears, stops                           |
 | drawing | `Drawing`: all shapes of a machine, and its poses over the way of each drive                       |
 | facts   | what is to be known of the machine, in sentences                                                   |
 | svg     | a drawing -> SVG                                                                                   |

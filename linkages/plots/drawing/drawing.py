@@ -14,9 +14,11 @@ from linkages.model.doubts import doubts
 from linkages.model.experiment import Experiment
 from linkages.planar.bodies import make_pose
 from linkages.planar.kinematics import body_positions
+from linkages.plots.drawing.done import Done
 from linkages.plots.drawing.facts import facts, joint_table, link_table
 from linkages.plots.drawing.parts import Parts
 from linkages.plots.drawing.shapes import Shape, placed, shape
+from linkages.plots.drawing.values import senses, strongest
 from linkages.plots.style import asked_points, round_length
 from linkages.system import System
 from linkages.system.spanning import spanning_tree
@@ -43,6 +45,8 @@ class Slider:
         Position [m] and angle [rad] of each body.
     first : int
         The index of the start.
+    sense : float
+        1 or -1: which way it goes first when it is played.
     """
 
     name: str
@@ -50,6 +54,7 @@ class Slider:
     values: Array
     poses: Array
     first: int
+    sense: float
 
 
 @dataclass(frozen=True)
@@ -116,7 +121,7 @@ def draw(asked: System) -> Drawing:
     mechanism, experiment = asked.mechanism, asked.experiment
     starts = _starts(experiment)
     try:
-        system = movable(mechanism, starts)
+        system = movable(mechanism, starts, experiment.gears)
         ways = [travel(system, name) for name in system.experiment.drives]
         tree, pose, problem = system.tree, _pose(system.tree, system.assembly.q), ""
     except AssemblyError as failure:
@@ -128,11 +133,12 @@ def draw(asked: System) -> Drawing:
     given += [touch.anchor for touch in experiment.contacts.values()]
     anchors = [np.array(anchor) for anchor in given if anchor is not None]
     low, high = _box(tree, poses, anchors)
-    parts = Parts(tree, low, high, poses)
-    shapes = tuple(_shapes(parts, experiment, ways, low, high))
+    parts, way_of = Parts(tree, low, high, poses), senses(asked)
+    shapes = tuple(_shapes(parts, Done(parts, way_of, strongest(asked)), experiment, ways, low, high))
     title = experiment.title or mechanism.name
+    sliders = tuple(_slider(system, way, way_of.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
-        title, shapes, pose, tuple(_slider(system, way) for way in ways if system), low, high,
+        title, shapes, pose, sliders, low, high,
         tuple(facts(mechanism, system, ways, starts)), tuple(doubts(mechanism, tree.extent, experiment)),
         joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
     )  # fmt: skip
@@ -165,7 +171,9 @@ def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Arr
     return middle - 0.5 * size, middle + 0.5 * size
 
 
-def _shapes(parts: Parts, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array) -> Iterator[Shape]:
+def _shapes(
+    parts: Parts, done: Done, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array
+) -> Iterator[Shape]:
     """Everything, from below to above."""
     mechanism, play = parts.mechanism, experiment.play
     points = asked_points(experiment.outputs)
@@ -183,12 +191,12 @@ def _shapes(parts: Parts, experiment: Experiment, ways: Sequence[Travel], low: A
     for joint in sorted(mechanism.joints, key=lambda joint: joint.type != "prismatic"):  # pins above blocks
         yield from parts.joint(joint, joint.name in play)
     for way in ways:
-        yield from parts.drive(mechanism.joint[way.drive])
-    yield from parts.loads(experiment)
-    for name in points:
-        yield from parts.point(name)
+        yield from done.drive(mechanism.joint[way.drive])
     for link in mechanism.links:
         yield parts.link_name(link)
+    yield from done.all(experiment)
+    for name in points:
+        yield from parts.point(name)
     yield from parts.joint_names([way.drive for way in ways])
 
 
@@ -221,7 +229,7 @@ def _axis(direction: Array) -> str:
     return "xyz"[k] if direction[k] > 1.0 - 1e-9 else ("x_P" if abs(direction[2]) < 1e-9 else "y_P")
 
 
-def _slider(system: System, way: Travel) -> Slider:
+def _slider(system: System, way: Travel, sense: float) -> Slider:
     """Keep of a way what can be seen."""
     turns = system.mechanism.joint[way.drive].type == "revolute"
     start = system.experiment.drives[way.drive].start
@@ -230,7 +238,7 @@ def _slider(system: System, way: Travel) -> Slider:
     values = way.values[keep]
     factor = 180.0 / np.pi if turns else 1e3
     first = int(np.argmin(np.abs(values - start)))
-    return Slider(way.drive, "deg" if turns else "mm", factor * values, way.pose[keep][:, :, :3], first)
+    return Slider(way.drive, "deg" if turns else "mm", factor * values, way.pose[keep][:, :, :3], first, sense)
 
 
 def _thinned(rows: Array, most: int) -> Array:

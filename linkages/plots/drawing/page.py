@@ -23,6 +23,7 @@ def page(drawing: Drawing) -> str:
             "unit": slider.unit,
             "first": slider.first,
             "poses": [[[float(f"{v:.{_DIGITS}g}") for v in row] for row in pose] for pose in slider.poses],
+            "sense": slider.sense,
             "full": bool(np.ptp(slider.values) > 359.9 and slider.unit == "deg"),
         }
         for slider in drawing.sliders

@@ -1,15 +1,12 @@
-"""The shapes of a machine's parts: links, joints, ground, drives, loads, points that are asked about."""
+"""The shapes of a machine's parts: links, joints, ground, points that are asked about; pieces of other shapes."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.model.contact_tables import LineContact
-from linkages.model.experiment import Experiment
-from linkages.model.load_tables import Force, Spring, TorsionSpring
 from linkages.model.mechanism import Joint, Link
 from linkages.model.skeleton import skeleton
 from linkages.plots.drawing.shapes import Point, Shape, placed, shape
@@ -21,10 +18,8 @@ Array = NDArray[np.float64]
 _SIDE = (4.6, 3.2)  # of a block
 _STAND = (1.7, 2.6)  # half the width, and the height, of a stand on the ground
 _HATCH = 0.75  # from one line of a hatching to the next
-_REACH = 12.0  # of a line that a point can meet, to both sides
-_ARROW = 9.0
 _HEAD = 1.5
-_AWAY, _BEYOND = 2.9, 5.0  # of a name from its joint, and from that of a drive
+_AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # of a name from a pin, from a block, and from the arrow of a drive
 
 
 class Parts:
@@ -42,6 +37,7 @@ class Parts:
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
         self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
         self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0
+        self._taken: list[tuple[Array, Array]] = []  # places, and directions in which something lies there
 
     # -- places ------------------------------------------------------------------------------------
 
@@ -58,6 +54,48 @@ class Parts:
     def at(self, point: Point) -> Array:
         """Where a point is at the start (2,) [m]."""
         return placed(np.array([point]), self.poses[0])[0]
+
+    def take(self, here: Array, way: Array) -> None:
+        """Let names beside a place (2,) keep away from a direction (2,)."""
+        self._taken.append((here, way / np.linalg.norm(way)))
+
+    def name_beside(self, role: str, link: str, drawn: Array, away: float, text: str, links: Iterable[str]) -> Shape:
+        """Name a place on a link where nothing lies yet: no bar of the links that meet there, no ground, no other name.
+
+        Parameters
+        ----------
+        role : str
+            Of the name.
+        link : str
+        drawn : (2,) array
+        away : float
+            Of the name from the place, in units.
+        text : str
+        links : iterable of str
+        """
+        here = self.at(self.on(link, drawn))
+        taken = [way for place, way in self._taken if self._same(place, here)]
+        for name in links:
+            if name == "world":
+                taken.append(np.array([0.0, -1.0]))
+                continue
+            places = skeleton(self.mechanism, self.mechanism.link[name], self.tree.extent).places
+            ends = [self.at(self.on(name, place)) for place in places]
+            taken += [(end - here) / np.linalg.norm(end - here) for end in ends if not self._same(end, here)]
+        turn = np.linspace(0.5 * np.pi, 2.5 * np.pi, 24, endpoint=False)
+        ways = np.column_stack([np.cos(turn), np.sin(turn)])
+        nearest = np.max([ways @ other for other in taken], axis=0) if taken else np.zeros(len(ways))
+        letters = max(len(text) - 1, 0)
+        reach = away + 0.5 * letters * np.abs(ways[:, 0])
+        middle = here + self.unit * reach[:, None] * ways
+        edge = self.unit * (0.65 * letters + 1.0)  # half of the text
+        outside = (middle[:, 0] - edge < self.low[0]) | (middle[:, 0] + edge > self.high[0])
+        best = int(np.argmin(np.round(nearest + 2.0 * outside, 6)))
+        self.take(here, ways[best])
+        return shape(role, [self.off(link, drawn, reach[best] * ways[best])], text=text)
+
+    def _same(self, one: Array, other: Array) -> bool:
+        return bool(np.linalg.norm(one - other) < 1e-5 * self.tree.extent)
 
     # -- links -------------------------------------------------------------------------------------
 
@@ -79,6 +117,7 @@ class Parts:
         """Name a link beside the middle of its longest bar."""
         form = skeleton(self.mechanism, link, self.tree.extent)
         if not form.bars:
+            self.take(self.at(self.on(link.name, form.places[0])), np.array([0.0, -1.0]))
             return shape("link name", [self.off(link.name, form.places[0], (0.0, -4.0))], form.color, link.name)
         a, b = max(form.bars, key=lambda bar: float(np.linalg.norm(form.places[bar[1]] - form.places[bar[0]])))
         start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
@@ -103,7 +142,7 @@ class Parts:
         foot = [self.off("world", drawn, (x, y)) for x, y in ((0.0, 0.0), (-wide, -high), (wide, -high))]
         yield shape("ground", foot)
         ends = np.array([[-1.6 * wide, -high], [1.6 * wide, -high]])
-        yield from self._hatching(drawn, ends, np.array([0.0, -1.0]))
+        yield from self.hatching("world", drawn, ends, np.array([0.0, -1.0]))
 
     def joint(self, joint: Joint, play: bool) -> Iterator[Shape]:
         """Draw what lies over the links: pin, block, weld; a gap where the loops are open."""
@@ -131,100 +170,15 @@ class Parts:
         while joints:
             same = np.linalg.norm(here - here[0], axis=1) < 1e-5 * self.tree.extent
             group = [joint for joint, is_here in zip(joints, same, strict=True) if is_here]
-            yield self._joint_name(group, here[0], any(joint.name in driven for joint in group))
+            yield self._joint_name(group, any(joint.name in driven for joint in group))
             joints, here = [joint for joint in joints if joint not in group], here[~same]
 
-    def _joint_name(self, group: Sequence[Joint], here: Array, driven: bool) -> Shape:
-        links = {name for joint in group for name in (joint.parent, joint.child)}
-        taken = [np.array([0.0, -1.0])] if "world" in links else []
-        for name in links - {"world"}:
-            for place in skeleton(self.mechanism, self.mechanism.link[name], self.tree.extent).places:
-                way = self.at(self.on(name, place)) - here
-                if np.linalg.norm(way) > 1e-6 * self.tree.extent:
-                    taken.append(way / np.linalg.norm(way))
-        turn = np.linspace(0.5 * np.pi, 2.5 * np.pi, 24, endpoint=False)
-        ways = np.column_stack([np.cos(turn), np.sin(turn)])
-        nearest = np.max([ways @ other for other in taken], axis=0) if taken else np.zeros(len(ways))
+    def _joint_name(self, group: Sequence[Joint], driven: bool) -> Shape:
+        links = {name: None for joint in group for name in (joint.parent, joint.child)}
+        blocks = any(joint.type == "prismatic" for joint in group)
+        away = _BEYOND if driven else BLOCK if blocks else _AWAY
         text = ", ".join(joint.name for joint in group)
-        letters = max(len(text) - 1, 0)
-        reach = (_BEYOND if driven else _AWAY) + 0.5 * letters * np.abs(ways[:, 0])
-        middle = here + self.unit * reach[:, None] * ways
-        edge = self.unit * (0.65 * letters + 1.0)  # half of the text
-        outside = (middle[:, 0] - edge < self.low[0]) | (middle[:, 0] + edge > self.high[0])
-        best = int(np.argmin(np.round(nearest + 2.0 * outside, 6)))
-        return shape("joint name", [self.off(group[0].child, group[0].on_child, reach[best] * ways[best])], text=text)
-
-    # -- what is done with the machine -------------------------------------------------------------
-
-    def drive(self, joint: Joint) -> Iterator[Shape]:
-        """Draw an arrow in the direction of a joint's coordinate."""
-        if joint.type == "prismatic":
-            across = np.array([-joint.direction[1], joint.direction[0]])
-            ends = [self.on(joint.child, joint.on_child, s * joint.direction + 2.2 * across) for s in (-2.5, 2.5)]
-            yield from self.arrow("drive", ends)
-        else:
-            yield from self._turning("drive", joint.parent, joint.on_parent, 3.4, joint.sign)
-
-    def force(self, name: str, load: Force) -> Iterator[Shape]:
-        """Draw an arrow to the point where a force acts, in its first direction."""
-        point = self.mechanism.point[load.point]
-        values = [load.force] if load.force is not None else list(load.forces or [])
-        first = next((np.array(value) for value in values if any(value)), np.array([0.0, -1.0]))
-        way = first / np.linalg.norm(first)
-        if load.axes == "body":
-            c, s = np.cos(point.angle), np.sin(point.angle)
-            way = np.array([c * way[0] - s * way[1], s * way[0] + c * way[1]])
-        beside = self.on if load.axes == "body" else self.off
-        yield from self.arrow("load", [beside(point.link, point.origin, s * way) for s in (-_ARROW, -0.8)])
-        yield shape("load name", [beside(point.link, point.origin, -(_ARROW + 1.6) * way)], text=name)
-
-    def torque(self, name: str, link: str, positive: bool) -> Iterator[Shape]:
-        """Draw an arrow around the centre of mass."""
-        at = self.mechanism.link[link].com
-        yield from self._turning("load", link, at, 2.8, 1.0 if positive else -1.0)
-        yield shape("load name", [self.off(link, at, (0.0, 4.4))], text=name)
-
-    def spring(self, name: str, load: Spring) -> Iterator[Shape]:
-        """Draw a dashed line between two points; a stand where one is fixed to the ground."""
-        points = self.mechanism.point
-        one = points[load.point]
-        ends = [self.on(one.link, one.origin)]
-        if load.to is not None:
-            ends.append(self.on(points[load.to].link, points[load.to].origin))
-        else:
-            anchor = np.array(load.anchor)
-            yield from self.stand(anchor)
-            ends.append(self.on("world", anchor))
-        yield shape("spring", ends)
-        middle = self.at(ends[1]) - self.at(ends[0])
-        body, x, y, _, _ = ends[0]
-        yield shape("load name", [(body, x, y, *(0.5 * middle + np.array([0.0, 1.6 * self.unit])))], text=name)
-
-    def torsion(self, name: str, load: TorsionSpring) -> Iterator[Shape]:
-        """Draw a spiral in the joint, or at the centre of mass of the second link."""
-        if load.joint is not None:
-            link, at = self.mechanism.joint[load.joint].child, self.mechanism.joint[load.joint].on_child
-        else:
-            link = next(link for link in reversed(load.links or []) if link != "world")
-            at = self.mechanism.link[link].com
-        turn = np.linspace(0.0, 5.0 * np.pi, 60)
-        radius = 1.4 + 0.12 * turn
-        ways = np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
-        yield shape("load", [self.on(link, at, way) for way in ways])
-        yield shape("load name", [self.off(link, at, (0.0, 4.6))], text=name)
-
-    def line(self, name: str, touch: LineContact) -> Iterator[Shape]:
-        """Draw the line that a point can meet, hatched on the side where the point cannot be."""
-        frame = self.mechanism.point[touch.line] if touch.line is not None else None
-        link, at, angle = ("world", np.array(touch.anchor), touch.angle) if frame is None else (
-            frame.link, frame.origin, frame.angle
-        )  # fmt: skip
-        along, into = np.array([np.cos(angle), np.sin(angle)]), np.array([np.sin(angle), -np.cos(angle)])
-        yield shape("rail", [self.on(link, at, s * along) for s in (-_REACH, _REACH)])
-        for s in np.arange(-_REACH, _REACH, _HATCH):
-            slant = s * along + 0.8 * (into - 0.8 * along)
-            yield shape("hatch", [self.on(link, at, end) for end in (s * along, slant)])
-        yield shape("load name", [self.off(link, at, 2.2 * into)], text=name)
+        return self.name_beside("joint name", group[0].child, group[0].on_child, away, text, links)
 
     def point(self, name: str) -> Iterator[Shape]:
         """Mark a point that is asked about."""
@@ -233,26 +187,6 @@ class Parts:
         ends = [joint.on_child for joint in self.mechanism.joints]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
             yield shape("point name", [self.off(point.link, point.origin, (0.0, 1.9))], text=name)
-
-    def loads(self, experiment: Experiment) -> Iterator[Shape]:
-        """Draw all applied loads, and the lines of contacts."""
-        for name, force in experiment.forces.items():
-            yield from self.force(name, force)
-        for name, torque in experiment.torques.items():
-            values = [torque.torque] if torque.torque is not None else list(torque.torques or [])
-            link = torque.link or self._moving_end(torque.joint or "")
-            yield from self.torque(name, link, next((v > 0.0 for v in values if v), True))
-        for name, spring in experiment.springs.items():
-            yield from self.spring(name, spring)
-        for name, torsion in experiment.torsion_springs.items():
-            yield from self.torsion(name, torsion)
-        for name, touch in experiment.contacts.items():
-            yield from self.line(name, touch)
-
-    def _moving_end(self, name: str) -> str:
-        """Child of a joint; its parent where that is the world."""
-        joint = self.mechanism.joint[name]
-        return joint.parent if joint.child == "world" else joint.child
 
     # -- pieces ------------------------------------------------------------------------------------
 
@@ -286,17 +220,19 @@ class Parts:
         yield shape("rail", points)
         normal = np.array([joint.direction[1], -joint.direction[0]])
         normal *= 1.0 if normal[1] <= 0.0 else -1.0  # below
-        yield from self._hatching(joint.on_parent, np.outer(reach, joint.direction) + 0.5 * _SIDE[1] * normal, normal)
+        yield from self.hatching(
+            "world", joint.on_parent, np.outer(reach, joint.direction) + 0.5 * _SIDE[1] * normal, normal
+        )
 
-    def _hatching(self, drawn: Array, ends: Array, normal: Array) -> Iterator[Shape]:
-        """Draw a line of the ground with its hatching on the side of the normal."""
-        yield shape("hatch", [self.off("world", drawn, end) for end in ends])
+    def hatching(self, link: str, drawn: Array, ends: Array, normal: Array) -> Iterator[Shape]:
+        """Draw a line (2, 2) of what stands on a link, in units from a point, hatched on the side of the normal."""
+        yield shape("hatch", [self.on(link, drawn, end) for end in ends])
         length = float(np.linalg.norm(ends[1] - ends[0]))
         along = (ends[1] - ends[0]) / length
         for s in np.arange(0.5 * _HATCH, length, _HATCH):
             foot = ends[0] + s * along
             slant = foot + 0.8 * (normal - 0.8 * along)
-            yield shape("hatch", [self.off("world", drawn, end) for end in (foot, slant)])
+            yield shape("hatch", [self.on(link, drawn, end) for end in (foot, slant)])
 
     def arrow(self, role: str, ends: list[Point]) -> Iterator[Shape]:
         """Draw a straight arrow from one point to another, both given alike."""
@@ -310,7 +246,7 @@ class Parts:
         wings = [foot + 0.45 * _HEAD * self.unit * s * side for s in (1.0, -1.0)]
         yield shape(f"{role} head", [tuple(tip), *map(tuple, wings)])
 
-    def _turning(self, role: str, link: str, drawn: Array, radius: float, sign: float) -> Iterator[Shape]:
+    def turning(self, role: str, link: str, drawn: Array, radius: float, sign: float) -> Iterator[Shape]:
         """Draw a round arrow, counter-clockwise for a positive sign."""
         turn = sign * np.linspace(-0.2, 1.25 * np.pi, 40)
         ring = radius * np.column_stack([np.cos(turn), np.sin(turn)])
