@@ -119,6 +119,14 @@ def test_the_start_up_stands_beside_the_steady_cycle(study):
     assert row.endswith(f" at {whole['time']:.3g} s")
 
 
+def test_a_column_for_what_is_larger_in_the_whole_run_is_there_only_if_something_is(study):
+    summary = linkages.summarize(study)
+    steady = summary["windows"]["steady"]
+    assert "whole run" in linkages.format_summary(summary)
+    alike = {kind: steady[kind] for kind in ("outputs", "joints", "drives", "ideal")}
+    assert "whole run" not in linkages.format_summary(summary | alike)
+
+
 def test_windows_and_report_from_of_a_run(study):
     values = {"report_from": 0.03, "windows.second.start": 0.012, "windows.second.end": 0.024}
     system = study.system.replaced(values)

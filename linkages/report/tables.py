@@ -11,7 +11,7 @@ from linkages.files.numbers import rounded
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys
 from linkages.report.results import Results
-from linkages.report.words import NONE, beyond, change, reported, toml_value, unit
+from linkages.report.words import NONE, beyond, change, exceeded, reported, toml_value, unit
 from linkages.results.impacts import Impact
 from linkages.results.numbers import link_columns
 
@@ -183,8 +183,8 @@ def error(results: Results, key: str) -> str:
 
 
 def _whole(results: Results, key: str = "") -> tuple[str, ...]:
-    """Cell with a larger peak of the whole run, or the head of its column; none where tables show the whole."""
-    if reported(results.summary) is results.summary:
+    """Cell with a larger peak of the whole run, or the head of its column; none where nothing is larger."""
+    if not exceeded(results.summary):
         return ()
     return (beyond(results.summary, key) or NONE if key else "whole run",)
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.report.words import beyond, motion_lines, output_unit, reported
+from linkages.report.words import beyond, exceeded, motion_lines, output_unit, reported
 from linkages.results.numbers import link_columns
 from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
@@ -42,12 +42,12 @@ def format_table(summary: dict[str, Any]) -> str:
     mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], reported(summary)
     ideal, errors = shown["ideal"], shown.get("error", {})
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
-    run = "with clearance" if play else "integrated"
+    run, more = "with clearance" if play else "integrated", exceeded(summary)
 
     def row(label: str, values: tuple[Any, ...], key: str | None = None) -> tuple[str, str]:
         cells = "".join(_cell(value, width) for value, width in zip(values, (12, 12, 14, 12), strict=True))
         error = errors.get(key) if key else "error"
-        before = "" if shown is summary else f"  {beyond(summary, key) if key else 'whole run'}"
+        before = f"  {beyond(summary, key) if key else 'whole run'}" if more else ""
         return label, cells + (_cell(error, 11, ".1e") if errors else "") + before
 
     rows = [("", f"{'ideal joints':>24s}{run:>26s}"), row("output", ("min", "max", "min", "max"))]

@@ -14,6 +14,7 @@ from linkages.errors import Status, listed
 from linkages.files.numbers import rounded
 from linkages.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
 from linkages.report.results import Results
+from linkages.results.numbers import peaks_by_key
 
 NONE = "–"  # what has no value
 _ALIKE = 1e-3  # of a peak: a difference from that of the steady cycle that is none
@@ -47,6 +48,11 @@ def beyond(summary: dict[str, Any], key: str) -> str:
     return f"{rounded(whole['peak'])} at {rounded(whole['time'])} s"
 
 
+def exceeded(summary: dict[str, Any]) -> bool:
+    """Whether the whole run has a larger force, torque, stress or output than what tables show."""
+    return any(beyond(summary, key) for key in peaks_by_key(summary) if not key.endswith(".eccentricity_ratio.peak"))
+
+
 def motion_lines(summary: dict[str, Any]) -> list[str]:
     """Say what motion the run ends in, and which part of it the numbers are of."""
     motion, shown = summary.get("motion"), reported(summary)
@@ -61,7 +67,7 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     if shown is not summary:
         part = "its last period" if summary["report"] == "steady" else "the run"
         said = f"numbers are those of {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
-        lines.append(f'{said}; under "whole run" stand larger peaks of the rest')
+        lines.append(f'{said}; under "whole run" stand larger peaks of the rest' if exceeded(summary) else said)
     return lines
 
 
