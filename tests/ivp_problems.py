@@ -240,7 +240,8 @@ def jacobian(problem, t, y, out):
 
 @kernel
 def signs(problem, g, dg):
-    g[0], dg[0] = problem[2][0], problem[2][1]
+    if len(g):
+        g[0], dg[0] = problem[2][0], problem[2][1]
 
 
 @kernel

@@ -26,7 +26,8 @@ def toolchain() -> bytes:
     """Identity of what compiles: this folder's text, the versions behind it, the processor."""
     texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
     codegen = numba.core.registry.cpu_target.target_context.codegen().magic_tuple()
-    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], codegen)
+    checked = getattr(numba.config, "BOUNDSCHECK", None)
+    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], codegen, checked)
     return hashlib.sha256(b"\0".join([*texts, repr(versions).encode()])).digest()
 
 

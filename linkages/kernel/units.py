@@ -21,7 +21,7 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.funcdesc import default_mangler
 from numba.core.typed_passes import NopythonTypeInference
 
-from linkages.kernel import ahead, claims
+from linkages.kernel import ahead, claims, indices
 from linkages.kernel.identity import identity
 
 
@@ -124,6 +124,7 @@ class _Named(Compiler):
         with suppress(TypeError):  # not of known content: it is not kept either
             state.func_id.unique_id = identity(state.func_id.func)
         state.targetctx.mangler = _mangled
+        indices.take_as_they_are(state.targetctx)
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         ahead.compiling()

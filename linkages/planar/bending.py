@@ -86,8 +86,8 @@ def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, 
     """Add what a wrench on section i does to its beam's coordinates to the beam's line of wrenches (nb, 3 + nm)."""
     p, nm = bodies.records[i].mount.body, bodies.shapes.shape[2]
     for k in range(bodies.records[p].modes):
-        wrench[p, 3 + k] += pose[i, POSE + k] * moment
-        wrench[p, 3 + k] += pose[i, POSE + nm + k] * fx + pose[i, POSE + 2 * nm + k] * fy
+        own = wrench[p, 3 + k] + pose[i, POSE + k] * moment
+        wrench[p, 3 + k] = own + (pose[i, POSE + nm + k] * fx + pose[i, POSE + 2 * nm + k] * fy)
 
 
 @kernel
@@ -192,6 +192,8 @@ def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
     Factorises I_ee = L D L^T in place, L below the diagonal and 1/D on it, and fills W.
     """
     e, w = 6 + 3 * nm, 8
+    i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
+    i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
     for k in range(3 * nf):
         axis[i, w + k] = inertia[i, 6 + k]
     for k in range(nf):
@@ -208,17 +210,18 @@ def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
         inertia[i, e + k * nm + k] = inverse
         v0, v1, v2 = w0 * inverse, w1 * inverse, w2 * inverse
         axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2] = v0, v1, v2
-        inertia[i, 0] -= w0 * v0
-        inertia[i, 1] -= w0 * v1
-        inertia[i, 2] -= w0 * v2
-        inertia[i, 3] -= w1 * v1
-        inertia[i, 4] -= w1 * v2
-        inertia[i, 5] -= w2 * v2
+        i0, i1, i2 = i0 - w0 * v0, i1 - w0 * v1, i2 - w0 * v2
+        i3, i4, i5 = i3 - w1 * v1, i4 - w1 * v2, i5 - w2 * v2
+    inertia[i, 0], inertia[i, 1], inertia[i, 2] = i0, i1, i2
+    inertia[i, 3], inertia[i, 4], inertia[i, 5] = i3, i4, i5
     for k in range(nf - 2, -1, -1):
+        w0, w1, w2 = axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2]
         for m in range(k + 1, nf):
             below = inertia[i, e + m * nm + k]
-            for c in range(3):
-                axis[i, w + 3 * k + c] -= below * axis[i, w + 3 * m + c]
+            w0 -= below * axis[i, w + 3 * m]
+            w1 -= below * axis[i, w + 3 * m + 1]
+            w2 -= below * axis[i, w + 3 * m + 2]
+        axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2] = w0, w1, w2
 
 
 @kernel
@@ -233,24 +236,30 @@ def pushed_modes(bodies: Bodies, i: int, tau: Array, inertia: Array, axis: Array
         return
     e = 6 + 3 * nm
     for k in range(body.modes):
+        push = axis[i, z + k]
         for m in range(k):
-            axis[i, z + k] -= inertia[i, e + k * nm + m] * axis[i, z + m]
+            push -= inertia[i, e + k * nm + m] * axis[i, z + m]
+        axis[i, z + k] = push
+    f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
     for k in range(body.modes - 1, -1, -1):
-        axis[i, z + k] *= inertia[i, e + k * nm + k]
+        push = axis[i, z + k] * inertia[i, e + k * nm + k]
         for m in range(k + 1, body.modes):
-            axis[i, z + k] -= inertia[i, e + m * nm + k] * axis[i, z + m]
-        for c in range(3):
-            load[i, c] += inertia[i, 6 + 3 * k + c] * axis[i, z + k]
+            push -= inertia[i, e + m * nm + k] * axis[i, z + m]
+        axis[i, z + k] = push
+        f0 += inertia[i, 6 + 3 * k] * push
+        f1 += inertia[i, 7 + 3 * k] * push
+        f2 += inertia[i, 8 + 3 * k] * push
+    load[i, 0], load[i, 1], load[i, 2] = f0, f1, f2
 
 
 @kernel
 def moved_modes(bodies: Bodies, i: int, axis: Array, change: Array, a: Array) -> None:
     """Find the modal accelerations of a bending body from the acceleration of its frame."""
     body, nm = bodies.records[i], bodies.shapes.shape[2]
+    a0, a1, a2 = change[i, 0], change[i, 1], change[i, 2]
     for k in range(body.modes):
-        second = axis[i, 8 + 3 * nm + k]
-        for c in range(3):
-            second -= axis[i, 8 + 3 * k + c] * change[i, c]
+        second = axis[i, 8 + 3 * nm + k] - axis[i, 8 + 3 * k] * a0
+        second = second - axis[i, 9 + 3 * k] * a1 - axis[i, 10 + 3 * k] * a2
         a[body.eta + k] += second
         change[i, 3 + k] = second
 
