@@ -14,8 +14,8 @@ RUNS = """
 import linkages
 for file, values in (("slider_crank_flexible.toml", {"duration": 0.01}), ("six_bar_dry.toml", {"duration": 0.01})):
     system = linkages.load(linkages.find_file(file), values)
-    run = linkages.simulate(system, "compiled")
-    print(run.status.value, run.time[-1])
+    run, batch = linkages.simulate(system, "compiled"), linkages.simulate_batch(system, outputs=["A.force"])
+    print(run.status.value, run.time[-1], batch.status[0].value)
 """
 
 
@@ -54,4 +54,4 @@ def test_runs_ask_for_no_index_out_of_bounds(tmp_path):
         subprocess.run([sys.executable, name], cwd=tmp_path, env=environment, capture_output=True, text=True)
         for name in ("beyond.py", "runs.py")
     ]
-    assert [(done.stdout, done.stderr) for done in found] == [("refused\nrefused\n", ""), ("ok 0.01\nok 0.01\n", "")]
+    assert [(done.stdout, done.stderr) for done in found] == [("refused\nrefused\n", ""), ("ok 0.01 ok\nok 0.01 ok\n", "")]

@@ -18,6 +18,7 @@ from linkages.kernel import Array, Indices, Records
 from linkages.kernel.ahead import expect
 from linkages.kernel.by_reference import packed
 from linkages.model.tables import IMPLICIT
+from linkages.outputs.values import OF_FORCES
 from linkages.planar.contacts import WIDTH
 from linkages.planar.ideal import Ideal
 from linkages.signals import held
@@ -63,6 +64,8 @@ class Runner:
         self.implicit = system.stiff if solver.integrator is None else solver.integrator in IMPLICIT
         expect("linkages.engines.ahead:compiled", self.implicit)
         seen = [] if outputs is None else [outputs["marker"]["body"], outputs["at"], outputs["other"]]
+        if outputs is not None and np.isin(outputs["kind"], OF_FORCES).any():
+            seen.append(system.arrays.joints["child"]["body"])
         everywhere = max((int(part.max(initial=0)) for part in seen), default=0) >= tree.acting
         self.model = system.arrays._replace(bodies=tree.bodies if everywhere else tree.acting_bodies)
         self.start, self.scale = start_state(system), error_scale(system)
