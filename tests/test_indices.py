@@ -54,4 +54,7 @@ def test_runs_ask_for_no_index_out_of_bounds(tmp_path):
         subprocess.run([sys.executable, name], cwd=tmp_path, env=environment, capture_output=True, text=True)
         for name in ("beyond.py", "runs.py")
     ]
-    assert [(done.stdout, done.stderr) for done in found] == [("refused\nrefused\n", ""), ("ok 0.01 ok\nok 0.01 ok\n", "")]
+    assert [(done.stdout, done.stderr) for done in found] == [
+        ("refused\nrefused\n", ""),
+        ("ok 0.01 ok\nok 0.01 ok\n", ""),
+    ]
