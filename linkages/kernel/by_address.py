@@ -15,9 +15,11 @@ from llvmlite import ir
 from numba import config
 from numba.core import cgutils, types
 from numba.core.ccallback import CFunc
+from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
 from linkages.kernel.cache import CodeCache
+from linkages.kernel.pipeline import hurried
 from linkages.kernel.units import UnitCompiler
 
 _COMPILING = not getattr(config, "DISABLE_JIT", False)
@@ -46,7 +48,8 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     kinds, options = (signature.args, signature.return_type), {"error_model": "numpy"}
     compiled: Any = CFunc(plain, kinds, {}, options, pipeline_class=UnitCompiler)
     compiled._cache = CodeCache(plain, UnitCompiler)
-    compiled.compile()
+    with global_compiler_lock, hurried():
+        compiled.compile()
     place = cast(int, compiled.address)
     _alive[place] = compiled
     return place

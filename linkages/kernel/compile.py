@@ -11,10 +11,14 @@ from functools import cached_property, update_wrapper
 from inspect import signature
 from typing import Any, TypeVar, cast
 
-from numba import config, njit
+from numba import config
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
 
 from linkages.kernel import ahead
 from linkages.kernel.cache import CodeCache
+from linkages.kernel.pipeline import hurried
 from linkages.kernel.units import PartCompiler, UnitCompiler
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -39,10 +43,31 @@ def _compiled(function: F, compiler: type, **options: Any) -> F:
 
 def _dispatcher(function: Any, compiler: type, **options: Any) -> Any:
     """Make numba's object of a function; C functions are made by `linkages.kernel.address`."""
-    options |= {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-    dispatcher: Any = njit(pipeline_class=compiler, **options)(function)
+    options |= {"nopython": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    dispatcher: Any = _Dispatcher(function, {}, options, pipeline_class=compiler)
     dispatcher._cache = CodeCache(function, compiler)
     return dispatcher
+
+
+class _Dispatcher(CPUDispatcher):
+    """Numba's object of a function, without the clocks that it starts for each compilation."""
+
+    def compile(self: Any, sig: Any) -> Any:
+        """Compile for a signature, or load the code."""
+        kinds, result = normalize_signature(sig)
+        with global_compiler_lock, hurried(), self._compiling_counter:
+            if kinds not in self.overloads:
+                compiled = self._cache.load_overload(sig, self.targetctx)
+                if compiled is None:
+                    self._cache_misses[sig] += 1
+                    compiled = self._compiler.compile(kinds, result)
+                    self.add_overload(compiled)
+                    self._cache.save_overload(sig, compiled)
+                else:
+                    self._cache_hits[sig] += 1
+                    self.targetctx.insert_user_function(compiled.entry_point, compiled.fndesc, [compiled.library])
+                    self.add_overload(compiled)
+            return self.overloads[kinds].entry_point
 
 
 class Kernel:

@@ -13,16 +13,13 @@ from contextlib import suppress
 from typing import Any
 
 from llvmlite import binding
-from numba.core import ir
 from numba.core.cgutils import normalize_ir_text
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
-from numba.core.compiler_machinery import FunctionPass, register_pass
 from numba.core.funcdesc import default_mangler
-from numba.core.typed_passes import NopythonTypeInference
 
 from linkages.kernel import ahead, claims, indices
 from linkages.kernel.identity import identity
+from linkages.kernel.pipeline import ShortCompiler
 
 
 class _Library(JITCodeLibrary):
@@ -70,54 +67,16 @@ class PartLibrary(_Library):
         self._finalized = True
 
 
-@register_pass(mutates_CFG=False, analysis_only=False)
-class _Ownership(FunctionPass):
-    """References to arrays are counted only in functions that make arrays or are handed new ones."""
-
-    _name = "ownership"
-
-    def __init__(self) -> None:
-        FunctionPass.__init__(self)
-
-    def run_pass(self, state: Any) -> bool:
-        """Switch the counting off where nothing is made."""
-        if not (_owns(state.return_type, state) or any(_makes(each, state) for each in state.calltypes)):
-            state.targetctx = state.targetctx.subtarget(enable_nrt=False)
-        return False
-
-
-def _makes(expression: Any, state: Any) -> bool:
-    """Whether an expression gives an array of its own: by a call, by arithmetic, by an array of indices."""
-    result = state.calltypes[expression]
-    if result is None or not isinstance(expression, ir.Expr):
-        return False
-    if expression.op == "getitem":
-        return _owns(state.typemap[expression.index.name], state)
-    return expression.op != "static_getitem" and _owns(result.return_type, state)
-
-
-def _owns(kind: Any, state: Any) -> bool:
-    """Whether values of a type hold memory whose owners are counted."""
-    return bool(state.targetctx.data_model_manager[kind].contains_nrt_meminfo())
-
-
 def _mangled(name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> str:
     """Name code by its types' full names: numba numbers types of records, otherwise in each process."""
     digest = hashlib.sha256(" ".join(map(str, kinds)).encode()).hexdigest()[:32]
     return str(default_mangler(name, (), abi_tags=(*abi_tags, digest), uid=uid))
 
 
-class _Named(Compiler):
+class _Named(ShortCompiler):
     """Names code by what the function is, so that names are the same in all processes."""
 
     library: type[JITCodeLibrary]
-
-    def define_pipelines(self) -> list[Any]:
-        """Numba's own passes, and `_Ownership`."""
-        (passes,) = super().define_pipelines()
-        passes.add_pass_after(_Ownership, NopythonTypeInference)
-        passes.finalize()
-        return [passes]
 
     def _compile_bytecode(self) -> Any:
         state = self.state
