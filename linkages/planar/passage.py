@@ -69,6 +69,9 @@ def accelerate_onto(
     rate : float
         At which deviations from the closed state decay, both roots [1/s].
     """
+    if not len(rows):
+        accelerate(bodies, rows, rank, gravity, work)
+        return
     q, v, given = work.q.copy(), work.v.copy(), work.a.copy()
     margin = accelerate(bodies, rows, rank, gravity, work)
     if not (margin < _NEAR and _interpolate(bodies, rows, rank, size, gravity, margin, work)):

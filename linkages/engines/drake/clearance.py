@@ -132,11 +132,6 @@ class ClearanceJoints(LeafSystem):
         """Drake asks for these after every step."""
         return self._witnesses
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
-        """Rates of LuGre's bristles."""
-        if len(self._bristles):
-            derivatives.SetFromVector(self.evaluate(context)[self._bristles, _BRISTLE_RATE])
-
     def _witness(self, k: int) -> WitnessFunction:
         def penetration(context: Context) -> float:
             return float(self.penetrations(context)[k])
@@ -180,3 +175,11 @@ class ClearanceJoints(LeafSystem):
         extra = np.array([ratio, np.arctan2(joints[:, 1], joints[:, 0])])
         extra[:, self._beside :] = np.nan  # of stops and points at lines
         output.SetFromVector(np.column_stack([joints, *extra]).ravel())
+
+
+class BristledJoints(ClearanceJoints):
+    """Clearance joints of which some have bristles: Drake asks no others for rates, which takes its time."""
+
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
+        """Rates of LuGre's bristles."""
+        derivatives.SetFromVector(self.evaluate(context)[self._bristles, _BRISTLE_RATE])

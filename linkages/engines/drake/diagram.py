@@ -11,7 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
-from linkages.engines.drake.clearance import ClearanceJoints
+from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.errors import InputError, Status
@@ -128,7 +128,8 @@ def add_linkage(
     place = state_place(plant, tree, instance)
     state, clearance, port = plant.get_state_output_port(), None, None
     if system.contacts:
-        clearance = builder.AddSystem(ClearanceJoints(system, place))
+        kind = BristledJoints if len(system.bristles) else ClearanceJoints
+        clearance = builder.AddSystem(kind(system, place))
         builder.Connect(state, clearance.get_input_port(0))
     direct = clearance.get_evaluation_output_port() if clearance is not None and not external else None
     extra = direct.size() - plant.num_velocities() if direct is not None else 0

@@ -63,8 +63,10 @@ class Drives(LeafSystem):
         self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
-        self._powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
-        inputs = (self._state, self._applied, *self._powers)
+        powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
+        places = [place.velocities[dof] for dof in tree.powered_dofs]
+        self._powers = dict(enumerate(zip(places, powers, strict=True), start=len(tree.driven)))
+        inputs = (self._state, self._applied, *powers)
         needs = {self.time_ticket(), *(self.input_port_ticket(port.get_index()) for port in inputs)}
         self._force = self.DeclareVectorOutputPort("generalized_force", num_velocities, self._give_force, needs)
         self._torques = self.DeclareVectorOutputPort("torques", len(self.joints), self._give_torques, needs)
@@ -96,16 +98,16 @@ class Drives(LeafSystem):
         return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
 
     def _solve(self, context: Context) -> tuple[Array, Array]:
-        applied, given = self._applied.Eval(context), [port.HasValue(context) for port in self._powers]
-        added = np.zeros(len(self.joints))
-        if any(given):
-            applied, first = np.array(applied), len(self.joints) - len(self._powers)
-            for k, port in enumerate(self._powers):
-                if given[k]:
-                    added[first + k] = port.Eval(context)[0]
-                    applied[self._place.velocities[self._tree.powered_dofs[k]]] += added[first + k]
+        """Forces on the plant, and those of the drives: asked for at every evaluation of the derivatives."""
+        applied, added = self._applied.Eval(context), {}  # what a port gives is a copy
+        for k, (place, port) in self._powers.items():
+            if port.HasValue(context):
+                added[k] = port.Eval(context)[0]
+                applied[place] += added[k]
         force, drive = drive_forces(self._placed, context.get_time(), self._state.Eval(context), applied)
-        return force, drive + added
+        for k, more in added.items():
+            drive[k] += more
+        return force, drive
 
     def _give_speed(self, place: int, context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, self._state.Eval(context)[place])
