@@ -98,7 +98,7 @@ class Drives(LeafSystem):
         return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
 
     def _solve(self, context: Context) -> tuple[Array, Array]:
-        """Forces on the plant, and those of the drives: asked for at every evaluation of the derivatives."""
+        """Compute forces on the plant and those of the drives: asked for at every evaluation of the derivatives."""
         applied, added = self._applied.Eval(context), {}  # what a port gives is a copy
         for k, (place, port) in self._powers.items():
             if port.HasValue(context):
