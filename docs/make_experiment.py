@@ -104,7 +104,9 @@ offset = 0.0                   # rad; of a joint that slides (a rack, a screw) m
 ```
 
 `mesh.torque` is the torque on the second joint; the first one gets -ratio times it. Joints may be on moving links: on a planet carrier
-ratios are those seen from the carrier. Forces in the wheels' bearings are without those of the teeth or the belt.
+ratios are those seen from the carrier. A gear joins coordinates and has no radii: forces in the wheels' joints are without those of the
+teeth or the belt, as a [warning](outputs.md#warnings) says; add, in both, `mesh.torque` over the second wheel's pitch radius and the
+cosine of the teeth's pressure angle. All other joints carry what they would with teeth.
 
 **Stops and lines** are contacts beside those in joints with play; they have names of their own too.
 

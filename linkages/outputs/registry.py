@@ -223,7 +223,10 @@ OWNERS = (
     Owner(
         DRIVE, "DRIVE", False, lambda s: (*s.tree.driven, *s.tree.powered), _drive,
         {
-            "torque": Quantity("torque of the drive, along the joint's coordinate", "N m", 0, "N"),
+            "torque": Quantity(
+                "torque of the drive along the joint's coordinate, or its force where the joint slides: JOINT.force is "
+                "what the joint itself passes", "N m", 0, "N",
+            ),
             "rate": Quantity("rate of the joint's coordinate", "rad/s", 1, "m/s"),
             "power": Quantity("power that the drive delivers", "W", 2),
         },

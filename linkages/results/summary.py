@@ -21,7 +21,7 @@ from linkages.results.ranges import outside
 from linkages.results.settling import Motion, motion_of
 from linkages.results.singular import Passage, passages
 from linkages.results.trajectory import Trajectory
-from linkages.results.warnings import chaotic, meaningless, rough, singular, undetermined, unstretched
+from linkages.results.warnings import chaotic, geared, meaningless, rough, singular, undetermined, unstretched
 from linkages.system import System
 from linkages.system.segments import system_of
 
@@ -220,6 +220,7 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
         *chaotic(parted, later),
         *outside(study.system, study.run, study.contacts),
         *unstretched(study.system, study.run),
+        *geared(study.system),
     ]
     judged: dict[str, Any] = {"error": change | dict.fromkeys(later), "warnings": found, "windows": {}}
     for name, window in whole.get("windows", {}).items():

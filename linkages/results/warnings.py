@@ -94,6 +94,21 @@ def chaotic(parted: float | None, later: Sequence[str]) -> list[dict[str, Any]]:
     return [warning("rough", parted, what, "compare statistics of many runs, not peaks; or end the run before")]
 
 
+def geared(system: System) -> list[dict[str, Any]]:
+    """Warn of joints that carry wheels: a gear joins their coordinates, and knows no teeth that press on their pins."""
+    gears = system.experiment.gears
+    joints = dict.fromkeys(name for gear in gears.values() for name in gear.joints)
+    if not gears:
+        return []
+    named = _listed(list(joints)), _listed(list(gears))
+    what = "the forces in {} are without those of the teeth, or of the belt, of {}".format(*named)
+    remedy = (
+        "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "
+        "cosine of their pressure angle"
+    )
+    return [warning("gear", None, what, remedy)]
+
+
 def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
     """Warn of links whose stretching a run in rigid segments leaves out although it was not asked to."""
     names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]

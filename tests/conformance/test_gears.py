@@ -5,7 +5,7 @@ import pytest
 from machines import bar, joint, model
 from scipy.integrate import simpson
 
-from linkages import AssemblyError, InputError, ideal, load
+from linkages import AssemblyError, InputError, ideal, load, study, summarize
 
 EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-10\n"
 
@@ -116,6 +116,20 @@ def test_gears_in_a_batch_and_by_their_path(system_of):
     batch = simulate_batch(system, ["gears.mesh.ratio"], [[-2.0], [3.0]], ["mesh.torque"])
     for ratio, peak in zip((-2.0, 3.0), batch.peak[:, 0, 0], strict=True):
         assert peak == pytest.approx(abs(0.05 * ratio * 0.6 / (0.2 + ratio**2 * 0.05)), rel=1e-9)
+
+
+def test_a_warning_says_that_pins_are_without_the_force_of_teeth(system_of):
+    """The couple of two wheels loads no pin; their teeth would, by torque over radius."""
+    sdf = model("pair", wheel("one", 0.2, 0) + wheel("two", 0.05, 0.3) + joint("A", "world", "one")
+                + joint("B", "world", "two"))  # fmt: skip
+    text = "duration = 0.1\n[drives.A]\ntorque = 0.6\n"
+    summary = summarize(study(system_of(sdf, text + gear("AB", -2.0)), "compiled"))
+    assert summary["loads"]["mesh"]["torque"]["peak"] > 0.01
+    assert summary["joints"]["A"]["force"]["peak"] == summary["joints"]["B"]["force"]["peak"] == 0.0
+    (warning,) = summary["warnings"]
+    assert warning["kind"] == "gear"
+    assert warning["what"].startswith("the forces in A, B are without those of the teeth, or of the belt, of mesh")
+    assert summarize(study(system_of(sdf, text + "[drives.B]\ntorque = 0.0\n"), "compiled"))["warnings"] == []
 
 
 #: case -> (text, what the message must say)
