@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.cli.beside import beside
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
@@ -68,33 +70,44 @@ def run(options: argparse.Namespace) -> int:
     summary = summarize(result)
     say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}
-    if not options.no_error_estimate:
-        result = estimate_error(result, progress)
-        summary |= judge(result, summary)
-        if result.tighter is not None:
-            runs["the run that estimates the errors"] = result.tighter
-    for line in format_judgement(summary):
-        say(line)
-    if options.verbose:
-        say(f"\n{_details(result, summary)}")
-    with (results := results_folder(out, "simulate")) as folder:
+    with (results := results_folder(out, "simulate")) as folder, beside(_drawings(result, folder, options)):
+        if not options.no_error_estimate:
+            result = estimate_error(result, progress)
+            summary |= judge(result, summary)
+            if result.tighter is not None:
+                runs["the run that estimates the errors"] = result.tighter
+        for line in format_judgement(summary):
+            say(line)
+        if options.verbose:
+            say(f"\n{_details(result, summary)}")
         (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         result.ideal.save(folder / "ideal.npz")
         if system.touching.any():
             write_impacts(result.contacts, folder)
-        if not options.no_plots:
-            from linkages.plots.drawing import draw, svg
-            from linkages.plots.histories import write_figures
-
-            write_figures(result, folder)
-            (folder / "drawing.svg").write_text(svg(draw(system)), encoding="utf-8")
-        if not options.no_animation:
-            _animate(result, folder / "animation.html", options.exaggerate)
     say(f"\n{written(out, results.names)}")
     run = runs.pop("the run")
     report_failures(runs)  # first: where the ideal linkage does not close, the run can hardly go on
     return report_failures({"the run": run})
+
+
+def _drawings(result: Study, folder: Path, options: argparse.Namespace) -> list[Callable[[], None]]:
+    """Return what draws the pictures that are asked for."""
+    wanted: list[Callable[[], None]] = []
+    if not options.no_plots:
+        wanted.append(partial(_draw, result, folder))
+    if not options.no_animation:
+        wanted.append(partial(_animate, result, folder / "animation.html", options.exaggerate))
+    return wanted
+
+
+def _draw(result: Study, folder: Path) -> None:
+    """Write the figures."""
+    from linkages.plots.drawing import draw, svg
+    from linkages.plots.histories import write_figures
+
+    write_figures(result, folder)
+    (folder / "drawing.svg").write_text(svg(draw(result.system)), encoding="utf-8")
 
 
 def _details(result: Study, summary: dict[str, Any]) -> str:

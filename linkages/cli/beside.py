@@ -1,0 +1,51 @@
+"""Work in a process beside, while this one goes on."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+
+@contextmanager
+def beside(works: Sequence[Callable[[], None]]) -> Iterator[None]:
+    """Do work that leaves nothing but files, beside what the context holds; at its end all is done.
+
+    What goes wrong there is done once more here, at the end, and so is all of it where processes cannot be split
+    safely. Ctrl-C is answered here alone: where it ends the context, it ends the work.
+
+    Parameters
+    ----------
+    works : sequence of callables
+        One after another, in one process.
+    """
+    if not works or sys.platform != "linux":
+        yield
+        _all(works)
+        return
+    process = multiprocessing.get_context("fork").Process(target=_quietly, args=(works,))
+    process.start()
+    try:
+        yield
+        process.join()
+    finally:
+        process.kill()
+        process.join()
+    if process.exitcode != 0:
+        _all(works)
+
+
+def _all(works: Sequence[Callable[[], None]]) -> None:
+    for work in works:
+        work()
+
+
+def _quietly(works: Sequence[Callable[[], None]]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        _all(works)
+    except BaseException:  # said when it is met again
+        sys.exit(1)
