@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from linkages import System
+from linkages.kernel.by_reference import reference as reference_to
+from linkages.planar.bodies import Bodies
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.dynamics import accelerate, workspace
 from linkages.planar.kinematics import body_positions, body_velocities
@@ -36,7 +38,8 @@ def free_motion(system: System) -> FreeMotion:
     The mechanism is a constant of the compiled function: arrays given as arguments would cost more than the dynamics.
     """
     tree, assembly = system.tree, system.assembly
-    bodies, rows, ends, driven = tree.bodies, tree.loop_rows, tree.ends, tree.driven_dofs
+    records, shapes = tree.bodies.records, tree.bodies.shapes
+    rows, rank, ends, driven = tree.loop_rows, system.arrays.rank, tree.ends, tree.driven_dofs
     laws, tables, gravity = system.laws, system.film_tables, system.gravity
     memory = np.zeros((len(ends), 2))
     curves = system.motions.arrays
@@ -45,7 +48,8 @@ def free_motion(system: System) -> FreeMotion:
 
     @njit
     def evaluate(t, y):
-        work = workspace(len(bodies), n, len(rows))
+        bodies = reference_to(Bodies(records, shapes))
+        work = workspace(len(records), n, len(rows), shapes.shape[2])
         joints, rate = np.empty((len(ends), WIDTH)), np.empty(2 * nf)
         value, speed, acceleration = np.empty(nd), np.empty(nd), np.empty(nd)
         evaluate_motions(curves, t, value, speed, acceleration)
@@ -56,7 +60,7 @@ def free_motion(system: System) -> FreeMotion:
         body_positions(bodies, work.q, work.pose)
         body_velocities(bodies, work.pose, work.v, work.vel)
         clearance_wrenches(ends, laws, tables, memory, work.pose, work.vel, work.wrench, joints)
-        accelerate(bodies, rows, 0.0, gravity, work)
+        accelerate(bodies, rows, rank, gravity, work)
         for k in range(nf):
             rate[k], rate[nf + k] = work.v[free[k]], work.a[free[k]]
         return rate, joints

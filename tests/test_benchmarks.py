@@ -4,7 +4,13 @@ import importlib.util
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from seven_bar_reference import free_motion
+
+from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.runner import Runner
+from linkages.kernel.by_reference import packed
 
 ROOT = Path(__file__).resolve().parents[1]
 #: What scripts share.
@@ -24,3 +30,11 @@ def test_script_can_be_loaded(path):
     assert f"python {name}" in module.__doc__
     for page in re.findall(r"docs/\w+\.md", module.__doc__):
         assert name in (ROOT / page).read_text(encoding="utf-8"), page
+
+
+def test_the_equations_that_benchmarks_hand_to_other_integrators_are_the_engine_s(seven_bar):
+    motion, runner = free_motion(seven_bar), Runner(seven_bar)
+    state = motion.start + 1e-6 * np.cos(np.arange(len(motion.start)))
+    expected = np.empty_like(state)
+    derivatives(packed(runner.aside()), 0.1, state, expected)
+    np.testing.assert_allclose(motion.rates(0.1, state), expected, rtol=1e-9)

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import math
 
-from linkages.kernel import kernel
+from linkages.kernel import inlined_kernel, kernel
 
 #: Films are evaluated at min(eps, EPS_MAX): beyond it they cancel to round-off and lose their sign.
 EPS_MAX = 1.0 - 1e-6
 
 #: A film thinner than this fraction of the clearance has broken down: real surfaces touch long before.
 THINNEST = 1e-4
+
+
+@inlined_kernel
+def _extent(eps: float, deps: float, ew: float) -> tuple[float, float, float]:
+    """Return the long film's angle of pressure [rad], with ew/(2 + eps^2) and the speed that belong to it."""
+    a = ew / (2.0 + eps * eps)
+    speed = math.hypot(a, deps)
+    root_q = math.sqrt(1.0 - eps * eps)
+    return 2.0 * math.atan2(root_q * speed, -eps * deps) if speed > 0.0 else math.pi, a, speed
 
 
 @kernel
@@ -25,9 +34,7 @@ def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tu
     """
     q = 1.0 - eps * eps
     root_q = math.sqrt(q)
-    a = ew / (2.0 + eps * eps)
-    speed = math.hypot(a, deps)
-    extent = 2.0 * math.atan2(root_q * speed, -eps * deps) if speed > 0.0 else math.pi
+    extent, a, speed = _extent(eps, deps, ew)
     f_n = -6.0 * (2.0 * eps * root_q * speed + deps * extent) / (q * root_q)
     f_t = 6.0 * a * extent / root_q
     return f_n, f_t, extent / root_q
@@ -54,7 +61,7 @@ def pinkus_sternlicht(eps: float, deps: float, ew: float, slenderness: float) ->
     shape = 2.0 + eps * eps
     f_n = -6.0 * (4.0 * eps * wedge / shape + math.pi * deps * ratio) / (q * root_q)
     f_t = 6.0 * math.pi * ew * ratio / (shape * root_q)
-    return f_n, f_t, half_film_long(eps, deps, ew, slenderness)[2]
+    return f_n, f_t, _extent(eps, deps, ew)[0] / root_q
 
 
 @kernel
