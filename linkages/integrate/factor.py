@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, kernel, late_kernel
 
 _ORTHOGONAL = 2.2e-16  # cosine of the angle of orthogonal vectors, by rounding, per entry
 _SWEEPS = 30  # at most; six are usual
@@ -56,7 +56,7 @@ def back_substitute(factors: Any, pivots: Any, x: Any) -> None:
         x[k] = value / factors[k, k]
 
 
-@kernel
+@late_kernel
 def solve_semidefinite(matrix: Array, rhs: Array, rank: int, x: Array) -> float:
     """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
 

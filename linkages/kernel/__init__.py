@@ -2,6 +2,18 @@
 
 from linkages.kernel.by_address import address, addresses, caller
 from linkages.kernel.compile import inlined_kernel, kernel
+from linkages.kernel.late import late_kernel
 from linkages.kernel.types import Array, Indices, Records, record_type
 
-__all__ = ["Array", "Indices", "Records", "address", "addresses", "caller", "inlined_kernel", "kernel", "record_type"]
+__all__ = [
+    "Array",
+    "Indices",
+    "Records",
+    "address",
+    "addresses",
+    "caller",
+    "inlined_kernel",
+    "kernel",
+    "late_kernel",
+    "record_type",
+]

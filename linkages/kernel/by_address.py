@@ -80,9 +80,14 @@ def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             given = zip(cgutils.unpack_tuple(builder, values[1]), arguments, kinds, strict=True)
             passed = [context.cast(builder, value, kind, plain) for value, kind, plain in given]
-            function = ir.FunctionType(context.get_value_type(result), [value.type for value in passed])
-            return builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
+            return call_at(context, builder, values[0], result, passed)
 
         return result(types.int64, arguments), code
 
     return cast(Any, call)
+
+
+def call_at(context: Any, builder: Any, place: Any, result: Any, values: Sequence[Any]) -> Any:
+    """Write a call of the C function at an address, whose result has this type."""
+    function = ir.FunctionType(context.get_value_type(result), [value.type for value in values])
+    return builder.call(builder.inttoptr(place, function.as_pointer()), values)

@@ -21,6 +21,8 @@ from linkages.kernel.cache import CodeCache
 from linkages.kernel.pipeline import hurried
 from linkages.kernel.units import PartCompiler, UnitCompiler
 
+failures: list[BaseException] = []  #: met where compiled code asked for a late kernel, to be raised in Python
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -80,7 +82,10 @@ class Kernel:
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call it from Python."""
-        return self._entry(*arguments, **named)
+        result = self._entry(*arguments, **named)
+        if failures:
+            raise failures.pop()
+        return result
 
     def __reduce__(self) -> str:
         return self.py_func.__qualname__

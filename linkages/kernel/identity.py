@@ -18,6 +18,7 @@ import llvmlite
 import numba
 import numpy as np
 
+LATE = b"late"  # kind of kernels whose callers know of them but their names and results
 _OURS = __name__.partition(".")[0]
 
 
@@ -51,6 +52,9 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
     """Give what distinguishes a value from others; what was met before is only named."""
     if isinstance(kind := getattr(value, "kind", None), bytes):  # of a kernel
         yield kind
+        if kind == LATE:  # is called by name, and compiled by itself
+            yield f"{value.__module__}.{value.__qualname__} {value.result}".encode()
+            return
     value = getattr(value, "py_func", getattr(value, "_defn", value))  # of a kernel, of an intrinsic
     if isinstance(value, FunctionType):
         if value.__module__ not in sys.modules:  # typed in: code could not be given back to it

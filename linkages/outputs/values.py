@@ -211,11 +211,13 @@ def tabulate(
         body_positions(bodies, w.q, w.pose)
         body_velocities(bodies, w.pose, w.v, w.vel)
         body_accelerations(bodies, w.pose, w.vel, w.v, a[i], w.acc)
-        load_outputs(loads, times[i], w.pose, w.vel, view.loads)
+        if len(loads[0]):
+            load_outputs(loads, times[i], w.pose, w.vel, view.loads)
         if with_forces:
             clear(w.wrench)
             add_known_contacts(model.ends, view.contacts, w.pose, w.wrench)
-            load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
+            if len(loads[0]):
+                load_wrenches(loads, times[i], w.pose, w.vel, w.wrench)
             evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
                 w.tau[bodies.records[powered[k]].dof] = value[k]

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.planar.bodies import (
     A0,
     A1,
@@ -37,7 +37,7 @@ from linkages.planar.bodies import (
 from linkages.planar.markers import turned
 
 
-@kernel
+@late_kernel
 def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[float, float, float]:
     """Displacements of a section along and across its beam, and turn; fills how each mode moves it."""
     shapes, p = bodies.shapes[i], bodies.records[i].mount.body
@@ -57,7 +57,7 @@ def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[flo
     return stretch, deflection, turn
 
 
-@inlined_kernel
+@late_kernel
 def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float, float, float]:
     """How fast the modes turn and move a section at rates of its beam's coordinates (nb, 3 + nm): turn, x, y."""
     p = bodies.records[i].mount.body
@@ -70,7 +70,7 @@ def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[flo
     return turn, x, y
 
 
-@inlined_kernel
+@late_kernel
 def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
     """Bilinear form rates.H others of a section with two rates of its beam's coordinates, (nb, 3 + nm) each."""
     shapes, p, total = bodies.shapes[i], bodies.records[i].mount.body, 0.0
@@ -81,7 +81,7 @@ def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
     return total
 
 
-@inlined_kernel
+@late_kernel
 def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, fy: float, wrench: Array) -> None:
     """Add what a wrench on section i does to its beam's coordinates to the beam's line of wrenches (nb, 3 + nm)."""
     p, nm = bodies.records[i].mount.body, bodies.shapes.shape[2]
@@ -90,7 +90,7 @@ def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, 
         wrench[p, 3 + k] = own + (pose[i, POSE + nm + k] * fx + pose[i, POSE + 2 * nm + k] * fy)
 
 
-@kernel
+@late_kernel
 def deform(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the line of a bending body's pose behind its frame's."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
@@ -140,7 +140,7 @@ def two_rates(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float,
     return x0, y0, x1, y1
 
 
-@kernel
+@late_kernel
 def beam_inertia(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
     """Put the inertia of a bending body into its line of ``inertia``."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
@@ -164,7 +164,7 @@ def beam_inertia(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
     inertia[i, 3], inertia[i, 4], inertia[i, 5] = mass, 0.0, mass
 
 
-@kernel
+@late_kernel
 def hang(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
     """Add the inertia that hangs on section i to that of its beam's coordinates."""
     if inertia[i, 0] == 0.0 and inertia[i, 3] == 0.0 and inertia[i, 5] == 0.0:
@@ -185,7 +185,7 @@ def hang(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
             inertia[p, 6 + 3 * nm + k * nm + m] += other
 
 
-@kernel
+@late_kernel
 def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
     """Eliminate the modes of body i from its articulated inertia.
 
@@ -224,7 +224,7 @@ def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
         axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2] = w0, w1, w2
 
 
-@kernel
+@late_kernel
 def pushed_modes(bodies: Bodies, i: int, tau: Array, inertia: Array, axis: Array, load: Array) -> None:
     """Find z of a bending body, and add to its load what its frame feels of it."""
     body, nm, still = bodies.records[i], bodies.shapes.shape[2], True
@@ -252,7 +252,7 @@ def pushed_modes(bodies: Bodies, i: int, tau: Array, inertia: Array, axis: Array
     load[i, 0], load[i, 1], load[i, 2] = f0, f1, f2
 
 
-@kernel
+@late_kernel
 def moved_modes(bodies: Bodies, i: int, axis: Array, change: Array, a: Array) -> None:
     """Find the modal accelerations of a bending body from the acceleration of its frame."""
     body, nm = bodies.records[i], bodies.shapes.shape[2]
@@ -264,7 +264,7 @@ def moved_modes(bodies: Bodies, i: int, axis: Array, change: Array, a: Array) ->
         change[i, 3 + k] = second
 
 
-@kernel
+@late_kernel
 def beam_load(bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array, load: Array) -> None:
     """Fill a bending body's line of ``load``: rate of change of momentum less weight, and its elastic forces."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
@@ -311,7 +311,7 @@ def two_accelerations(
     return ax0, ay0, ax1, ay1
 
 
-@inlined_kernel
+@late_kernel
 def beam_energy(bodies: Bodies, i: int, pose: Array, vel: Array, gravity: Array) -> tuple[float, float, float, float]:
     """Kinetic energy of a bending body, its potential energy, and that of strain [J]; power lost to damping [W]."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]

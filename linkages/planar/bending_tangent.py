@@ -7,7 +7,7 @@ modes pass by what is zero.
 
 from __future__ import annotations
 
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.planar.bending import modal_motion, two_accelerations, two_points, two_rates
 from linkages.planar.bodies import B0, B1, DAMPING, MATRICES, POSE, STIFFNESS, Bodies
 from linkages.planar.markers import Two, acceleration_tangent, turned, velocity_tangent
@@ -21,7 +21,7 @@ from linkages.planar.record_types import SECTION
 ONCE = 8
 
 
-@kernel
+@late_kernel
 def prepare(bodies: Bodies, gravity: Array, pose: Array, vel: Array, acc: Array, bent: Array) -> None:
     """Fill ``bent``."""
     shapes, nm = bodies.shapes, bodies.shapes.shape[2]
@@ -64,7 +64,7 @@ def _along(bodies: Bodies, i: int, bent: Array, first: int, change: Array) -> fl
     return total
 
 
-@kernel
+@late_kernel
 def section_tangent(
     bodies: Bodies, i: int, bent: Array, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array
 ) -> None:
@@ -92,7 +92,7 @@ def section_tangent(
     dacc[i, 2] = day + djy + 2.0 * (dw * gx + w * dgx) - turn * ux * form - uy * change
 
 
-@kernel
+@late_kernel
 def beam_load_tangent(
     bodies: Bodies,
     i: int,
@@ -167,7 +167,7 @@ def beam_load_tangent(
             )
 
 
-@kernel
+@late_kernel
 def add_turned_modes(bodies: Bodies, i: int, pose: Array, dpose: Array, force: Two, dload: Array) -> None:
     """Add to a beam's line of ``dload`` what a fixed force on section i does as the modes' directions change."""
     body, nm = bodies.records[i], bodies.shapes.shape[2]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from linkages.kernel import Array, Records, kernel
+from linkages.kernel import Array, Records, late_kernel
 from linkages.planar.bodies import POSE, Bodies
 from linkages.planar.markers import turned
 from linkages.planar.record_types import SECTION
@@ -26,7 +26,7 @@ FIXED_COLUMNS = 4
 _ROUNDING = 1e-14  # deflection in parts of the length that is none
 
 
-@kernel
+@late_kernel
 def cut(
     bodies: Bodies, i: int, station: Array, gravity: Array, pose: Array, vel: Array, acc: Array, load: Array
 ) -> tuple[float, float]:
@@ -74,7 +74,7 @@ def cut(
     return side * f1, side * moment
 
 
-@kernel
+@late_kernel
 def beam_state(
     what: int,
     beams: Records,
@@ -103,7 +103,7 @@ def beam_state(
     return stress if what == STRESS else place
 
 
-@kernel
+@late_kernel
 def deflection(first: int, last: int, x: float, y: float, unbent: float, pose: Array) -> float:
     """Distance [m] of a point from the line through two sections' origins, positive on its left, less that unbent."""
     dx, dy = pose[last, 0] - pose[first, 0], pose[last, 1] - pose[first, 1]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel
+from linkages.kernel import Array, Records, kernel, late_kernel
 from linkages.planar.bodies import Bodies
 from linkages.planar.dynamics import Workspace, accelerate
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
@@ -102,7 +102,7 @@ def beside(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array
     _solve_beside(bodies, rows, rank, size, gravity, _time(bodies, size, work), work)
 
 
-@kernel
+@late_kernel
 def _interpolate(
     bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, margin: float, work: Workspace
 ) -> bool:
@@ -158,7 +158,7 @@ def _time(bodies: Bodies, size: float, work: Workspace) -> float:
     return _STEP / fastest if fastest > 0.0 else 0.0
 
 
-@kernel
+@late_kernel
 def _solve_beside(
     bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, time: float, work: Workspace
 ) -> float:

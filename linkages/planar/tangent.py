@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, kernel, late_kernel
 from linkages.planar.bending_tangent import ONCE, add_turned_modes, beam_load_tangent, section_tangent
 from linkages.planar.bodies import Bodies
 from linkages.planar.contact_partials import INPUTS, OUTPUTS
@@ -177,7 +177,7 @@ def transmitted(bodies: Bodies, pose: Array, load: Array) -> None:
         add_to_parent(bodies, pose, i, load)
 
 
-@kernel
+@late_kernel
 def add_term_tangent(term: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
     """Add the change of a term's reaction wrench, of fixed size, to the bodies' wrenches."""
     if term.kind == ANGLE:
@@ -212,7 +212,7 @@ def term_rate_tangent(term: np.record, pose: Array, vel: Array, dpose: Array, dv
     return change
 
 
-@kernel
+@late_kernel
 def term_tangent(term: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
     """Change of `term_acceleration`."""
     if term.kind == ANGLE:
@@ -241,7 +241,7 @@ def term_tangent(term: np.record, pose: Array, vel: Array, acc: Array, dpose: Ar
     return change + dpx * u2x + dpy * u2y + px * du2x + py * du2y
 
 
-@kernel
+@late_kernel
 def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
     """Add the change of a row's reaction wrench, of fixed size, to the bodies' wrenches."""
     if row.ratio != 0.0:
@@ -250,7 +250,7 @@ def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwre
     add_term_tangent(row.term, pose, size, dpose, dwrench)
 
 
-@kernel
+@late_kernel
 def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
     """Change of `row_acceleration`."""
     change = term_tangent(row.term, pose, vel, acc, dpose, dvel, dacc)

@@ -141,7 +141,8 @@ def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: M
     pose, vel, outputs = make_pose(tree.bodies), make_motion(tree.bodies), np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
     body_positions(tree.bodies, q, pose)
     body_velocities(tree.bodies, pose, v, vel)
-    load_outputs(loads, 0.0, pose, vel, outputs)
+    if experiment.loads:
+        load_outputs(loads, 0.0, pose, vel, outputs)
     for (table, name), values in zip(experiment.loads, outputs, strict=True):
         if not np.isfinite(values).all():
             raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")

@@ -125,7 +125,9 @@ def targets(model: Arrays, stepper: Stepper, implicit: bool) -> dict[str, tuple[
     functions: dict[str, Any] = {"solve": solve_state}
     if implicit:
         functions["jacobian"] = jacobian
-    functions |= {"attempt": attempt_radau if implicit else attempt_explicit, "project": project_state}
+    functions["attempt"] = attempt_radau if implicit else attempt_explicit
+    if len(model.rows):
+        functions["project"] = project_state
     if len(model.loads):
         functions |= {"loads": add_loads, "loads_tangent": add_loads_tangent}
     return {name: (function, _signatures[name]) for name, function in functions.items()}
