@@ -172,10 +172,10 @@ def test_where_there_is_no_terminal_progress_is_lines_ever_rarer(monkeypatch, ca
     for now[0] in range(1, 101):
         advance(0.01 * now[0])
     assert capsys.readouterr().err.splitlines() == [
-        "run: 5.50% in 10 s, the rest takes 1.7e+02 s",
-        "run: 10.50% in 20 s, the rest takes 1.7e+02 s",
-        "run: 20.50% in 40 s, the rest takes 1.6e+02 s",
-        "run: 40.50% in 80 s, the rest takes 1.2e+02 s",
+        "run: 5.50% in 10 s, the rest takes 170 s",
+        "run: 10.50% in 20 s, the rest takes 170 s",
+        "run: 20.50% in 40 s, the rest takes 160 s",
+        "run: 40.50% in 80 s, the rest takes 120 s",
     ]
 
 

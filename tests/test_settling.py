@@ -82,6 +82,14 @@ def test_a_motion_is_periodic_from_where_its_start_has_died_away():
         ({"drives.O1.speed": 4.0 * TURN, "drives.O4.speed": 6.0 * TURN}, 0.5),
         ({"drives.O4.speed": np.sqrt(2.0) * TURN}, None),
         ({"drives.O4.speed": 0.0}, 1.0),
+        ({"drives.O4": {"formula": "0.2*sin(4*pi*t) + 0.1*cos(8*pi*t)"}}, 1.0),  # its own 0.5 s, the other's 1 s
+        ({"drives.O1": {"formula": "0.3*sin(2*pi*t/3)"}, "drives.O4.speed": 0.0, "duration": 7.0}, 3.0),
+        ({"drives.O1": {"formula": "0.3*sin(2*pi*t/3)"}, "drives.O4.speed": 0.0, "duration": 5.0}, None),  # not twice
+        ({"drives.O4": {"formula": "0.1*sin(5*t)"}}, None),
+        ({"drives.O4": {"formula": "0.1*max(0, sin(4*pi*t))**4"}}, 1.0),  # it rests for half of its time
+        ({"drives.O4": {"formula": "0.1*max(0, -sin(4*pi*t))**4"}}, 1.0),
+        ({"drives.O4": {"formula": "0.1*exp(-t)*sin(8*pi*t)"}}, None),
+        ({"drives.O4": {"formula": "0.1*sin(8*pi*t) + 0.001*t"}}, None),
     ],
 )
 def test_common_period_of_drives(values, period, seven_bar):

@@ -64,7 +64,11 @@ def _lines(name: str, total: float) -> Advance:
         passed = time.monotonic() - begun
         if passed >= due and 0.0 < done < total:
             due = 2.0 * passed
-            rest = f", the rest takes {passed * (total - done) / done:.2g} s" if done >= _TELLING * total else ""
+            rest = (
+                f", the rest takes {float(f'{passed * (total - done) / done:.2g}'):g} s"
+                if done >= _TELLING * total
+                else ""
+            )
             print(f"{name}: {done / total:.2%} in {passed:.0f} s{rest}", file=sys.stderr, flush=True)
 
     return advance

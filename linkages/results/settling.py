@@ -19,8 +19,10 @@ no entry of their states differs by more than `SAME`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +43,10 @@ _PHASES = 48  # of a period, at which states are compared; a multiple of 4
 _SHRINKS = 0.5  # of distances over the run, or of the later to the earlier steps: a motion that still settles
 _SETTLES = "it still changes from period to period, less and less"
 _TURNS = 12  # most turns of one drive in a common period
-_COMMENSURATE = 1e-9  # relative error of two speeds' ratio as a fraction
+_COMMENSURATE = 1e-9  # relative error of two frequencies' ratio as a fraction
+_LOOKS = 2001  # times at which a drive's table or formula is looked at
+_ROUNDS = 8  # by which a period is refined
+_REPEATED = 1e-6  # of its range: by how much a motion that repeats itself may differ a period later
 
 
 @dataclass(frozen=True)
@@ -80,30 +85,84 @@ class Motion:
 
 
 def common_period(system: System) -> float | None:
-    """Shortest time in which all drives of constant speed turn fully [s]; None where something else moves the linkage.
+    """Shortest time in which all drives repeat their motion [s]; None where there is none.
 
-    That is a drive by a table or formula, a prismatic drive, a load over time, or no drive with a speed at all; or
-    drives whose speeds are not in the ratio of small whole numbers.
+    A drive of constant speed repeats it in a full turn, one by a table or formula after the time that `repeats` finds.
+    There is none with a load over time, a drive by torque, one that slides on and on, or without any that moves; or
+    with drives whose frequencies are not in the ratio of small whole numbers.
     """
     experiment = system.experiment
-    drives = [(name, drive) for name, drive in experiment.drives.items() if drive.speed or drive.varies]
     changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
     if any(getattr(load, "over_time", False) for load in changing):
         return None
-    speeds = []
-    for name, drive in drives:
-        if drive.varies or not drive.prescribed or system.mechanism.joint[name].type != "revolute":
+    frequencies = []
+    for name, drive in experiment.drives.items():
+        if not drive.speed and not drive.varies:
+            continue
+        if not drive.prescribed:
             return None
-        speeds.append(abs(float(drive.speed or 0.0)))
-    if not speeds:
+        if drive.varies or system.mechanism.joint[name].type != "revolute":
+            period = repeats(partial(_history, system, name), experiment.duration)
+            if period is None:
+                return None
+            frequencies.append(1.0 / period)
+        else:
+            frequencies.append(abs(float(drive.speed or 0.0)) / (2.0 * np.pi))
+    if not frequencies:
         return None
     whole = 1
-    for speed in speeds[1:]:
-        ratio = Fraction(speed / speeds[0]).limit_denominator(_TURNS)
-        if not ratio or abs(float(ratio) - speed / speeds[0]) > _COMMENSURATE * speed / speeds[0]:
+    for frequency in frequencies[1:]:
+        ratio = Fraction(frequency / frequencies[0]).limit_denominator(_TURNS)
+        if not ratio or abs(float(ratio) - frequency / frequencies[0]) > _COMMENSURATE * frequency / frequencies[0]:
             return None
         whole = int(np.lcm(whole, ratio.denominator))
-    return whole * 2.0 * np.pi / speeds[0] if whole <= _TURNS else None
+    return whole / frequencies[0] if whole <= _TURNS else None
+
+
+def _history(system: System, name: str, times: Array) -> Array:
+    """Coordinate of a prescribed drive, its rate and acceleration at some times, (nt, 3)."""
+    return np.stack(system.motions(times), axis=-1)[:, system.tree.driven.index(name)]
+
+
+def repeats(history: Callable[[Array], Array], end: float) -> float | None:
+    """Shortest time after which a motion repeats itself up to its end [s], where that is half of all at most; or None.
+
+    Parameters
+    ----------
+    history : callable
+        Coordinate, rate and acceleration (nt, 3) at some times (nt,) [s].
+    end : float
+        The motion goes from 0 to here [s].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from linkages.results.settling import repeats
+    >>> round(repeats(lambda t: np.column_stack([np.sin(4 * t), 4 * np.cos(4 * t), -16 * np.sin(4 * t)]), 5.0), 9)
+    1.570796327
+    """
+    times = np.linspace(0.0, end, _LOOKS)
+    values = history(times)[:, :2]
+    scale = np.ptp(values, axis=0)
+    if not scale.all():
+        return None
+    half = _LOOKS // 2
+    quickest = times[half + int(np.abs(values[half:, 1]).argmax())]  # it may rest at its end
+    before = times[: half + 2]  # periods that are tried, and one beyond
+    here, *_ = found = history(quickest - before)
+    far = np.linalg.norm((found - here)[:, :2] / scale, axis=1)
+    for guess in before[1:-1][(far[1:-1] <= far[:-2]) & (far[1:-1] < far[2:])]:
+        period = guess
+        for _ in range(_ROUNDS):  # Gauss and Newton: to all digits where nothing is left in the end
+            now = history(np.array([quickest - period]))[0]
+            left, slope = (now - here)[:2] / scale, -now[1:] / scale
+            period = float(np.clip(period - left @ slope / (slope @ slope or 1.0), guess - times[1], guess + times[1]))
+        last = np.linspace(end - period, end, _LOOKS)
+        if period <= 0.5 * end * (1.0 + _COMMENSURATE) and np.all(
+            np.abs(history(last - period) - history(last))[:, :2] <= _REPEATED * scale
+        ):
+            return period
+    return None
 
 
 def motion_of(system: System, run: Trajectory) -> Motion:
