@@ -6,13 +6,15 @@ from machines import four_bar, slider_crank
 from newton_euler import free_bodies
 from pydrake.multibody.plant import MultibodyPlant
 
-from linkages import load_mechanism
+from linkages import load_mechanism, simulate
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.integrate.factor import solve_semidefinite
+from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
 from linkages.planar.closure import closure_error, closure_jacobian
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
+from linkages.planar.dynamics import make_workspace
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
@@ -24,6 +26,7 @@ from linkages.planar.kinematics import (
 )
 from linkages.planar.markers import turned
 from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
+from linkages.planar.projection import correct
 from linkages.system.spanning import spanning_tree
 
 RNG = np.random.default_rng(1)
@@ -217,6 +220,22 @@ def test_redundant_rows_are_dropped():
     np.testing.assert_allclose(matrix @ x, rhs, atol=1e-10)
     assert solve_semidefinite(matrix.copy(), rhs.copy(), 4, np.empty(5)) == 0.0
     assert np.count_nonzero(x) == 3
+
+
+@pytest.mark.parametrize("inertia", ["1e-2", "1e-4", "1e-9"])
+def test_how_far_from_singular_a_linkage_is_does_not_depend_on_the_slider(system_of, inertia):
+    """Its angle, in a guide that is cut, answers to a unit reaction by the reciprocal of its moment of inertia."""
+    toml = "duration = 0.2\n[drives.O]\nspeed = 31.4159\n"
+    system = system_of(slider_crank().replace("1e-4", inertia), toml)
+    arrays, tree = system.arrays, system.tree
+    assert tree.loops == ("guide",)
+    run, margins = simulate(system, "compiled"), []
+    work = packed(make_workspace(len(tree.bodies.records), tree.size, len(arrays.rows)))
+    for k in range(0, len(run.time), len(run.time) // 10):
+        q = np.array([run[f"q.{name}"][k] for name in tree.coordinates])
+        body_positions(tree.bodies, q, work.pose)
+        margins.append(correct(tree.bodies, arrays.rows, arrays.rank, work, np.zeros(tree.size)))
+    assert min(margins) > 0.3
 
 
 def test_motions_have_the_promised_rates_and_accelerations():

@@ -250,6 +250,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             status, changed = settle(problem, t, y, event)
             if changed or event >= 0:
                 rhs(problem, t, y, s.f0)
+            if event >= 0:
                 restart(s)
             if ne:
                 signs(problem, g0, d0)

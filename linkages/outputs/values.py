@@ -85,7 +85,7 @@ def output_value(output: np.record, view: View) -> float:
         return _within_beam(what, at, output.other, view)
     if kind == GEAR:  # counted from the end of the rows
         row = view.model.rows[len(view.model.rows) + at]
-        reaction = row.scale * state.reaction[len(view.model.rows) + at]
+        reaction = state.reaction[len(view.model.rows) + at]
         return output.constant * reaction if what == 0 else reaction * term_rate(row.term, state.pose, state.vel)
     return _energy(what, view)
 

@@ -276,7 +276,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     Returns
     -------
     float
-        How far the rows are from dependent, see `solve_semidefinite`; 1 without rows.
+        How far the rows are from dependent, see `solve_rows`; 1 without rows.
     """
     pose, vel, acc, change = work.pose, work.vel, work.acc, work.change
     body_accelerations(bodies, pose, vel, work.v, work.a, acc)
@@ -290,12 +290,28 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     for k in range(nr):
         work.error[k] = -row_acceleration(rows[k], pose, vel, acc)
     loop_responses(bodies, rows, work)
-    margin = solve_semidefinite(work.response, work.error, rank, work.reaction)
+    margin = solve_rows(rows, rank, work.response, work.error, work.reaction)
     clear(work.load)
     for k in range(nr):
         add_row_wrench(rows[k], pose, -work.reaction[k], work.load)
     respond(bodies, pose, work.inertia, work.axis, work.load, work.rest, change, work.a)
     add_change(bodies, change, acc)
+    return margin
+
+
+@kernel
+def solve_rows(rows: Records, rank: int, response: Array, error: Array, reaction: Array) -> float:
+    """Solve ``response reaction = error`` (nr,) of the rows, using both up, as `solve_semidefinite`.
+
+    Rows are compared multiplied by their scales: lengths with angles, gears with joints.
+    """
+    for k in range(len(rows)):
+        error[k] *= rows[k].scale
+        for m in range(len(rows)):
+            response[k, m] *= rows[k].scale * rows[m].scale
+    margin = solve_semidefinite(response, error, rank, reaction)
+    for k in range(len(rows)):
+        reaction[k] *= rows[k].scale
     return margin
 
 

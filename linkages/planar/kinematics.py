@@ -175,30 +175,27 @@ def add_term_wrench(term: np.record, pose: Array, size: float, wrench: Array) ->
 def row_value(row: np.record, pose: Array) -> float:
     """Closure error of one row [m, rad]; zero when the joint is closed."""
     value = term_value(row.term, pose)
-    return value if row.ratio == 0.0 else row.scale * (value - row.ratio * term_value(row.other, pose) - row.offset)
+    return value if row.ratio == 0.0 else value - row.ratio * term_value(row.other, pose) - row.offset
 
 
 @kernel
 def row_rate(row: np.record, pose: Array, vel: Array) -> float:
     """Time derivative of `row_value`."""
     rate = term_rate(row.term, pose, vel)
-    return rate if row.ratio == 0.0 else row.scale * (rate - row.ratio * term_rate(row.other, pose, vel))
+    return rate if row.ratio == 0.0 else rate - row.ratio * term_rate(row.other, pose, vel)
 
 
 @kernel
 def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
     """Second time derivative of `row_value`."""
     second = term_acceleration(row.term, pose, vel, acc)
-    if row.ratio == 0.0:
-        return second
-    return row.scale * (second - row.ratio * term_acceleration(row.other, pose, vel, acc))
+    return second if row.ratio == 0.0 else second - row.ratio * term_acceleration(row.other, pose, vel, acc)
 
 
 @kernel
 def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
     """Add the wrench of a row's reaction of this size."""
     if row.ratio != 0.0:
-        size *= row.scale
         add_term_wrench(row.other, pose, -row.ratio * size, wrench)
     add_term_wrench(row.term, pose, size, wrench)
 

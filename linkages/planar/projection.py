@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, kernel
 from linkages.planar.bodies import Bodies
-from linkages.planar.dynamics import Workspace, articulate, loop_responses
+from linkages.planar.dynamics import Workspace, articulate, loop_responses, solve_rows
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
 
 _ROUNDS = 6
@@ -57,10 +56,10 @@ def value_errors(rows: Records, work: Workspace) -> float:
 
 @kernel
 def correct(bodies: Bodies, rows: Records, rank: int, work: Workspace, x: Array) -> float:
-    """Add to x (coordinates or rates) what takes the rows by `work`'s errors; returns as `solve_semidefinite`."""
+    """Add to x (coordinates or rates) what takes the rows by `work`'s errors; returns as `solve_rows`."""
     articulate(bodies, work.pose, work.inertia, work.axis)
     loop_responses(bodies, rows, work)
-    margin = solve_semidefinite(work.response, work.error, rank, work.reaction)
+    margin = solve_rows(rows, rank, work.response, work.error, work.reaction)
     for k in range(len(rows)):
         for i in range(len(x)):
             x[i] += work.reaction[k] * work.row_a[k, i]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, kernel, late_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
 from linkages.planar.contacts import add_contact
-from linkages.planar.dynamics import Workspace, clear, generalized_force
+from linkages.planar.dynamics import Workspace, clear, generalized_force, solve_rows
 from linkages.planar.kinematics import add_row_wrench, along
 from linkages.planar.markers import arm, gap, turned
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
@@ -59,7 +58,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
             work.error[k] += jacobian[k, i] * rhs[i]
             for m in filled[:count]:
                 work.response[k, m] += jacobian[k, i] * jacobian[m, i]
-    solve_semidefinite(work.response, work.error, model.rank, work.reaction)
+    solve_rows(rows, model.rank, work.response, work.error, work.reaction)
 
 
 @kernel

@@ -47,7 +47,7 @@ TERM = record_type(
 )
 
 #: One scalar closure equation: a term is zero. Two or three such rows close a cut joint. A gear's row is that the term
-#: less ``ratio`` times another is ``offset``; it is multiplied by ``scale``, that it may be compared with other rows.
+#: less ``ratio`` times another is ``offset``. Multiplied by ``scale`` rows may be compared with each other.
 ROW = record_type(
     term=TERM,
     ratio="f8",  # 0: no other term

@@ -245,7 +245,6 @@ def term_tangent(term: np.record, pose: Array, vel: Array, acc: Array, dpose: Ar
 def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
     """Add the change of a row's reaction wrench, of fixed size, to the bodies' wrenches."""
     if row.ratio != 0.0:
-        size *= row.scale
         add_term_tangent(row.other, pose, -row.ratio * size, dpose, dwrench)
     add_term_tangent(row.term, pose, size, dpose, dwrench)
 
@@ -255,5 +254,5 @@ def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Arra
     """Change of `row_acceleration`."""
     change = term_tangent(row.term, pose, vel, acc, dpose, dvel, dacc)
     if row.ratio != 0.0:
-        change = row.scale * (change - row.ratio * term_tangent(row.other, pose, vel, acc, dpose, dvel, dacc))
+        change -= row.ratio * term_tangent(row.other, pose, vel, acc, dpose, dvel, dacc)
     return change

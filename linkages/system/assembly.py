@@ -176,21 +176,25 @@ def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices
 
 
 def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.record]:
-    """Scale the rows of gears: at q unit reactions move them as much as, in the mean, other rows are moved by theirs.
+    """Scale rows of angles and of gears: at q unit reactions move them as much as, in the mean, lengths by theirs.
 
-    Else light wheels or large ratios would pass for a singular position.
+    Else a light slider or wheel, or a large ratio, would pass for a singular position. Gears are scaled one by one,
+    all angles alike.
     """
     gears = rows["ratio"] != 0.0
-    if not gears.any():
+    angles = ~gears & (rows["term"]["kind"] == ANGLE)
+    if not (gears | angles).any():
         return rows
     work = make_workspace(len(tree.bodies.records), tree.size, len(rows), tree.bodies.shapes.shape[2])
     body_positions(tree.bodies, q, work.pose)
     articulate(tree.bodies, work.pose, work.inertia, work.axis)
     loop_responses(tree.bodies, rows, packed(work))
-    moved = work.response.diagonal()
-    usual = np.exp(np.log(moved[~gears & (moved > 0.0)]).mean()) if (~gears & (moved > 0.0)).any() else 1.0
+    moved = work.response.diagonal().copy()
+    moved[angles] = moved[angles].max(initial=0.0)
+    lengths = moved[~gears & ~angles & (moved > 0.0)]
+    usual, scaled = np.exp(np.log(lengths).mean()) if lengths.size else 1.0, (gears | angles) & (moved > 0.0)
     rows = rows.copy()
-    rows["scale"][gears & (moved > 0.0)] = np.sqrt(usual / moved[gears & (moved > 0.0)])
+    rows["scale"][scaled] = np.sqrt(usual / moved[scaled])
     return rows
 
 

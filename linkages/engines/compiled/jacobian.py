@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from linkages.engines.compiled.entry_points import loads_tangent, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond
+from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond, solve_rows
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
@@ -103,7 +102,7 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
         for k in range(nr):
             for m in range(nr):
                 s.response[k, m] = w.response[k, m]
-        solve_semidefinite(s.response, w.error, model.rank, s.sizes)
+        solve_rows(model.rows, model.rank, s.response, w.error, s.sizes)
         for k in range(nr):
             for i in range(len(s.da)):
                 s.da[i] += s.sizes[k] * w.row_a[k, i]
