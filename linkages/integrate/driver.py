@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.integrate.stepper import COUNT, LAST, Stepper, accept, copy, restart
+from linkages.integrate.stepper import COUNT, ERROR, Stepper, accept, copy, restart
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
 
 #: How a run ends: at its end; after the steps it was given; where `settle` says so (larger values); step too small.
@@ -250,7 +250,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             status, changed = settle(problem, t, y, event)
             if changed or event >= 0:
                 rhs(problem, t, y, s.f0)
-                s.memory[LAST] = 0.0  # the state was moved: the last step's polynomial does not lead to it
+                s.memory[ERROR] = 0.0  # it was that of another state
             if event >= 0:
                 restart(s)
             if ne:

@@ -234,7 +234,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
             if error != error:
                 return math.inf, 0.1
             return error, min(factor, 0.9)
-        if s.memory[LAST] > 0.0 and error > 0.0:  # Gustafsson: the trend of the error
+        if s.memory[LAST] > 0.0 and s.memory[ERROR] > 0.0 and error > 0.0:  # Gustafsson: the trend of the error
             trend = h / s.memory[LAST] * (s.memory[ERROR] / error) ** 0.25
             factor = min(factor, factor * trend)
         if iterations > 2 and rate > _FRESH:

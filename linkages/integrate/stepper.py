@@ -34,8 +34,8 @@ class Stepper(NamedTuple):
 
 
 #: Indices of `Stepper.memory`: sizes of the last accepted step, and of the step of the factors, 0 if there are none;
-#: error of the last accepted step; whether the Jacobian is of the present state; evaluations;
-#: for who steps again through a run, the step whose start has the Jacobian, counted from 1.
+#: error of the last accepted step, 0 if its end was moved afterwards; whether the Jacobian is of the present state;
+#: evaluations; for who steps again through a run, the step whose start has the Jacobian, counted from 1.
 LAST, FACTORED, ERROR, CURRENT, COUNT, OF = range(6)
 
 

@@ -12,6 +12,7 @@ class Arrays(NamedTuple):
     """What does not change during a run of a linkage with nc contacts; `linkages.system.System.arrays` makes it."""
 
     bodies: Bodies  # the tree; see `linkages.planar.bodies`
+    stiff: Bodies  # the same with modes that are heavier by their stiffness: by these loops are closed
     rows: Records  # of its cut ideal joints
     rank: int  # how many of the rows are independent, but in singular positions
     ends: Records  # of its contacts

@@ -287,7 +287,8 @@ class System:
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # what is called by address is compiled for contiguous arrays, and nothing checks them there
         rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
-        return Arrays._make([tree.bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
+        bodies = tree.bodies, tree.stiff_bodies(self.drive_rate or 2.0 * np.pi / self.experiment.duration)
+        return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
     def _closed_by(self, rows: NDArray[np.record], free: NDArray[np.int64]) -> tuple[NDArray[np.record], int]:
         """Rows, and how many of them are independent in free coordinates."""

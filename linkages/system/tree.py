@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,7 +15,7 @@ from linkages.model.functions import OF_JOINTS
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
-from linkages.planar.bodies import LOCK, Bodies
+from linkages.planar.bodies import LOCK, STIFFNESS, Bodies
 from linkages.system.bent_link import BentLink, section_at
 
 Array = NDArray[np.float64]
@@ -222,17 +222,28 @@ class Tree:
         """Free coordinates that close loops: links keep their shape meanwhile."""
         return np.setdiff1d(self.joint_dofs, self.driven_dofs)
 
-    @cached_property
-    def acting_bodies(self) -> Bodies:
-        """The bodies without the sections on which nothing acts."""
-        return packed(Bodies(self.bodies.records[: self.acting], self.bodies.shapes[: self.acting]))
+    def acting_bodies(self, bodies: Bodies) -> Bodies:
+        """Return bodies without the sections on which nothing acts."""
+        return packed(Bodies(bodies.records[: self.acting], bodies.shapes[: self.acting]))
 
     @cached_property
     def unbent_bodies(self) -> Bodies:
         """The bodies with modes that stay as they are, whatever acts."""
-        shapes = self.bodies.shapes.copy()
-        if self.bent:
-            shapes[self.bodies.records["modes"] > 0, LOCK] = _UNBENT
+        return self._with_modal_masses(lambda shapes: _UNBENT)
+
+    def stiff_bodies(self, rate: float) -> Bodies:
+        """Return the bodies with modes that are heavier by their stiffness over the square of a rate [rad/s].
+
+        Then a change that is small against the kinetic energy of motions at that rate is small against the strain
+        energy too.
+        """
+        return self._with_modal_masses(lambda shapes: shapes[:, STIFFNESS] / rate**2)
+
+    def _with_modal_masses(self, added: Callable[[Array], Array | float]) -> Bodies:
+        """Return the bodies with masses added to those of modes, (n, nm) of the n shapes of bodies that bend."""
+        shapes, bends = self.bodies.shapes.copy(), self.bodies.records["modes"] > 0
+        if bends.any():
+            shapes[bends, LOCK] = added(shapes[bends])
         return packed(Bodies(self.bodies.records, shapes))
 
     @cached_property

@@ -67,7 +67,10 @@ class Runner:
         if outputs is not None and np.isin(outputs["kind"], OF_FORCES).any():
             seen.append(system.arrays.joints["child"]["body"])
         everywhere = max((int(part.max(initial=0)) for part in seen), default=0) >= tree.acting
-        self.model = system.arrays._replace(bodies=tree.bodies if everywhere else tree.acting_bodies)
+        self.model = system.arrays
+        if not everywhere:
+            bodies, stiff = (tree.acting_bodies(each) for each in (self.model.bodies, self.model.stiff))
+            self.model = self.model._replace(bodies=bodies, stiff=stiff)
         self.start, self.scale = start_state(system), error_scale(system)
         self.tolerance = solver.accuracy * self.scale
         nc = len(self.model.ends)
