@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.integrate.factor import solve_semidefinite
-from linkages.kernel import Array, Records, inlined_kernel, kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel, late_kernel
 from linkages.planar.bending import add_to_modes, beam_inertia, beam_load, eliminate, hang, moved_modes, pushed_modes
 from linkages.planar.bodies import Bodies, new_poses
 from linkages.planar.kinematics import (
@@ -299,7 +299,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     return margin
 
 
-@kernel
+@late_kernel
 def solve_rows(rows: Records, rank: int, response: Array, error: Array, reaction: Array) -> float:
     """Solve ``response reaction = error`` (nr,) of the rows, using both up, as `solve_semidefinite`.
 
