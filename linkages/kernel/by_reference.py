@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
-from numba import typeof
+from numba import config, typeof
 from numba.core import cgutils, types
 from numba.core.datamodel import models, register_default
 from numba.core.typing.templates import AttributeTemplate
@@ -165,5 +165,5 @@ def _unbox_reference(kind: Reference, value: Any, c: Any) -> NativeValue:
     return NativeValue(pointer)
 
 
-#: ``reference(value)`` within compiled code; see `_reference`.
-reference: Callable[[Any], Any] = _reference  # type: ignore[assignment]
+#: ``reference(value)`` within compiled code, see `_reference`; of code that is not compiled the value itself.
+reference: Callable[[Any], Any] = (lambda value: value) if config.DISABLE_JIT else _reference  # type: ignore

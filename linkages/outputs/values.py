@@ -221,7 +221,7 @@ def tabulate(
             evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
                 w.tau[bodies.records[powered[k]].dof] = value[k]
-            inertial_load(bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
+            inertial_load(bodies, w, model.gravity, w.load)
             if len(model.rows):
                 row_reactions(model, w)
             joint_forces(model, w, view.contacts, view.forces, view.efforts)

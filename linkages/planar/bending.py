@@ -16,6 +16,7 @@ So, with a the acceleration of the frame: eta'' = z - W a; what the frame feels 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.planar.bodies import (
@@ -35,6 +36,9 @@ from linkages.planar.bodies import (
     Bodies,
 )
 from linkages.planar.markers import turned
+
+if TYPE_CHECKING:
+    from linkages.planar.dynamics import Workspace
 
 
 @late_kernel
@@ -141,8 +145,9 @@ def two_rates(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float,
 
 
 @late_kernel
-def beam_inertia(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
+def beam_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     """Put the inertia of a bending body into its line of ``inertia``."""
+    pose, inertia = work.pose, work.inertia
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
     mass = body.mass
@@ -165,8 +170,9 @@ def beam_inertia(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
 
 
 @late_kernel
-def hang(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
+def hang(bodies: Bodies, i: int, work: Workspace) -> None:
     """Add the inertia that hangs on section i to that of its beam's coordinates."""
+    pose, inertia = work.pose, work.inertia
     if inertia[i, 0] == 0.0 and inertia[i, 3] == 0.0 and inertia[i, 5] == 0.0:
         return
     p, nm = bodies.records[i].mount.body, bodies.shapes.shape[2]
@@ -186,11 +192,12 @@ def hang(bodies: Bodies, i: int, pose: Array, inertia: Array) -> None:
 
 
 @late_kernel
-def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
+def eliminate(bodies: Bodies, i: int, work: Workspace) -> None:
     """Eliminate the modes of body i from its articulated inertia.
 
     Factorises I_ee = L D L^T in place, L below the diagonal and 1/D on it, and fills W.
     """
+    nf, nm, inertia, axis = bodies.records[i].modes, bodies.shapes.shape[2], work.inertia, work.axis
     e, w = 6 + 3 * nm, 8
     i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
     i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
@@ -225,9 +232,10 @@ def eliminate(nf: int, i: int, nm: int, inertia: Array, axis: Array) -> None:
 
 
 @late_kernel
-def pushed_modes(bodies: Bodies, i: int, tau: Array, inertia: Array, axis: Array, load: Array) -> None:
+def pushed_modes(bodies: Bodies, i: int, work: Workspace, load: Array, tau: Array) -> None:
     """Find z of a bending body, and add to its load what its frame feels of it."""
     body, nm, still = bodies.records[i], bodies.shapes.shape[2], True
+    inertia, axis = work.inertia, work.axis
     z = 8 + 3 * nm
     for k in range(body.modes):
         axis[i, z + k] = tau[body.eta + k] - load[i, 3 + k]
@@ -253,9 +261,9 @@ def pushed_modes(bodies: Bodies, i: int, tau: Array, inertia: Array, axis: Array
 
 
 @late_kernel
-def moved_modes(bodies: Bodies, i: int, axis: Array, change: Array, a: Array) -> None:
+def moved_modes(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
     """Find the modal accelerations of a bending body from the acceleration of its frame."""
-    body, nm = bodies.records[i], bodies.shapes.shape[2]
+    body, nm, axis, change = bodies.records[i], bodies.shapes.shape[2], work.axis, work.change
     a0, a1, a2 = change[i, 0], change[i, 1], change[i, 2]
     for k in range(body.modes):
         second = axis[i, 8 + 3 * nm + k] - axis[i, 8 + 3 * k] * a0
@@ -265,9 +273,10 @@ def moved_modes(bodies: Bodies, i: int, axis: Array, change: Array, a: Array) ->
 
 
 @late_kernel
-def beam_load(bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array, load: Array) -> None:
+def beam_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Array) -> None:
     """Fill a bending body's line of ``load``: rate of change of momentum less weight, and its elastic forces."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    pose, vel, acc = work.pose, work.vel, work.acc
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
     ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity)
     mass, al, w = body.mass, acc[i, 0], vel[i, 0]

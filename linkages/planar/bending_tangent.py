@@ -7,11 +7,17 @@ modes pass by what is zero.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.planar.bending import modal_motion, two_accelerations, two_points, two_rates
 from linkages.planar.bodies import B0, B1, DAMPING, MATRICES, POSE, STIFFNESS, Bodies
-from linkages.planar.markers import Two, acceleration_tangent, turned, velocity_tangent
+from linkages.planar.markers import acceleration_tangent, turned, velocity_tangent
 from linkages.planar.record_types import SECTION
+
+if TYPE_CHECKING:
+    from linkages.planar.dynamics import Workspace
+    from linkages.planar.tangent import Scratch
 
 #: Numbers of a line of ``bent`` (nb, ONCE + 7 nm). Of a section: velocity and acceleration (x, y) that its beam's modes
 #: give it, the form eta'.H eta'; then the products of H and the modes' rates, and their accelerations. Of a body that
@@ -22,8 +28,9 @@ ONCE = 8
 
 
 @late_kernel
-def prepare(bodies: Bodies, gravity: Array, pose: Array, vel: Array, acc: Array, bent: Array) -> None:
+def prepare(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None:
     """Fill ``bent``."""
+    pose, vel, acc, bent = work.pose, work.vel, work.acc, s.bent
     shapes, nm = bodies.shapes, bodies.shapes.shape[2]
     for i in range(len(bodies.records)):
         body = bodies.records[i]
@@ -65,10 +72,9 @@ def _along(bodies: Bodies, i: int, bent: Array, first: int, change: Array) -> fl
 
 
 @late_kernel
-def section_tangent(
-    bodies: Bodies, i: int, bent: Array, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array
-) -> None:
+def section_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
     """Fill section i's changes of pose, velocity and acceleration."""
+    pose, vel, acc, bent, dpose, dvel, dacc = work.pose, work.vel, work.acc, s.bent, s.dpose, s.dvel, s.dacc
     body, nm = bodies.records[i], bodies.shapes.shape[2]
     p = body.mount.body
     w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
@@ -93,21 +99,11 @@ def section_tangent(
 
 
 @late_kernel
-def beam_load_tangent(
-    bodies: Bodies,
-    i: int,
-    gravity: Array,
-    bent: Array,
-    pose: Array,
-    vel: Array,
-    acc: Array,
-    dpose: Array,
-    dvel: Array,
-    dacc: Array,
-    dload: Array,
-) -> None:
+def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s: Scratch) -> None:
     """Fill a bending body's line of ``dload`` with the change of `linkages.planar.bending.beam_load`."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    pose, vel, acc, bent = work.pose, work.vel, work.acc, s.bent
+    dpose, dvel, dacc, dload = s.dpose, s.dvel, s.dacc, s.dload
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
     ax0, ay0, ax1, ay1 = bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3]
     gx0, gy0, gx1, gy1 = bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7]
@@ -117,23 +113,13 @@ def beam_load_tangent(
     dx0, dy0, dx1, dy1, dgx0, dgy0, dgx1, dgy1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     djx0, djx1, dmoment = 0.0, 0.0, 0.0
     for m in range(body.modes):
-        eta, deta, rate, drate, out = (
-            pose[i, POSE + m],
-            dpose[i, 3 + m],
-            vel[i, 3 + m],
-            dvel[i, 3 + m],
-            pose[i, POSE + 3 * nm + m],
-        )
+        eta, deta, out = pose[i, POSE + m], dpose[i, 3 + m], pose[i, POSE + 3 * nm + m]
+        rate, drate = vel[i, 3 + m], dvel[i, 3 + m]
         dmoment += (dal * eta + 2.0 * dw * rate) * out
         if deta == 0.0 and drate == 0.0:
             continue
-        psi0, psi1, b0, b1, line = (
-            pose[i, POSE + nm + m],
-            pose[i, POSE + 2 * nm + m],
-            shapes[B0, m],
-            shapes[B1, m],
-            bent[i, ONCE + m :],
-        )
+        psi0, psi1, b0, b1 = pose[i, POSE + nm + m], pose[i, POSE + 2 * nm + m], shapes[B0, m], shapes[B1, m]
+        line = bent[i, ONCE + m :]
         dx0, dy0, dx1, dy1 = dx0 + psi0 * deta, dy0 + b0 * deta, dx1 + psi1 * deta, dy1 + b1 * deta
         dgx0, dgy0 = dgx0 + psi0 * drate - line[0] * deta, dgy0 + b0 * drate
         dgx1, dgy1 = dgx1 + psi1 * drate - line[nm] * deta, dgy1 + b1 * drate
@@ -168,14 +154,15 @@ def beam_load_tangent(
 
 
 @late_kernel
-def add_turned_modes(bodies: Bodies, i: int, pose: Array, dpose: Array, force: Two, dload: Array) -> None:
-    """Add to a beam's line of ``dload`` what a fixed force on section i does as the modes' directions change."""
-    body, nm = bodies.records[i], bodies.shapes.shape[2]
+def add_turned_modes(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
+    """Add to a beam's line of ``dload`` what the force on section i does as the modes' directions change."""
+    body, nm, pose, dpose, dload = bodies.records[i], bodies.shapes.shape[2], work.pose, s.dpose, s.dload
     p = body.mount.body
     nf, turn, (ux, uy) = bodies.records[p].modes, dpose[p, 0], turned(pose, p, body.ux, body.uy)
-    along = ux * force[0] + uy * force[1]
+    fx, fy = s.force[i, 1], s.force[i, 2]
+    along = ux * fx + uy * fy
     for k in range(nf):
-        across = pose[i, POSE + nm + k] * force[1] - pose[i, POSE + 2 * nm + k] * force[0]
+        across = pose[i, POSE + nm + k] * fy - pose[i, POSE + 2 * nm + k] * fx
         dload[p, 3 + k] += turn * across
     for m in range(nf):
         if dpose[p, 3 + m] != 0.0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel
+from linkages.kernel.by_reference import reference
 from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.dynamics import clear, generalized_force, inertial_load, workspace
 from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
@@ -44,7 +45,8 @@ def constrained_dynamics(
     loops : (n,) array
         Filled with the generalised forces of the loops, which have one there too.
     """
-    work = workspace(len(bodies.records), len(q), len(rows), bodies.shapes.shape[2])
+    arrays = workspace(len(bodies.records), len(q), len(rows), bodies.shapes.shape[2])
+    work = reference(arrays)
     work.q[:] = q
     work.v[:] = v
     work.tau[:] = tau
@@ -55,16 +57,16 @@ def constrained_dynamics(
     body_positions(bodies, q, work.pose)
     body_velocities(bodies, work.pose, v, work.vel)
     accelerate_onto(bodies, rows, rank, size, stabilisation, gravity, work)
-    acceleration[:] = work.a
-    reaction[:] = work.reaction
     needed = np.zeros(len(q))
-    inertial_load(bodies, work.pose, work.vel, work.acc, gravity, work.wrench, work.load)
+    inertial_load(bodies, work, gravity, work.load)
     generalized_force(bodies, work.pose, work.load, needed)
     clear(work.wrench)
     for k in range(len(rows)):
-        add_row_wrench(rows[k], work.pose, reaction[k], work.wrench)
+        add_row_wrench(rows[k], work.pose, work.reaction[k], work.wrench)
     loops[:] = 0.0
     generalized_force(bodies, work.pose, work.wrench, loops)
+    acceleration[:] = arrays.a
+    reaction[:] = arrays.reaction
     for i in range(len(bodies.records)):
         d = bodies.records[i].dof
         if d >= 0 and bodies.records[i].driven >= 0:

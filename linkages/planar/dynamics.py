@@ -96,18 +96,19 @@ def generalized_force(bodies: Bodies, pose: Array, wrench: Array, tau: Array) ->
 
 
 @kernel
-def articulate(bodies: Bodies, pose: Array, inertia: Array, axis: Array) -> None:
-    """Articulated inertias of a configuration.
+def articulate(bodies: Bodies, work: Workspace) -> None:
+    """Articulated inertias of `work`'s pose.
 
     Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
     is not free), U = I S and S.U. Where bodies bend both are wider, see `linkages.planar.bending`.
     """
+    pose, inertia, axis = work.pose, work.inertia, work.axis
     for i in range(len(bodies.records)):
         body = bodies.records[i]
         if not body.moving:
             continue
         if body.modes > 0:
-            beam_inertia(bodies, i, pose, inertia)
+            beam_inertia(bodies, i, work)
             continue
         cx, cy = turned(pose, i, body.cx, body.cy)
         m = body.mass
@@ -123,9 +124,9 @@ def articulate(bodies: Bodies, pose: Array, inertia: Array, axis: Array) -> None
             continue
         p = body.mount.body
         if body.modes > 0:
-            eliminate(body.modes, i, bodies.shapes.shape[2], inertia, axis)
+            eliminate(bodies, i, work)
         elif body.type == SECTION:
-            hang(bodies, i, pose, inertia)
+            hang(bodies, i, work)
         i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
         i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
         if body.dof >= 0 and body.driven < 0:
@@ -162,14 +163,13 @@ def articulate(bodies: Bodies, pose: Array, inertia: Array, axis: Array) -> None
 
 
 @kernel
-def inertial_load(
-    bodies: Bodies, pose: Array, vel: Array, acc: Array, gravity: Array, wrench: Array, load: Array
-) -> None:
-    """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches."""
+def inertial_load(bodies: Bodies, work: Workspace, gravity: Array, load: Array) -> None:
+    """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches, `work`'s wrench."""
+    pose, vel, acc, wrench = work.pose, work.vel, work.acc, work.wrench
     for i in range(len(bodies.records)):
         body = bodies.records[i]
         if body.modes > 0:
-            beam_load(bodies, i, pose, vel, acc, gravity, load)
+            beam_load(bodies, i, work, gravity, load)
             for k in range(3 + body.modes):
                 load[i, k] -= wrench[i, k]
             continue
@@ -183,24 +183,22 @@ def inertial_load(
 
 
 @kernel
-def respond(
-    bodies: Bodies, pose: Array, inertia: Array, axis: Array, load: Array, tau: Array, change: Array, a: Array
-) -> None:
+def respond(bodies: Bodies, work: Workspace, load: Array, tau: Array, a: Array) -> None:
     """Change of the accelerations that given loads cause; branches without loads cost next to nothing.
 
     Parameters
     ----------
-    inertia, axis
-        From `articulate`.
+    work : Workspace
+        With its inertia and axis from `articulate`; its change (nb, 3) is filled with that of the moving bodies'
+        accelerations.
     load : (nb, 3) array
         From `inertial_load`; used up.
     tau : (n,) array
         Applied generalised forces of free joints.
-    change : (nb, 3) array
-        Filled with the change of the moving bodies' accelerations.
     a : (n,) array
         The change of the free joints' accelerations is added.
     """
+    pose, axis, change = work.pose, work.axis, work.change
     nb = len(bodies.records)
     for i in range(nb - 1, 0, -1):
         body = bodies.records[i]
@@ -209,7 +207,7 @@ def respond(
         is_free = body.dof >= 0 and body.driven < 0
         axis[i, 7] = 0.0
         if body.modes > 0:
-            pushed_modes(bodies, i, tau, inertia, axis, load)
+            pushed_modes(bodies, i, work, load, tau)
         f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
         if f0 == 0.0 and f1 == 0.0 and f2 == 0.0 and not (is_free and tau[body.dof] != 0.0):
             continue
@@ -248,7 +246,7 @@ def respond(
             a2 += axis[i, 2] * qdd
         change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
         if body.modes > 0:
-            moved_modes(bodies, i, axis, change, a)
+            moved_modes(bodies, i, work, a)
 
 
 @inlined_kernel
@@ -280,9 +278,9 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     """
     pose, vel, acc, change = work.pose, work.vel, work.acc, work.change
     body_accelerations(bodies, pose, vel, work.v, work.a, acc)
-    articulate(bodies, pose, work.inertia, work.axis)
-    inertial_load(bodies, pose, vel, acc, gravity, work.wrench, work.load)
-    respond(bodies, pose, work.inertia, work.axis, work.load, work.tau, change, work.a)
+    articulate(bodies, work)
+    inertial_load(bodies, work, gravity, work.load)
+    respond(bodies, work, work.load, work.tau, work.a)
     add_change(bodies, change, acc)
     nr = len(rows)
     if nr == 0:
@@ -294,7 +292,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     clear(work.load)
     for k in range(nr):
         add_row_wrench(rows[k], pose, -work.reaction[k], work.load)
-    respond(bodies, pose, work.inertia, work.axis, work.load, work.rest, change, work.a)
+    respond(bodies, work, work.load, work.rest, work.a)
     add_change(bodies, change, acc)
     return margin
 
@@ -335,7 +333,7 @@ def loop_responses(bodies: Bodies, rows: Records, work: Workspace) -> None:
     clear(work.load)
     for k in range(len(rows)):
         add_row_wrench(rows[k], work.pose, -1.0, work.load)
-        respond(bodies, work.pose, work.inertia, work.axis, work.load, work.rest, change, work.row_a[k])
+        respond(bodies, work, work.load, work.rest, work.row_a[k])
         clear(work.load)
         for m in range(k + 1):
             size = 0.0

@@ -58,7 +58,7 @@ def value_errors(rows: Records, work: Workspace) -> float:
 @kernel
 def correct(bodies: Bodies, rows: Records, rank: int, work: Workspace, x: Array) -> float:
     """Add to x (coordinates or rates) what takes the rows by `work`'s errors; returns as `solve_rows`."""
-    articulate(bodies, work.pose, work.inertia, work.axis)
+    articulate(bodies, work)
     loop_responses(bodies, rows, work)
     margin = solve_rows(rows, rank, work.response, work.error, work.reaction)
     for k in range(len(rows)):

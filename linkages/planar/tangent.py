@@ -95,7 +95,7 @@ def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
                 dpose[i, k], dvel[i, k], dacc[i, k] = 0.0, 0.0, 0.0
             continue
         if body.type == SECTION:
-            section_tangent(bodies, i, s.bent, pose, vel, acc, dpose, dvel, dacc)
+            section_tangent(bodies, i, work, s)
             continue
         w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
@@ -130,7 +130,7 @@ def inertial_tangents(bodies: Bodies, gravity: Array, work: Workspace, s: Scratc
                 dload[i, k] = 0.0
             continue
         if body.modes > 0:
-            beam_load_tangent(bodies, i, gravity, s.bent, pose, vel, acc, dpose, dvel, dacc, dload)
+            beam_load_tangent(bodies, i, gravity, work, s)
             continue
         cx, cy = turned(pose, i, body.cx, body.cy)
         m, w, al, turn = body.mass, vel[i, 0], acc[i, 0], dpose[i, 0]
@@ -145,9 +145,9 @@ def inertial_tangents(bodies: Bodies, gravity: Array, work: Workspace, s: Scratc
 
 
 @kernel
-def residual_tangents(bodies: Bodies, pose: Array, s: Scratch) -> None:
+def residual_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
     """Fill the free entries of ``tau`` with the change of the free joints' generalised forces; uses up ``dload``."""
-    force, dpose, dload, out = s.force, s.dpose, s.dload, s.tau
+    pose, force, dpose, dload, out = work.pose, s.force, s.dpose, s.dload, s.tau
     for i in range(len(bodies.records) - 1, 0, -1):
         body = bodies.records[i]
         if not body.moving:
@@ -167,7 +167,7 @@ def residual_tangents(bodies: Bodies, pose: Array, s: Scratch) -> None:
         add_to_parent(bodies, pose, i, dload)
         dload[p, 0] += drx * force[i, 2] - dry * force[i, 1]
         if body.type == SECTION:
-            add_turned_modes(bodies, i, pose, dpose, (force[i, 1], force[i, 2]), dload)
+            add_turned_modes(bodies, i, work, s)
 
 
 @kernel

@@ -185,10 +185,10 @@ def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.recor
     angles = ~gears & (rows["term"]["kind"] == ANGLE)
     if not (gears | angles).any():
         return rows
-    work = make_workspace(len(tree.bodies.records), tree.size, len(rows), tree.bodies.shapes.shape[2])
+    work = packed(make_workspace(len(tree.bodies.records), tree.size, len(rows), tree.bodies.shapes.shape[2]))
     body_positions(tree.bodies, q, work.pose)
-    articulate(tree.bodies, work.pose, work.inertia, work.axis)
-    loop_responses(tree.bodies, rows, packed(work))
+    articulate(tree.bodies, work)
+    loop_responses(tree.bodies, rows, work)
     moved = work.response.diagonal().copy()
     moved[angles] = moved[angles].max(initial=0.0)
     lengths = moved[~gears & ~angles & (moved > 0.0)]

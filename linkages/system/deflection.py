@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.planar.bodies import make_motion, make_pose
+from linkages.kernel.by_reference import packed
+from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.dynamics import generalized_force, inertial_load
+from linkages.planar.dynamics import generalized_force, inertial_load, make_workspace
 from linkages.planar.kinematics import add_row_wrench, body_accelerations, body_positions, body_velocities
 from linkages.planar.loads import load_wrenches
 from linkages.system.assembly import Assembly, independent
@@ -130,20 +131,21 @@ class _Finder:
             return np.full(len(self.modes), np.nan), q
         consistent_rates(tree.bodies, self.rows, self.free, q, v, np.zeros(len(q)))
         bodies, n = tree.bodies, tree.size
-        pose, vel, acc, wrench, load = make_pose(bodies), *(make_motion(bodies) for _ in range(4))
+        work = packed(make_workspace(len(bodies.records), n, len(self.rows), bodies.shapes.shape[2]))
+        pose, vel, load = work.pose, work.vel, work.load
         body_positions(bodies, q, pose)
         body_velocities(bodies, pose, v, vel)
-        load_wrenches(system.loads, t, pose, vel, wrench)
+        load_wrenches(system.loads, t, pose, vel, work.wrench)
         tau, a, reaction = np.zeros(n), np.zeros(n), np.zeros(len(self.rows))
         tau[tree.powered_dofs] = system.torques(np.array([t]))[0][0]
         a[tree.driven_dofs] = system.motions(np.array([t]))[2][0]
         constrained_dynamics(
             tree.unbent_bodies, self.rows, self.rank, tree.extent, 0.0, system.gravity,
-            q, v, wrench, tau, a, reaction, np.zeros(n),
+            q, v, work.wrench, tau, a, reaction, np.zeros(n),
         )  # fmt: skip
         a[len(tree.joint_dofs) :] = 0.0
-        body_accelerations(bodies, pose, vel, v, a, acc)
-        inertial_load(bodies, pose, vel, acc, system.gravity, wrench, load)
+        body_accelerations(bodies, pose, vel, v, a, work.acc)
+        inertial_load(bodies, work, system.gravity, load)
         for row, size in zip(self.rows, reaction, strict=True):
             add_row_wrench(row, pose, -size, load)
         left = np.zeros(n)

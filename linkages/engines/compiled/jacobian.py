@@ -44,13 +44,13 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
         contact_partials(model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k])
     if w.passing[0] > 0.0:
         beside(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
-    inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, s.force)
+    inertial_load(model.bodies, w, model.gravity, s.force)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
     transmitted(model.bodies, w.pose, s.force)
     loop_responses(model.bodies, model.rows, w)
     if model.bodies.shapes.shape[2] > 0:
-        prepare(model.bodies, model.gravity, w.pose, w.vel, w.acc, s.bent)
+        prepare(model.bodies, model.gravity, w, s)
     clear(out)
     for j in range(2 * n + nz):
         for i in range(len(w.a)):
@@ -88,12 +88,12 @@ def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column:
     for i in range(len(bodies.records)):
         for k in range(3):
             s.dload[i, k] -= s.dwrench[i, k]
-    residual_tangents(bodies, w.pose, s)
+    residual_tangents(bodies, w, s)
     for i in range(len(s.tau)):
         s.tau[i] = -s.tau[i]
         s.da[i] = 0.0
     clear(s.dload)
-    respond(bodies, w.pose, w.inertia, w.axis, s.dload, s.tau, w.change, s.da)
+    respond(bodies, w, s.dload, s.tau, s.da)
     nr = len(model.rows)
     if nr:
         for k in range(nr):

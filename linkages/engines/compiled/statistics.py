@@ -78,7 +78,7 @@ def _look(sampler: Sampler, t: float, out: Array) -> bool:
             (model.loads, model.signals, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied
         )
     if sampler.with_forces:
-        inertial_load(model.bodies, w.pose, w.vel, w.acc, model.gravity, w.wrench, w.load)
+        inertial_load(model.bodies, w, model.gravity, w.load)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
     view = View(model, w, work.contacts, work.forces, work.efforts, work.applied)
     seen, outputs = reference(view), sampler.outputs
