@@ -60,6 +60,11 @@ def test_scatter_between_periods_is_no_trend(periods):
         assert found[:2] == ("periodic", 1)
 
 
+def test_a_run_shorter_than_a_period_is_said_to_be_that():
+    kind, *_, why = classify(_back(lambda t: [np.cos(TURN * t)], 1)[: PHASES // 2])
+    assert (kind, why) == ("not settled", "the run is shorter than a period")
+
+
 def test_what_does_not_repeat_is_told_how_far_it_is_from_that():
     """A whirl at half the drives' frequency: a period later it is on the other side, so twice its radius away."""
     *_, why = classify(_back(lambda t: [0.03 * np.cos(np.pi * t), 0.03 * np.sin(np.pi * t)], 3))
@@ -133,6 +138,15 @@ def test_a_column_for_what_is_larger_in_the_whole_run_is_there_only_if_something
     assert "whole run" in linkages.format_summary(summary)
     alike = {kind: steady[kind] for kind in ("outputs", "joints", "drives", "ideal")}
     assert "whole run" not in linkages.format_summary(summary | alike)
+
+
+def test_a_table_says_where_no_cycle_is_looked_for(study):
+    none = {"motion": {"kind": None, "why": "the drives have no common period"}, "report": "whole"}
+    line = "no steady cycle is looked for: the drives have no common period"
+    summary = linkages.summarize(study)
+    assert line in linkages.format_summary(summary | none)
+    ideal = {"joints": {name: one | {"model": "ideal"} for name, one in summary["joints"].items()}}  # nothing settles
+    assert line not in linkages.format_summary(summary | none | ideal)
 
 
 def test_windows_and_report_from_of_a_run(study):

@@ -57,7 +57,8 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     """Say what motion the run ends in, and which part of it the numbers are of."""
     motion, shown = summary.get("motion"), reported(summary)
     if motion is None or motion["kind"] is None:
-        lines = []
+        play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
+        lines = [f"no steady cycle is looked for: {motion['why']}"] if motion and play else []
     elif motion["kind"] == "periodic":
         several = "" if motion["periods"] == 1 else f" in {motion['periods']} periods of the drives"
         lasts = rounded(motion["period"] * motion["periods"])

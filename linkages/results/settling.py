@@ -41,6 +41,7 @@ ENOUGH = 16  # periods from which on a motion that does not repeat is judged
 GROWTH = 0.2  # of the logarithm of neighbours' distance in a period
 _PHASES = 48  # of a period, at which states are compared; a multiple of 4
 _SHRINKS = 0.5  # of distances over the run, or of the later to the earlier steps: a motion that still settles
+_SHORT = "the run is shorter than a period"
 _SETTLES = "it still changes from period to period, less and less"
 _TURNS = 12  # most turns of one drive in a common period
 _COMMENSURATE = 1e-9  # relative error of two frequencies' ratio as a fraction
@@ -216,7 +217,7 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
     last = len(states) - 1
     if not states.shape[1]:  # the drives determine all there is
         found = last >= phases
-        return ("periodic", 1, last, "") if found else ("not settled", 0, None, "the run is shorter than a period")
+        return ("periodic", 1, last, "") if found else ("not settled", 0, None, _SHORT)
     for n in range(1, MOST + 1):
         shift = n * phases
         window = min(max(shift // 2, (last - shift) // 2), 3 * shift)
@@ -235,6 +236,8 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
         if n == 1 and recent <= SAME:
             return "not settled", 0, None, _SETTLES
     count = (last + 1) // phases
+    if last < phases:
+        return "not settled", 0, None, _SHORT
     if count < ENOUGH:
         why = f"it does not repeat within {last / phases:.3g} periods"
         if last > phases:
