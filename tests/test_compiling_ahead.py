@@ -53,7 +53,7 @@ def start(tmp_path):
     def start(processors: int, script: str = SCRIPT, kernels: str = KERNELS) -> subprocess.Popen:
         (tmp_path / "kernels.py").write_text(kernels)
         (tmp_path / "script.py").write_text(script)
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         return subprocess.Popen([sys.executable, "script.py", str(processors)], cwd=tmp_path, env=environment, **pipes)
 
     return start
@@ -66,6 +66,42 @@ def test_what_is_expected_is_compiled_beside_on_an_empty_cache_and_nothing_is_st
     assert (begun, len(beside.split()), hits, errors) == ("begun", 1, "1", "")
     found, errors = start(2).communicate()
     assert (found, errors) == ("begun\n\n1\n", "")
+
+
+HOLDING = """
+import sys, time
+from linkages.kernel import cache, claims
+from linkages.kernel.units import UnitCompiler
+import numba, kernels
+
+name = cache.CodeCache(kernels.f0.py_func, UnitCompiler)._name((numba.float64,))
+assert claims.claim(cache.folder(), name)
+print("holds", flush=True)
+sys.stdin.read()
+"""
+PUT_OFF = """
+import sys, threading, time
+from linkages.kernel import ahead
+import kernels
+
+kernels.plan = lambda: [lambda: kernels.f0(1.5), lambda: kernels.f1(1.5), lambda: print("done", flush=True)]
+ahead.assist([("kernels:plan", ())], 0)
+print(kernels.f0(1.5), kernels.f1(1.5), flush=True)
+"""
+
+
+def test_what_another_process_is_compiling_is_put_off_not_waited_for(start):
+    """It holds the first of two kernels: the second is compiled, then, as soon as it lets go, the first."""
+    holding = start(1, HOLDING)
+    assert holding.stdout.readline() == "holds\n"
+    assisting = start(1, PUT_OFF)
+    assert assisting.stdout.readline() == "done\n"
+    assert assisting.poll() is None
+    holding.kill()
+    assert assisting.stdout.readline() == "1.5 2.5\n"
+    assisting.kill()
+    holding.communicate()
+    assisting.communicate()
 
 
 def test_one_processor_compiles_in_one_process(start):

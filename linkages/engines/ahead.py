@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from linkages.engines.drop import drop
-from linkages.kernel.by_address import compile_free
+from linkages.kernel.by_address import address
 from linkages.outputs.columns import columns
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
@@ -28,24 +28,23 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
 
     system = drop().replaced({"solver.integrator": "radau3" if implicit else "runge_kutta5"})
     wanted = targets(system.arrays, packed(make_stepper(2 * system.tree.size, system.tree.size)), implicit)
-    return [partial(compile_free, list(wanted.values())), partial(_outputs, system), partial(simulate, system)]
+    return [*(partial(address, *one) for one in wanted.values()), partial(_outputs, system), partial(simulate, system)]
 
 
 def drake() -> list[Callable[[], Any]]:
     """Jobs for the Drake engine; Drake itself is not asked."""
-    system = drop()
-    return [partial(_forces, system), partial(_outputs, system), lambda: system.assembly]
-
-
-def _forces(system: System) -> None:
-    """Compile what Drake's systems for joints with play and for drives call."""
     from linkages.engines.drake.forces import drive_forces, joint_forces, placed
 
+    system = drop()
     n = system.tree.size
     places, state = np.arange(n), np.zeros(2 * n)
     place = placed(system, places, places + n, places, n)
-    joint_forces(place, np.zeros((len(system.ends), 2)), state)
-    drive_forces(place, 0.0, state, np.zeros(n))
+    return [
+        partial(drive_forces, place, 0.0, state, np.zeros(n)),
+        partial(_outputs, system),
+        partial(joint_forces, place, np.zeros((len(system.ends), 2)), state),
+        lambda: system.assembly,
+    ]
 
 
 def _outputs(system: System) -> None:

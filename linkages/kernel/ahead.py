@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
@@ -21,6 +22,7 @@ from linkages.kernel import claims
 
 _EMPTY = 4  # kernels compiled in a process after which the cache is taken for empty
 _MOST = 3  # processes beside: there are few jobs, and they share much
+_PAUSE = 0.1  # s, where other processes are compiling what all jobs need
 _plans: list[tuple[str, tuple[Any, ...]]] = []
 _beside: list[subprocess.Popen[bytes]] = []
 _compiled = 0  # kernels, in this process
@@ -94,7 +96,8 @@ def _end() -> None:
 def assist(plans: list[tuple[str, tuple[Any, ...]]], which: int) -> None:
     """Work through plans, in a process beside: the first one from the beginning, the others from further on.
 
-    There is one of each number for all processes that fill a cache.
+    There is one of each number for all processes that fill a cache. A job that needs what another process is compiling
+    is put off until the next one is done.
     """
     global _assisting
     from linkages.kernel.cache import folder
@@ -103,12 +106,29 @@ def assist(plans: list[tuple[str, tuple[Any, ...]]], which: int) -> None:
     if place is None or not claims.claim(place, f"{which:x}"):
         return
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    jobs: list[Callable[[], Any]] = []
     for plan, settings in plans:
         module, _, function = plan.partition(":")
-        jobs = getattr(importlib.import_module(module), function)(*settings)
-        first = which * len(jobs) // (_MOST + 1)
-        for job in jobs[first:] + jobs[:first]:
+        made = getattr(importlib.import_module(module), function)(*settings)
+        first = which * len(made) // (_MOST + 1)
+        jobs += made[first:] + made[:first]
+    while jobs:
+        for k, job in enumerate(jobs):
+            if _done(job):
+                del jobs[k]
+                break
+        else:
+            time.sleep(_PAUSE)
+
+
+def _done(job: Callable[[], Any]) -> bool:
+    """Do a job; False if another process is compiling what it needs."""
+    try:
+        with claims.impatient():
             job()
+    except claims.ClaimedError:
+        return False
+    return True
 
 
 def _end_with_parent() -> None:

@@ -8,6 +8,7 @@ NUMBA_DISABLE_JIT=1 the addresses are tokens for the Python functions, which are
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import cache
 from typing import Any, cast
 
@@ -18,6 +19,7 @@ from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
+from linkages.kernel import claims
 from linkages.kernel.cache import CodeCache
 from linkages.kernel.pipeline import hurried
 from linkages.kernel.units import UnitCompiler
@@ -56,16 +58,11 @@ def address(function: Callable[..., Any], signature: Any) -> int:
 
 
 def addresses(wanted: Sequence[tuple[Callable[..., Any], Any]]) -> list[int]:
-    """Compile several functions with their signatures: last those that another process is compiling already."""
-    compile_free(wanted)
+    """Compile several functions with their signatures: last those of which another process is compiling a part."""
+    for one in wanted:
+        with claims.impatient(), suppress(claims.ClaimedError):
+            address(*one)
     return [address(*one) for one in wanted]
-
-
-def compile_free(wanted: Sequence[tuple[Callable[..., Any], Any]]) -> None:
-    """Compile those functions, with their signatures, that no other process is compiling."""
-    for function, signature in wanted if _COMPILING else ():
-        if not CodeCache(getattr(function, "py_func", function), UnitCompiler).compiled_elsewhere(signature):
-            address(function, signature)
 
 
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:

@@ -128,11 +128,6 @@ class CodeCache:
             reload_init=(),
         )
 
-    def compiled_elsewhere(self, signature: Any) -> bool:
-        """Whether another process is compiling for a signature."""
-        name, place = self._name(signature), folder()
-        return name is not None and place is not None and not _path(place, name).exists() and claims.busy(place, name)
-
     def save_overload(self, signature: Any, result: Any) -> None:
         """Save code, and give up the claim on it; on a disk that is full it is lost."""
         name, place, library = self._name(signature), folder(), result.library

@@ -1,14 +1,16 @@
 """Who compiles what: a claim is a lock on a byte of a file in the cache's folder, gone with the process that holds it.
 
-So processes that need the same code at once compile it once between them. Where there are no such locks, each compiles
-for itself.
+So processes that need the same code at once compile it once between them; one that has other work does that first.
+Where there are no such locks, each compiles for itself.
 """
 
 from __future__ import annotations
 
 import os
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +21,7 @@ except ImportError:  # pragma: no cover - Windows
 
 _LONGEST = 120.0  # s that another process is waited for: it may have been stopped
 _LOOK = 0.02  # s between two looks
+_patient = ContextVar("patient", default=True)
 _held: set[tuple[Path, str]] = set()  # by this process
 
 
@@ -30,10 +33,32 @@ def claim(place: Path, name: str) -> bool:
     return True
 
 
+class ClaimedError(Exception):
+    """Another process has claimed what is needed."""
+
+
+@contextmanager
+def impatient() -> Iterator[None]:
+    """Raise `ClaimedError` rather than wait: there is other work."""
+    before = _patient.set(False)
+    try:
+        yield
+    finally:
+        _patient.reset(before)
+
+
 def wait_and_claim(place: Path, name: str) -> None:
-    """Claim a name as soon as no other process has it; do without if one has had it for too long."""
+    """Claim a name as soon as no other process has it; do without if one has had it for too long.
+
+    Raises
+    ------
+    ClaimedError
+        If another process has it, within `impatient`.
+    """
     end = time.monotonic() + _LONGEST
     while not claim(place, name) and time.monotonic() < end:
+        if not _patient.get():
+            raise ClaimedError
         time.sleep(_LOOK)
 
 
@@ -48,16 +73,6 @@ def release_all() -> None:
     """Give up all claims, where compilation has failed."""
     for place, name in tuple(_held):
         release(place, name)
-
-
-def busy(place: Path, name: str) -> bool:
-    """Whether another process has claimed a name."""
-    if (place, name) in _held:
-        return False
-    if not claim(place, name):
-        return True
-    release(place, name)
-    return False
 
 
 @cache

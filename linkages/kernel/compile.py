@@ -84,7 +84,9 @@ class Kernel:
         """Call it from Python."""
         result = self._entry(*arguments, **named)
         if failures:
-            raise failures.pop()
+            problem = failures[0]
+            failures.clear()
+            raise problem
         return result
 
     def __reduce__(self) -> str:

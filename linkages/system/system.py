@@ -292,7 +292,9 @@ class System:
 
     def _closed_by(self, rows: NDArray[np.record], free: NDArray[np.int64]) -> tuple[NDArray[np.record], int]:
         """Rows, and how many of them are independent in free coordinates."""
-        count = independent(self.tree, rows, self.assembly.q, free) if len(rows) else 0
+        if not len(rows):
+            return rows, 0
+        count = independent(self.tree, rows, self.assembly.q, free)
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), count
 
     @property
