@@ -8,7 +8,7 @@ import numba
 import numpy as np
 import pytest
 
-from linkages.kernel import kernel
+from linkages.kernel import indices, kernel
 
 RUNS = """
 import linkages
@@ -19,14 +19,21 @@ for file, values in (("slider_crank_flexible.toml", {"duration": 0.01}), ("six_b
 """
 
 
-@kernel
-def entry(values, k):
+def _entry(values, k):
     return values[k]
 
 
-@kernel
-def last(values):
+def _last(values):
     return values[-1]
+
+
+@kernel
+def of_users(values, k):
+    return values[k]
+
+
+_entry.__module__ = _last.__module__ = indices.__name__
+entry, last = kernel(_entry), kernel(_last)
 
 
 @numba.njit
@@ -38,6 +45,7 @@ def test_only_constants_count_from_the_end():
     values = np.arange(6.0)
     assert entry(values[3:], -1) == 2.0  # what stands before
     assert last(values) == 5.0
+    assert of_users(values, -1) == 5.0
     assert of_others(values, -1) == 5.0
 
 
@@ -46,7 +54,7 @@ def test_runs_ask_for_no_index_out_of_bounds(tmp_path):
     """Compiled with checks. That these are there is seen in a kernel that does ask."""
     (tmp_path / "beyond.py").write_text(
         "import numpy as np\nfrom linkages.kernel import kernel\n@kernel\ndef entry(values, k):\n    return values[k]\n"
-        "for k in (-1, 3):\n    try:\n        entry(np.ones(3), k)\n    except IndexError:\n        print('refused')\n"
+        "for k in (-4, 3):\n    try:\n        entry(np.ones(3), k)\n    except IndexError:\n        print('refused')\n"
     )
     (tmp_path / "runs.py").write_text(RUNS)
     environment = os.environ | {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path / "cache")}

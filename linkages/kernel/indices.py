@@ -1,8 +1,8 @@
-"""Indices of arrays within kernels are never negative, but for constants such as ``a[-1]``.
+"""Indices of arrays within this package's kernels are never negative, but for constants such as ``a[-1]``.
 
-For every other index that is no constant numba adds the array's length where it is negative: a comparison and a choice
-at each access, which in kernels of a few operations cost up to a fifth of their time. Code of others is left as it is.
-``NUMBA_BOUNDSCHECK=1`` finds indices that are out of bounds, negative ones too.
+To an index that is no constant numba adds the array's length where it is negative: a comparison and a choice at each
+access, which in kernels of a few operations cost up to a fifth of their time. Laws that users register, and all other
+code, are left as they are. ``NUMBA_BOUNDSCHECK=1`` finds indices that are out of bounds, negative ones too.
 """
 
 from __future__ import annotations
@@ -14,6 +14,11 @@ from numba.core import types
 from numba.np import arrayobj
 
 _adding_length = arrayobj.fix_integer_index
+
+
+def are_ours(function: Any) -> bool:
+    """Whether a function is one of this package's."""
+    return str(function.__module__).partition(".")[0] == __name__.partition(".")[0]
 
 
 def take_as_they_are(context: Any) -> None:

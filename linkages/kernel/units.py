@@ -83,7 +83,8 @@ class _Named(ShortCompiler):
         with suppress(TypeError):  # not of known content: it is not kept either
             state.func_id.unique_id = identity(state.func_id.func)
         state.targetctx.mangler = _mangled
-        indices.take_as_they_are(state.targetctx)
+        if indices.are_ours(state.func_id.func):
+            indices.take_as_they_are(state.targetctx)
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
         ahead.compiling()
