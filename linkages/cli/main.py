@@ -6,19 +6,21 @@ by SIGTERM, 141 the reader of the output has gone.
 
 from __future__ import annotations
 
+import atexit
 import gc
 import importlib.metadata
 import os
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 
 from linkages.cli import Command, commands
 from linkages.cli.parsing import Parser
 from linkages.errors import InputError, RunError, nearest
 from linkages.signals import terminable
 
-_YOUNG = 250_000  # objects made between two looks for garbage: nearly all that a command makes stay to its end
+_YOUNG = 250_000  # objects made between two looks for garbage
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a machine and an experiment to begin with
@@ -85,7 +87,7 @@ def _version() -> str:
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
-    gc.set_threshold(_YOUNG)
+    _collect_seldom()
     with terminable() as came:
         try:
             status = run(*arguments)
@@ -98,6 +100,13 @@ def exit_status(run: Callable[..., int], *arguments: object) -> int:
             else:
                 status = _said(problem)
     return 143 if signal.SIGTERM in came and status == 130 else status
+
+
+@cache
+def _collect_seldom() -> None:
+    """Look for garbage seldom, and not again while Python ends: nearly all that a command makes stays to its end."""
+    gc.set_threshold(_YOUNG)
+    atexit.register(gc.freeze)
 
 
 def _said(problem: BaseException) -> int:
