@@ -162,7 +162,7 @@ def test_compilation_is_announced_once(tmp_path):
     """In a process of its own: here a command of another test may have announced it."""
     empty = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", ANNOUNCED], env=empty, capture_output=True, text=True, check=True)
-    assert done.stderr == "compiling, once after an installation: half a minute or so ...\n"
+    assert done.stderr == "compiling, once after an installation: a quarter of a minute or so ...\n"
 
 
 def test_where_there_is_no_terminal_progress_is_lines_ever_rarer(monkeypatch, capsys):

@@ -98,7 +98,7 @@ def data() -> Finding:
 
 
 def compile_cache() -> Finding:
-    """Find where compiled code is kept: without it each start compiles for half a minute."""
+    """Find where compiled code is kept: without it each start compiles for a quarter of a minute."""
     import numba
 
     from linkages.kernel import cache
@@ -109,7 +109,7 @@ def compile_cache() -> Finding:
     if path is None:
         return Finding("compile cache", "none", _PLACE)
     kept = _count(path, "*/*.nbc")
-    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for half a minute or so'}"
+    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for a quarter of a minute or so'}"
     return Finding("compile cache", text, _PLACE if path.is_relative_to(cache.temporary_folder()) else "")
 
 

@@ -103,7 +103,7 @@ def announce_compilation() -> None:
         nonlocal due
         now = time.monotonic()
         if not due:
-            print("compiling, once after an installation: half a minute or so ...", file=sys.stderr, flush=True)
+            print("compiling, once after an installation: a quarter of a minute or so ...", file=sys.stderr, flush=True)
         elif now > due:
             print(f"compiling: {ready} of at most {known} kernels", file=sys.stderr, flush=True)
         if now > due:

@@ -1,6 +1,6 @@
 """The way from a function to machine code: those of numba's passes that kernels need, and nothing that only costs time.
 
-Most of a first run is numba's own Python. Of some thirty passes half look for what is hardly ever there (`with`,
+Most of a first run is numba's own Python. Of twenty-seven passes half look for what is hardly ever there (`with`,
 closures, loops in parallel), and each analyses the function anew. The type of each sum and product is found by
 trying dozens of definitions, with a coloured message about each that does not fit. And millions of small objects
 are looked through for garbage again and again.
