@@ -279,6 +279,7 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
     blocked = tmp_path / "file"
     blocked.write_text("")
     monkeypatch.setenv("LINKAGES_CACHE", str(blocked / "maps"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setattr(doctor, "self_check", broken)
     monkeypatch.setattr(doctor, "data_folder", lambda: tmp_path)
     needs = ["numpy>=999", "no-such-package>=1", 'pytest>=8; extra == "dev"']
