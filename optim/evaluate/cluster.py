@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from linkages import InputError, RunError
 from linkages.files.versions import versions
 
-_PATIENCE = 10.0  # seconds to wait for the scheduler, and for a first worker
+_ANSWER, _WORKER = 10.0, 10.0  # seconds to wait for the scheduler, and for a first worker
 _RETRIES = 5  # deaths of its worker that a request survives
 
 
@@ -38,12 +38,12 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     except ImportError:
         raise InputError("--cluster", address, 'needs Dask: pip install "linkages[cluster]"') from None
     try:
-        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+        client = Client(address, timeout=_ANSWER, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise InputError("--cluster", address, f"no scheduler answers ({problem})") from None
     with client:
         try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
+            client.wait_for_workers(1, timeout=_WORKER)
         except TimeoutError:
             raise RunError(f"cluster {address}: has no workers; start some with: dask worker {address}") from None
         here = versions()

@@ -113,7 +113,7 @@ def test_no_workers(monkeypatch):
     from linkages import RunError
     from optim.evaluate import cluster
 
-    monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
+    monkeypatch.setattr(cluster, "_WORKER", 1.0)
     scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     try:
         address = address_of(scheduler)
