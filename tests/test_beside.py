@@ -55,6 +55,17 @@ def test_work_whose_process_is_killed_is_done_here(tmp_path):
 
 
 @needs_fork
+def test_where_no_process_can_be_made_the_work_is_done_here(tmp_path, monkeypatch):
+    def refuse():
+        raise OSError("no more processes")
+
+    monkeypatch.setattr("os.fork", refuse)
+    with beside([(tmp_path / "done").touch]):
+        assert not (tmp_path / "done").exists()
+    assert (tmp_path / "done").exists()
+
+
+@needs_fork
 def test_a_context_that_fails_ends_the_work(tmp_path):
     def work():
         (tmp_path / "begun").touch()

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from machines import four_bar
-from test_loads import GOOD, RNG, slope, states
+from test_loads import GOOD, RNG, direction, slope, states
 
 from linkages import InputError, ideal, load
 from linkages.files.formula import FUNCTIONS, parse
@@ -164,17 +164,7 @@ def test_tangent_of_loads_that_depend_on_the_state(driven):
     loads, tree = system.loads, system.tree
     for _ in range(5):
         pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
-        dpose, dvel = 0.1 * RNG.normal(size=vel.shape), RNG.normal(size=vel.shape)
-        dpose[0], dvel[0] = 0.0, 0.0
-
-        def wrench(s, pose=pose, vel=vel, dpose=dpose, dvel=dvel):
-            result, moved = np.zeros_like(vel), pose.copy()
-            moved[:, :2] += s * dpose[:, 1:]
-            moved[:, 2] += s * dpose[:, 0]
-            moved[:, 3:] = np.column_stack([np.cos(moved[:, 2]), np.sin(moved[:, 2])])
-            load_wrenches(loads, 0.4, moved, vel + s * dvel, result)
-            return result
-
+        dpose, dvel, wrench = direction(loads, 0.4, pose, vel)
         tangent = np.zeros_like(vel)
         load_wrenches_tangent(loads, 0.4, pose, vel, dpose, dvel, tangent)
         np.testing.assert_allclose(tangent, slope(wrench, 1e-4), rtol=1e-7, atol=1e-7)

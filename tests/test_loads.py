@@ -131,22 +131,28 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         assert tau @ w == pytest.approx(expected, rel=1e-9)
 
 
+def direction(loads, t, pose, vel):
+    """Random changes of poses and velocities, of each body by itself, and the wrenches so many times them away."""
+    dpose, dvel = 0.1 * RNG.normal(size=vel.shape), RNG.normal(size=vel.shape)
+    dpose[0], dvel[0] = 0.0, 0.0
+
+    def wrench(s):
+        result, moved = np.zeros_like(vel), pose.copy()
+        moved[:, :2] += s * dpose[:, 1:]
+        moved[:, 2] += s * dpose[:, 0]
+        moved[:, 3:] = np.column_stack([np.cos(moved[:, 2]), np.sin(moved[:, 2])])
+        load_wrenches(loads, t, moved, vel + s * dvel, result)
+        return result
+
+    return dpose, dvel, wrench
+
+
 def test_tangent_is_the_derivative_of_the_wrenches(system_of):
     """Along directions in which every body turns and moves by itself."""
     _, tree, loads = loaded(system_of)
     for _ in range(10):
         pose, vel = states(tree, *RNG.normal(size=(2, tree.size)))
-        dpose, dvel = 0.1 * RNG.normal(size=vel.shape), RNG.normal(size=vel.shape)
-        dpose[0], dvel[0] = 0.0, 0.0
-
-        def wrench(s, pose=pose, vel=vel, dpose=dpose, dvel=dvel):
-            result, moved = np.zeros_like(vel), pose.copy()
-            moved[:, :2] += s * dpose[:, 1:]
-            moved[:, 2] += s * dpose[:, 0]
-            moved[:, 3:] = np.column_stack([np.cos(moved[:, 2]), np.sin(moved[:, 2])])
-            load_wrenches(loads, 0.4, moved, vel + s * dvel, result)
-            return result
-
+        dpose, dvel, wrench = direction(loads, 0.4, pose, vel)
         before = RNG.normal(size=vel.shape)
         tangent = before.copy()
         load_wrenches_tangent(loads, 0.4, pose, vel, dpose, dvel, tangent)

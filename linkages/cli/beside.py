@@ -6,7 +6,7 @@ import multiprocessing
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 
 @contextmanager
@@ -26,14 +26,19 @@ def beside(works: Sequence[Callable[[], None]]) -> Iterator[None]:
         _all(works)
         return
     process = multiprocessing.get_context("fork").Process(target=_quietly, args=(works,))
-    process.start()
+    started = False
+    with suppress(OSError):  # no more processes, or no memory for one
+        process.start()
+        started = True
     try:
         yield
-        process.join()
+        if started:
+            process.join()
     finally:
-        process.kill()
-        process.join()
-    if process.exitcode != 0:
+        if started:
+            process.kill()
+            process.join()
+    if not started or process.exitcode != 0:
         _all(works)
 
 

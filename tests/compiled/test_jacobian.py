@@ -189,7 +189,7 @@ ratio = 30.0
     result = simulate(system_of(four_bar(extra=extra), text), "compiled")
     assert np.ptp(result["q.W"]) > 0.1
     for step in (len(result.time) // 3, len(result.time) - 1):
-        check(result, step, accuracy=1e-9)  # of the rows' responses the largest is some 500 times the least
+        check(result, step, accuracy=2e-10)  # rounding: of the rows' responses one is 500 times the other
 
 
 def test_loads_that_depend_on_positions_and_speeds(system_of):
