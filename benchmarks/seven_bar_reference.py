@@ -15,7 +15,7 @@ from linkages.kernel.by_reference import reference as reference_to
 from linkages.planar.bodies import Bodies
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.dynamics import accelerate, workspace
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_states
 from linkages.planar.motion import evaluate_motions
 
 Array = NDArray[np.float64]
@@ -57,8 +57,7 @@ def free_motion(system: System) -> FreeMotion:
             work.q[free[k]], work.v[free[k]] = y[k], y[nf + k]
         for k in range(nd):
             work.q[driven[k]], work.v[driven[k]], work.a[driven[k]] = value[k], speed[k], acceleration[k]
-        body_positions(bodies, work.q, work.pose)
-        body_velocities(bodies, work.pose, work.v, work.vel)
+        body_states(bodies, work.q, work.v, work.pose, work.vel)
         clearance_wrenches(ends, laws, tables, memory, work.pose, work.vel, work.wrench, joints)
         accelerate(bodies, rows, rank, gravity, work)
         for k in range(nf):

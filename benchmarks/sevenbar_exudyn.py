@@ -20,7 +20,7 @@ from seven_bar_reference import orbit_error, reference
 from linkages import load
 from linkages.files.shipped import data_folder
 from linkages.laws.journal import clearance_force
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_states
 
 GRADED = 1e-3  # s
 DECADES, PER_DECADE = 5, 20  # its parts, steps in each
@@ -33,7 +33,7 @@ def film(law, table, omega_bearing):
     @njit
     def force(ex, ey, vx, vy, omega):
         both = omega_bearing + omega
-        fx, fy, _, _, _ = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, 0.0, 0.0)
+        fx, fy = clearance_force(law, table, ex, ey, vx, vy, omega_bearing, both, 0.0, 0.0)[:2]
         return -fx, -fy
 
     return force
@@ -79,8 +79,7 @@ class Model:
     def _add_bodies(self) -> None:
         tree, items = self.tree, self.items
         self.pose, self.velocity = np.empty((len(tree.bodies.records), 5)), np.empty((len(tree.bodies.records), 3))
-        body_positions(tree.bodies, self.assembly.q, self.pose)
-        body_velocities(tree.bodies, self.pose, self.assembly.v, self.velocity)
+        body_states(tree.bodies, self.assembly.q, self.assembly.v, self.pose, self.velocity)
         self.nodes, self.objects = {}, {"world": self.solver.AddObject(items.ObjectGround())}
         ground = self.solver.AddNode(items.NodePointGround())
         self.still = self.solver.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))

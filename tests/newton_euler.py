@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from linkages import System
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import load_wrenches
 from linkages.system.tree import Tree
 
@@ -35,8 +35,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
     tree, (nt, nb) = system.tree, (len(times), len(system.tree.bodies.records))
     pose, vel, acc, applied = (np.zeros((nt, nb, width)) for width in (5, 3, 3, 3))
     for i, t in enumerate(times):
-        body_positions(tree.bodies, q[i], pose[i])
-        body_velocities(tree.bodies, pose[i], v[i], vel[i])
+        body_states(tree.bodies, q[i], v[i], pose[i], vel[i])
         body_accelerations(tree.bodies, pose[i], vel[i], v[i], a[i], acc[i])
         load_wrenches(system.loads, t, pose[i], vel[i], applied[i])
     known = {} if contacts is None else {name: _of_contacts(tree, name, pose, contacts) for name in tree.play}

@@ -8,7 +8,7 @@ from scipy.interpolate import PPoly
 from linkages import InputError, ideal, load
 from linkages.cli.main import main
 from linkages.planar.dynamics import generalized_force
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_states
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches, load_wrenches_tangent
 from linkages.planar.motion import Motions, constant_rate, function_jet, monotone_table
 
@@ -74,8 +74,7 @@ def loaded(system_of, plane="xy", q_axis="0 0 1"):
 
 def states(tree, q, v):
     pose, vel = np.empty((len(tree.bodies.records), 5)), np.empty((len(tree.bodies.records), 3))
-    body_positions(tree.bodies, q, pose)
-    body_velocities(tree.bodies, pose, v, vel)
+    body_states(tree.bodies, q, v, pose, vel)
     return pose, vel
 
 

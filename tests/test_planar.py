@@ -19,6 +19,7 @@ from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
     body_positions,
+    body_states,
     body_velocities,
     row_acceleration,
     row_rate,
@@ -76,8 +77,7 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
     plant.SetVelocities(context, full_v)
     nb = len(tree.bodies.records)
     pose, vel = np.empty((nb, 5)), np.empty((nb, 3))
-    body_positions(tree.bodies, q, pose)
-    body_velocities(tree.bodies, pose, v, vel)
+    body_states(tree.bodies, q, v, pose, vel)
     for link in mechanism.links:
         i, x, y = tree.named_marker(link.name)
         arm = np.array(turned(pose, i, x, y))
@@ -117,8 +117,7 @@ def test_closure_rows_derivatives_and_reactions_are_consistent(tmp_path, text):
         def at(t, rows=rows, q=q, v=v, a=a, nb=nb):
             pose, vel, acc = np.empty((nb, 5)), np.empty((nb, 3)), np.empty((nb, 3))
             qt, vt = q + t * v + t * t / 2 * a, v + t * a
-            body_positions(tree.bodies, qt, pose)
-            body_velocities(tree.bodies, pose, vt, vel)
+            body_states(tree.bodies, qt, vt, pose, vel)
             body_accelerations(tree.bodies, pose, vel, vt, a, acc)
             return (
                 np.array([row_value(r, pose) for r in rows]),
@@ -158,8 +157,7 @@ def test_pair_of_a_clearance_joint_has_no_net_force_and_no_net_moment(system_of)
         q, v = 1e-4 * RNG.normal(size=tree.size), RNG.normal(size=tree.size)
         nb = len(tree.bodies.records)
         pose, vel, wrench, out = np.empty((nb, 5)), np.empty((nb, 3)), np.zeros((nb, 3)), np.empty((2, WIDTH))
-        body_positions(tree.bodies, q, pose)
-        body_velocities(tree.bodies, pose, v, vel)
+        body_states(tree.bodies, q, v, pose, vel)
         clearance_wrenches(tree.ends, system.laws, system.film_tables, memory, pose, vel, wrench, out)
         net = wrench[:, 1:].sum(axis=0)
         moment = np.sum(wrench[:, 0] + pose[:, 0] * wrench[:, 2] - pose[:, 1] * wrench[:, 1])

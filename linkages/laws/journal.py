@@ -32,8 +32,8 @@ def clearance_force(
     omega_j: float,
     approach: float,
     bristle: float,
-) -> tuple[float, float, float, float, float]:
-    """Force and couple on the journal.
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Force and couple on the journal, and how it moves against the wall.
 
     Parameters
     ----------
@@ -60,24 +60,27 @@ def clearance_force(
         that the pair has neither net force nor net moment.
     rate : float
         Rate of the bristles' state [m/s]; 0 where the friction law has none.
+    delta, closing : float
+        Penetration e - c [m] and its rate [m/s].
+    sliding : float
+        Sliding speed of the journal's surface [m/s].
     load : float
         Normal load of the contact, asperities included [N].
     """
     c = joint.clearance
-    e = math.hypot(ex, ey)
+    e = math.sqrt(ex * ex + ey * ey)
     if e > 0.0:
         nx, ny = ex / e, ey / e
     else:  # the force is isotropic at the centre: any direction serves
         nx, ny = 1.0, 0.0
     v_n = vx * nx + vy * ny
     v_t = vy * nx - vx * ny
+    delta, radius = e - c, joint.radius - c  # radius of the journal
+    sliding = v_t + omega_j * radius - omega_b * (e + radius)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
     if joint.model != _DRY:
         f_n, f_t, couple = film_action(joint, table, c, e, v_n, v_t, omega_b, omega_j)
     if joint.model != _LUBRICATED:
-        delta = e - c
-        radius = joint.radius - c  # of the journal
-        sliding = v_t + omega_j * radius - omega_b * (e + radius)
         extra = 0.0
         if joint.model != _DRY and joint.transition == 0.0:
             extra = asperity_force(e / c, c, joint.radius, joint.length, joint.roughness, joint.asperity_pressure)
@@ -90,7 +93,7 @@ def clearance_force(
             f_t = mix(f_t, d_t, delta, joint.transition)
             couple = mix(couple, d_couple, delta, joint.transition)
             load *= dry_weight(delta, joint.transition)
-    return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, load
+    return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, delta, v_n, sliding, load
 
 
 @kernel

@@ -15,7 +15,7 @@ from linkages.planar.bending import beam_energy
 from linkages.planar.contacts import WIDTH, contact_motion
 from linkages.planar.dynamics import Workspace, clear, inertial_load, make_workspace
 from linkages.planar.internal_forces import beam_state, deflection
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities, term_rate
+from linkages.planar.kinematics import body_accelerations, body_states, term_rate
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
@@ -208,8 +208,7 @@ def tabulate(
         copy(v[i], w.v)
         for k in range(contacts.shape[1]):
             copy(contacts[i, k], view.contacts[k])
-        body_positions(bodies, w.q, w.pose)
-        body_velocities(bodies, w.pose, w.v, w.vel)
+        body_states(bodies, w.q, w.v, w.pose, w.vel)
         body_accelerations(bodies, w.pose, w.vel, w.v, a[i], w.acc)
         if len(loads[0]):
             load_outputs(loads, times[i], w.pose, w.vel, view.loads)

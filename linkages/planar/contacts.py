@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
@@ -11,7 +9,7 @@ from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.dynamics import generalized_force
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_states
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
 from linkages.planar.record_types import CORNER, STOP, WORN
 
@@ -115,13 +113,7 @@ def contact_action(
         return 0.0, 0.0, -end.nx * load, 0.0, delta, closing, 0.0, load
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
-    fx, fy, couple, rate, load = clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
-    e = math.hypot(ex, ey)
-    nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-    delta, radius = e - law.clearance, law.radius - law.clearance
-    closing = vx * nx + vy * ny
-    sliding = vy * nx - vx * ny + wj * radius - wb * (e + radius)
-    return fx, fy, couple, rate, delta, closing, sliding, load
+    return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
 
 
 @kernel
@@ -155,8 +147,7 @@ def clearance_forces(
     """
     nj = len(ends)
     pose, vel, wrench, tau = new_pose(bodies), new_motion(bodies), new_motion(bodies), np.zeros(len(into))
-    body_positions(bodies, state[positions], pose)
-    body_velocities(bodies, pose, state[rates], vel)
+    body_states(bodies, state[positions], state[rates], pose, vel)
     result = np.zeros(size + WIDTH * nj)
     clearance_wrenches(ends, laws, tables, memory, pose, vel, wrench, result[size:].reshape(nj, WIDTH))
     generalized_force(bodies, pose, wrench, tau)

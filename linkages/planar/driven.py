@@ -8,7 +8,7 @@ from linkages.kernel import Array, Indices, Records, kernel
 from linkages.kernel.by_reference import reference
 from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.dynamics import clear, generalized_force, inertial_load, workspace
-from linkages.planar.kinematics import add_row_wrench, body_positions, body_velocities
+from linkages.planar.kinematics import add_row_wrench, body_states
 from linkages.planar.loads import Loads, load_wrenches
 from linkages.planar.motion import Curves, evaluate_motions
 from linkages.planar.passage import accelerate_onto
@@ -54,8 +54,7 @@ def constrained_dynamics(
     for i in range(len(bodies.records)):
         if bodies.records[i].driven >= 0:
             work.a[bodies.records[i].dof] = acceleration[bodies.records[i].dof]
-    body_positions(bodies, q, work.pose)
-    body_velocities(bodies, work.pose, v, work.vel)
+    body_states(bodies, q, v, work.pose, work.vel)
     accelerate_onto(bodies, rows, rank, size, stabilisation, gravity, work)
     needed = np.zeros(len(q))
     inertial_load(bodies, work, gravity, work.load)
@@ -129,8 +128,7 @@ def driven_forces(
     nd, np_, n = len(driven), len(powered), len(into)
     q, v, tau = state[positions], state[rates], applied[into]
     pose, vel, wrench = new_pose(bodies), new_motion(bodies), new_motion(bodies)
-    body_positions(bodies, q, pose)
-    body_velocities(bodies, pose, v, vel)
+    body_states(bodies, q, v, pose, vel)
     load_wrenches(loads, t, pose, vel, wrench)
     generalized_force(bodies, pose, wrench, tau)
     drive, one, two = np.empty(nd + np_), np.empty(max(nd, np_)), np.empty(max(nd, np_))

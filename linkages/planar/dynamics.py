@@ -24,12 +24,12 @@ from linkages.planar.kinematics import (
     add_row_wrench,
     add_to_parent,
     along,
-    body_accelerations,
+    body_acceleration,
     modal_motion,
     row_acceleration,
 )
 from linkages.planar.markers import turned
-from linkages.planar.record_types import REVOLUTE, SECTION
+from linkages.planar.record_types import PRISMATIC, REVOLUTE, SECTION
 
 
 class Workspace(NamedTuple):
@@ -102,84 +102,95 @@ def articulate(bodies: Bodies, work: Workspace) -> None:
     Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
     is not free), U = I S and S.U. Where bodies bend both are wider, see `linkages.planar.bending`.
     """
-    pose, inertia, axis = work.pose, work.inertia, work.axis
-    for i in range(len(bodies.records)):
-        body = bodies.records[i]
-        if not body.moving:
-            continue
-        if body.modes > 0:
-            beam_inertia(bodies, i, work)
-            continue
-        cx, cy = turned(pose, i, body.cx, body.cy)
-        m = body.mass
-        inertia[i, 0] = body.inertia + m * (cx * cx + cy * cy)
-        inertia[i, 1] = -m * cy
-        inertia[i, 2] = m * cx
-        inertia[i, 3] = m
-        inertia[i, 4] = 0.0
-        inertia[i, 5] = m
+    for i in range(1, len(bodies.records)):
+        if bodies.records[i].moving:
+            _own_inertia(bodies, i, work)
     for i in range(len(bodies.records) - 1, 0, -1):
-        body = bodies.records[i]
-        if not body.moving:
-            continue
-        p = body.mount.body
-        if body.modes > 0:
-            eliminate(bodies, i, work)
-        elif body.type == SECTION:
-            hang(bodies, i, work)
-        i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
-        i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
-        if body.dof >= 0 and body.driven < 0:
-            s0, s1, s2 = 0.0, 0.0, 0.0
-            if body.type == REVOLUTE:
-                s0 = body.sign
-                u0, u1, u2 = i0 * s0, i1 * s0, i2 * s0
-                d = s0 * u0
-            else:
-                s1, s2 = turned(pose, p, body.ux, body.uy)
-                u0, u1, u2 = i1 * s1 + i2 * s2, i3 * s1 + i4 * s2, i4 * s1 + i5 * s2
-                d = s1 * u1 + s2 * u2
-            axis[i, 0], axis[i, 1], axis[i, 2] = s0, s1, s2
-            axis[i, 3], axis[i, 4], axis[i, 5] = u0, u1, u2
-            axis[i, 6] = 1.0 / d
-            i0 -= u0 * u0 * axis[i, 6]
-            i1 -= u0 * u1 * axis[i, 6]
-            i2 -= u0 * u2 * axis[i, 6]
-            i3 -= u1 * u1 * axis[i, 6]
-            i4 -= u1 * u2 * axis[i, 6]
-            i5 -= u2 * u2 * axis[i, 6]
-        if not bodies.records[p].moving:
-            continue
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        b0 = i0 - ry * i1 + rx * i2
-        b1 = i1 - ry * i3 + rx * i4
-        b2 = i2 - ry * i4 + rx * i5
-        inertia[p, 0] += b0 - ry * b1 + rx * b2
-        inertia[p, 1] += b1
-        inertia[p, 2] += b2
-        inertia[p, 3] += i3
-        inertia[p, 4] += i4
-        inertia[p, 5] += i5
+        if bodies.records[i].moving:
+            _articulate_body(bodies, i, work)
+
+
+@inlined_kernel
+def _own_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Put the inertia of body i into its line of ``inertia``."""
+    body, inertia = bodies.records[i], work.inertia
+    if body.modes > 0:
+        beam_inertia(bodies, i, work)
+        return
+    cx, cy = turned(work.pose, i, body.cx, body.cy)
+    m = body.mass
+    inertia[i, 0] = body.inertia + m * (cx * cx + cy * cy)
+    inertia[i, 1] = -m * cy
+    inertia[i, 2] = m * cx
+    inertia[i, 3] = m
+    inertia[i, 4] = 0.0
+    inertia[i, 5] = m
+
+
+@inlined_kernel
+def _articulate_body(bodies: Bodies, i: int, work: Workspace) -> None:
+    """Eliminate the joint of moving body i from its inertia, and add what is left to its parent's."""
+    body, pose, inertia, axis = bodies.records[i], work.pose, work.inertia, work.axis
+    p = body.mount.body
+    if body.modes > 0:
+        eliminate(bodies, i, work)
+    elif body.type == SECTION:
+        hang(bodies, i, work)
+    i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
+    i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
+    if body.dof >= 0 and body.driven < 0:
+        s0, s1, s2 = 0.0, 0.0, 0.0
+        if body.type == REVOLUTE:
+            s0 = body.sign
+            u0, u1, u2, d = i0 * s0, i1 * s0, i2 * s0, i0
+            i0, i1, i2 = 0.0, 0.0, 0.0
+        else:
+            s1, s2 = turned(pose, p, body.ux, body.uy)
+            u0, u1, u2 = i1 * s1 + i2 * s2, i3 * s1 + i4 * s2, i4 * s1 + i5 * s2
+            d = s1 * u1 + s2 * u2
+        inverse = 1.0 / d
+        if body.type == PRISMATIC:
+            i0, i1, i2 = i0 - u0 * u0 * inverse, i1 - u0 * u1 * inverse, i2 - u0 * u2 * inverse
+        i3, i4, i5 = i3 - u1 * u1 * inverse, i4 - u1 * u2 * inverse, i5 - u2 * u2 * inverse
+        axis[i, 0], axis[i, 1], axis[i, 2] = s0, s1, s2
+        axis[i, 3], axis[i, 4], axis[i, 5], axis[i, 6] = u0, u1, u2, inverse
+    if not bodies.records[p].moving:
+        return
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    b0 = i0 - ry * i1 + rx * i2
+    b1 = i1 - ry * i3 + rx * i4
+    b2 = i2 - ry * i4 + rx * i5
+    inertia[p, 0] += b0 - ry * b1 + rx * b2
+    inertia[p, 1] += b1
+    inertia[p, 2] += b2
+    inertia[p, 3] += i3
+    inertia[p, 4] += i4
+    inertia[p, 5] += i5
 
 
 @kernel
 def inertial_load(bodies: Bodies, work: Workspace, gravity: Array, load: Array) -> None:
     """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches, `work`'s wrench."""
-    pose, vel, acc, wrench = work.pose, work.vel, work.acc, work.wrench
     for i in range(len(bodies.records)):
-        body = bodies.records[i]
-        if body.modes > 0:
-            beam_load(bodies, i, work, gravity, load)
-            for k in range(3 + body.modes):
-                load[i, k] -= wrench[i, k]
-            continue
-        cx, cy = turned(pose, i, body.cx, body.cy)
-        m, al, w2 = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]
-        fx = m * (acc[i, 1] - al * cy - w2 * cx - gravity[0])
-        fy = m * (acc[i, 2] + al * cx - w2 * cy - gravity[1])
-        load[i, 0] = body.inertia * al + cx * fy - cy * fx - wrench[i, 0]
-        load[i, 1] = fx - wrench[i, 1]
-        load[i, 2] = fy - wrench[i, 2]
+        _own_load(bodies, i, work, gravity, load)
+
+
+@inlined_kernel
+def _own_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Array) -> None:
+    """Fill the line of body i in ``load``."""
+    body, vel, acc, wrench = bodies.records[i], work.vel, work.acc, work.wrench
+    if body.modes > 0:
+        beam_load(bodies, i, work, gravity, load)
+        for k in range(3):
+            load[i, k] -= wrench[i, k]
+        return
+    cx, cy = turned(work.pose, i, body.cx, body.cy)
+    m, al, w2 = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]
+    fx = m * (acc[i, 1] - al * cy - w2 * cx - gravity[0])
+    fy = m * (acc[i, 2] + al * cx - w2 * cy - gravity[1])
+    load[i, 0] = body.inertia * al + cx * fy - cy * fx - wrench[i, 0]
+    load[i, 1] = fx - wrench[i, 1]
+    load[i, 2] = fy - wrench[i, 2]
 
 
 @kernel
@@ -198,60 +209,70 @@ def respond(bodies: Bodies, work: Workspace, load: Array, tau: Array, a: Array) 
     a : (n,) array
         The change of the free joints' accelerations is added.
     """
-    pose, axis, change = work.pose, work.axis, work.change
+    axis, change = work.axis, work.change
     nb = len(bodies.records)
     for i in range(nb - 1, 0, -1):
         body = bodies.records[i]
         if not body.moving:
             continue
-        is_free = body.dof >= 0 and body.driven < 0
-        axis[i, 7] = 0.0
         if body.modes > 0:
             pushed_modes(bodies, i, work, load, tau)
-        f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
-        if f0 == 0.0 and f1 == 0.0 and f2 == 0.0 and not (is_free and tau[body.dof] != 0.0):
+        pushed = body.dof >= 0 and body.driven < 0 and tau[body.dof] != 0.0
+        axis[i, 7] = 0.0
+        if pushed or moves(load, i):
+            _push_body(bodies, i, work, load, tau)
+    for i in range(1, nb):
+        body = bodies.records[i]
+        if not body.moving:
             continue
-        if is_free:
-            push = tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)
-            push *= axis[i, 6]
-            axis[i, 7] = push
-            f0, f1, f2 = f0 + axis[i, 3] * push, f1 + axis[i, 4] * push, f2 + axis[i, 5] * push
-        p = body.mount.body
+        if axis[i, 7] != 0.0 or body.modes > 0 or body.type == SECTION or moves(change, body.mount.body):
+            _move_body(bodies, i, work, a)
+        else:
+            change[i, 0], change[i, 1], change[i, 2] = 0.0, 0.0, 0.0
+
+
+@inlined_kernel
+def _push_body(bodies: Bodies, i: int, work: Workspace, load: Array, tau: Array) -> None:
+    """Find what the loads on moving body i do to its joint, and add what is left to its parent's."""
+    body, pose, axis = bodies.records[i], work.pose, work.axis
+    f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
+    if body.dof >= 0 and body.driven < 0:
+        push = (tau[body.dof] - (axis[i, 0] * f0 + axis[i, 1] * f1 + axis[i, 2] * f2)) * axis[i, 6]
+        axis[i, 7] = push
+        f0 = body.sign * tau[body.dof] if body.type == REVOLUTE else f0 + axis[i, 3] * push
+        f1, f2 = f1 + axis[i, 4] * push, f2 + axis[i, 5] * push
+    p = body.mount.body
+    if bodies.records[p].moving:
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
         load[p, 0] += f0 + rx * f2 - ry * f1
         load[p, 1] += f1
         load[p, 2] += f2
         if body.type == SECTION:
             add_to_modes(bodies, i, pose, f0, f1, f2, load)
-    for i in range(1, nb):
-        body = bodies.records[i]
-        if not body.moving:
-            continue
-        p = body.mount.body
-        a0, a1, a2 = 0.0, 0.0, 0.0
-        if body.type == SECTION:
-            a0, a1, a2 = modal_motion(bodies, i, pose, change)
-        if bodies.records[p].moving and moves(change, p):
-            rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-            a0 += change[p, 0]
-            a1, a2 = a1 + change[p, 1] - change[p, 0] * ry, a2 + change[p, 2] + change[p, 0] * rx
-        elif axis[i, 7] == 0.0 and body.modes == 0 and body.type != SECTION:
-            change[i, 0], change[i, 1], change[i, 2] = 0.0, 0.0, 0.0
-            continue
-        if body.dof >= 0 and body.driven < 0:
-            qdd = axis[i, 7] - axis[i, 6] * (axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2)
-            a[body.dof] += qdd
-            a0 += axis[i, 0] * qdd
-            a1 += axis[i, 1] * qdd
-            a2 += axis[i, 2] * qdd
-        change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
-        if body.modes > 0:
-            moved_modes(bodies, i, work, a)
+
+
+@inlined_kernel
+def _move_body(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
+    """Fill the line of moving body i in ``change``; its parent's is known, zero if it does not move."""
+    body, pose, axis, change = bodies.records[i], work.pose, work.axis, work.change
+    p = body.mount.body
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    a0, a1, a2 = change[p, 0], change[p, 1] - change[p, 0] * ry, change[p, 2] + change[p, 0] * rx
+    if body.type == SECTION:
+        turn, x, y = modal_motion(bodies, i, pose, change)
+        a0, a1, a2 = a0 + turn, a1 + x, a2 + y
+    if body.dof >= 0 and body.driven < 0:
+        qdd = axis[i, 7] - axis[i, 6] * (axis[i, 3] * a0 + axis[i, 4] * a1 + axis[i, 5] * a2)
+        a[body.dof] += qdd
+        a0, a1, a2 = a0 + axis[i, 0] * qdd, a1 + axis[i, 1] * qdd, a2 + axis[i, 2] * qdd
+    change[i, 0], change[i, 1], change[i, 2] = a0, a1, a2
+    if body.modes > 0:
+        moved_modes(bodies, i, work, a)
 
 
 @inlined_kernel
 def moves(change: Array, body: int) -> bool:
-    """Whether a body's acceleration is changed."""
+    """Whether a body's acceleration is changed, or any load is on it."""
     return change[body, 0] != 0.0 or change[body, 1] != 0.0 or change[body, 2] != 0.0
 
 
@@ -277,11 +298,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
         How far the rows are from dependent, see `solve_rows`; 1 without rows.
     """
     pose, vel, acc, change = work.pose, work.vel, work.acc, work.change
-    body_accelerations(bodies, pose, vel, work.v, work.a, acc)
-    articulate(bodies, work)
-    inertial_load(bodies, work, gravity, work.load)
-    respond(bodies, work, work.load, work.tau, work.a)
-    add_change(bodies, change, acc)
+    _accelerate_tree(bodies, gravity, work)
     nr = len(rows)
     if nr == 0:
         return 1.0
@@ -295,6 +312,29 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     respond(bodies, work, work.load, work.rest, work.a)
     add_change(bodies, change, acc)
     return margin
+
+
+@kernel
+def _accelerate_tree(bodies: Bodies, gravity: Array, work: Workspace) -> None:
+    """Find accelerations without the cut joints: `articulate`, `inertial_load` and `respond` at once, body by body."""
+    acc = work.acc
+    acc[0, 0], acc[0, 1], acc[0, 2] = 0.0, 0.0, 0.0
+    for i in range(1, len(bodies.records)):
+        body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, acc)
+        if bodies.records[i].moving:
+            _own_inertia(bodies, i, work)
+            _own_load(bodies, i, work, gravity, work.load)
+    for i in range(len(bodies.records) - 1, 0, -1):
+        if bodies.records[i].moving:
+            _articulate_body(bodies, i, work)
+            if bodies.records[i].modes > 0:
+                pushed_modes(bodies, i, work, work.load, work.tau)
+            _push_body(bodies, i, work, work.load, work.tau)
+    for i in range(1, len(bodies.records)):
+        if bodies.records[i].moving:
+            _move_body(bodies, i, work, work.a)
+            for k in range(3 + bodies.records[i].modes):
+                acc[i, k] += work.change[i, k]
 
 
 @late_kernel

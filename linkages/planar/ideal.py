@@ -9,7 +9,7 @@ import numpy as np
 from linkages.kernel import Array, Indices, Records, kernel
 from linkages.planar.bodies import Bodies, make_motion, make_pose
 from linkages.planar.closure import close, consistent_rates
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.kinematics import body_accelerations, body_states
 
 
 class Ideal(NamedTuple):
@@ -51,7 +51,6 @@ def ideal_state(model: Any, dynamics: Any, ideal: Any) -> bool:
     if not close(bodies, rows, np.zeros(len(rows)), ideal.closing, model.size, ideal.q):
         return False
     consistent_rates(bodies, rows, ideal.closing, ideal.q, ideal.v, ideal.a)
-    body_positions(bodies, ideal.q, ideal.pose)
-    body_velocities(bodies, ideal.pose, ideal.v, ideal.vel)
+    body_states(bodies, ideal.q, ideal.v, ideal.pose, ideal.vel)
     body_accelerations(bodies, ideal.pose, ideal.vel, ideal.v, ideal.a, ideal.acc)
     return True

@@ -31,81 +31,109 @@ def body_positions(bodies: Bodies, q: Array, pose: Array) -> None:
     """
     pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3], pose[0, 4] = 0.0, 0.0, 0.0, 1.0, 0.0
     for i in range(1, len(bodies.records)):
-        body = bodies.records[i]
-        p = body.mount.body
-        rx, ry = arm(pose, body.mount)
-        x, y = pose[p, 0] + rx, pose[p, 1] + ry
-        if body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            x += ux * q[body.dof]
-            y += uy * q[body.dof]
-        angle, cosine, sine = pose[p, 2], pose[p, 3], pose[p, 4]
-        if body.type == REVOLUTE:
-            angle += body.sign * q[body.dof]
-            cosine, sine = math.cos(angle), math.sin(angle)
-        elif body.type == SECTION:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            stretch, deflection, turn = bend(bodies, i, ux, uy, pose)
-            x += ux * stretch - uy * deflection
-            y += uy * stretch + ux * deflection
-            angle += turn
-            cosine, sine = math.cos(angle), math.sin(angle)
-        pose[i, 0], pose[i, 1] = x, y
-        pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
-        if body.modes > 0:
-            deform(bodies, i, q, pose)
+        _body_position(bodies, i, q, pose)
 
 
 @kernel
 def body_velocities(bodies: Bodies, pose: Array, v: Array, vel: Array) -> None:
     """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
-    vel[0, :] = 0.0
+    vel[0, 0], vel[0, 1], vel[0, 2] = 0.0, 0.0, 0.0
     for i in range(1, len(bodies.records)):
-        body = bodies.records[i]
-        p = body.mount.body
-        w = vel[p, 0]
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        vx, vy = marker_velocity(vel, p, rx, ry)
-        if body.type == REVOLUTE:
-            w += body.sign * v[body.dof]
-        elif body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            vx += ux * v[body.dof]
-            vy += uy * v[body.dof]
-        elif body.type == SECTION:
-            turn, dx, dy = modal_motion(bodies, i, pose, vel)
-            w, vx, vy = w + turn, vx + dx, vy + dy
-        vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
-        for k in range(body.modes):
-            vel[i, 3 + k] = v[body.eta + k]
+        _body_velocity(bodies, i, pose, v, vel)
+
+
+@kernel
+def body_states(bodies: Bodies, q: Array, v: Array, pose: Array, vel: Array) -> None:
+    """Fill ``pose`` and ``vel`` as `body_positions` and `body_velocities`, body by body."""
+    pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3], pose[0, 4] = 0.0, 0.0, 0.0, 1.0, 0.0
+    vel[0, 0], vel[0, 1], vel[0, 2] = 0.0, 0.0, 0.0
+    for i in range(1, len(bodies.records)):
+        _body_position(bodies, i, q, pose)
+        _body_velocity(bodies, i, pose, v, vel)
 
 
 @kernel
 def body_accelerations(bodies: Bodies, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
     """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin."""
-    acc[0, :] = 0.0
+    acc[0, 0], acc[0, 1], acc[0, 2] = 0.0, 0.0, 0.0
     for i in range(1, len(bodies.records)):
-        body = bodies.records[i]
-        p = body.mount.body
-        w, al = vel[p, 0], acc[p, 0]
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        ax, ay = marker_acceleration(vel, acc, p, rx, ry)
-        if body.type == REVOLUTE:
-            al += body.sign * a[body.dof]
-        elif body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            rate = 2.0 * w * v[body.dof]
-            ax += ux * a[body.dof] - uy * rate
-            ay += uy * a[body.dof] + ux * rate
-        elif body.type == SECTION:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            _, dx, dy = modal_motion(bodies, i, pose, vel)
-            turn, ddx, ddy = modal_motion(bodies, i, pose, acc)
-            bent = shortening(bodies, i, vel, vel)
-            al, ax, ay = al + turn, ax + ddx - 2.0 * w * dy - bent * ux, ay + ddy + 2.0 * w * dx - bent * uy
-        acc[i, 0], acc[i, 1], acc[i, 2] = al, ax, ay
-        for k in range(body.modes):
-            acc[i, 3 + k] = a[body.eta + k]
+        body_acceleration(bodies, i, pose, vel, v, a, acc)
+
+
+@inlined_kernel
+def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
+    """Fill the line of body i; its parent's is known."""
+    body = bodies.records[i]
+    p = body.mount.body
+    rx, ry = arm(pose, body.mount)
+    x, y = pose[p, 0] + rx, pose[p, 1] + ry
+    angle, cosine, sine = pose[p, 2], pose[p, 3], pose[p, 4]
+    if body.type == REVOLUTE:
+        angle += body.sign * q[body.dof]
+        cosine, sine = math.cos(angle), math.sin(angle)
+    elif body.type == PRISMATIC:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        x += ux * q[body.dof]
+        y += uy * q[body.dof]
+    elif body.type == SECTION:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        stretch, deflection, turn = bend(bodies, i, ux, uy, pose)
+        x += ux * stretch - uy * deflection
+        y += uy * stretch + ux * deflection
+        angle += turn
+        cosine, sine = math.cos(angle), math.sin(angle)
+    pose[i, 0], pose[i, 1] = x, y
+    pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
+    if body.modes > 0:
+        deform(bodies, i, q, pose)
+
+
+@inlined_kernel
+def _body_velocity(bodies: Bodies, i: int, pose: Array, v: Array, vel: Array) -> None:
+    """Fill the line of body i; its parent's is known."""
+    body = bodies.records[i]
+    p = body.mount.body
+    w = vel[p, 0]
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    vx, vy = marker_velocity(vel, p, rx, ry)
+    if body.type == REVOLUTE:
+        w += body.sign * v[body.dof]
+    elif body.type == PRISMATIC:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        vx += ux * v[body.dof]
+        vy += uy * v[body.dof]
+    elif body.type == SECTION:
+        turn, dx, dy = modal_motion(bodies, i, pose, vel)
+        w, vx, vy = w + turn, vx + dx, vy + dy
+    vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
+    for k in range(body.modes):
+        vel[i, 3 + k] = v[body.eta + k]
+
+
+@inlined_kernel
+def body_acceleration(bodies: Bodies, i: int, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
+    """Fill the line of body i in ``acc``; its parent's is known."""
+    body = bodies.records[i]
+    p = body.mount.body
+    w, al = vel[p, 0], acc[p, 0]
+    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    ax, ay = marker_acceleration(vel, acc, p, rx, ry)
+    if body.type == REVOLUTE:
+        al += body.sign * a[body.dof]
+    elif body.type == PRISMATIC:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        rate = 2.0 * w * v[body.dof]
+        ax += ux * a[body.dof] - uy * rate
+        ay += uy * a[body.dof] + ux * rate
+    elif body.type == SECTION:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        _, dx, dy = modal_motion(bodies, i, pose, vel)
+        turn, ddx, ddy = modal_motion(bodies, i, pose, acc)
+        bent = shortening(bodies, i, vel, vel)
+        al, ax, ay = al + turn, ax + ddx - 2.0 * w * dy - bent * ux, ay + ddy + 2.0 * w * dx - bent * uy
+    acc[i, 0], acc[i, 1], acc[i, 2] = al, ax, ay
+    for k in range(body.modes):
+        acc[i, 3 + k] = a[body.eta + k]
 
 
 @kernel
@@ -225,6 +253,5 @@ def add_to_parent(bodies: Bodies, pose: Array, i: int, wrench: Array) -> None:
 def spread(bodies: Bodies, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
     """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
     for k in range(len(q)):
-        body_positions(bodies, q[k], pose[k])
-        body_velocities(bodies, pose[k], v[k], vel[k])
+        body_states(bodies, q[k], v[k], pose[k], vel[k])
         body_accelerations(bodies, pose[k], vel[k], v[k], a[k], acc[k])

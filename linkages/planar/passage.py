@@ -15,7 +15,7 @@ import numpy as np
 from linkages.kernel import Array, Records, kernel, late_kernel
 from linkages.planar.bodies import Bodies
 from linkages.planar.dynamics import Workspace, accelerate
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.kinematics import body_accelerations, body_positions, body_states
 from linkages.planar.projection import correct, project, value_errors
 from linkages.planar.record_types import PRISMATIC
 
@@ -91,8 +91,7 @@ def _put(bodies: Bodies, q: Array, v: Array, work: Workspace) -> None:
     """Put `work` into a state, with the accelerations that it has."""
     for i in range(len(q)):
         work.q[i], work.v[i] = q[i], v[i]
-    body_positions(bodies, work.q, work.pose)
-    body_velocities(bodies, work.pose, work.v, work.vel)
+    body_states(bodies, work.q, work.v, work.pose, work.vel)
     body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
 
 
@@ -171,8 +170,7 @@ def _solve_beside(
     for i in range(len(bodies.records)):
         if bodies.records[i].dof >= 0 and bodies.records[i].driven < 0:
             work.a[bodies.records[i].dof] = 0.0
-    body_positions(bodies, work.q, work.pose)
-    body_velocities(bodies, work.pose, work.v, work.vel)
+    body_states(bodies, work.q, work.v, work.pose, work.vel)
     project(bodies, rows, rank, _GOAL, size, work)
     margin = accelerate(bodies, rows, rank, gravity, work)
     return margin if value_errors(rows, work) <= _CLOSED * size else 0.0

@@ -13,7 +13,7 @@ from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.dynamics import generalized_force, inertial_load, make_workspace
-from linkages.planar.kinematics import add_row_wrench, body_accelerations, body_positions, body_velocities
+from linkages.planar.kinematics import add_row_wrench, body_accelerations, body_positions, body_states
 from linkages.planar.loads import load_wrenches
 from linkages.system.assembly import Assembly, independent
 
@@ -133,8 +133,7 @@ class _Finder:
         bodies, n = tree.bodies, tree.size
         work = packed(make_workspace(len(bodies.records), n, len(self.rows), bodies.shapes.shape[2]))
         pose, vel, load = work.pose, work.vel, work.load
-        body_positions(bodies, q, pose)
-        body_velocities(bodies, pose, v, vel)
+        body_states(bodies, q, v, pose, vel)
         load_wrenches(system.loads, t, pose, vel, work.wrench)
         tau, a, reaction = np.zeros(n), np.zeros(n), np.zeros(len(self.rows))
         tau[tree.powered_dofs] = system.torques(np.array([t]))[0][0]

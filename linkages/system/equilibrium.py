@@ -17,7 +17,7 @@ from linkages.errors import InputError
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import Motion, contact_action, contact_motion
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.record_types import WORN
 from linkages.system.assembly import Assembly, independent
@@ -65,8 +65,7 @@ def _passed(system: System, start: Assembly) -> tuple[Array, Array, Array]:
     tree, rows = system.tree, system.tree.closure_rows
     n = tree.size
     pose, vel, wrench = make_pose(tree.bodies), make_motion(tree.bodies), make_motion(tree.bodies)
-    body_positions(tree.bodies, start.q, pose)
-    body_velocities(tree.bodies, pose, start.v, vel)
+    body_states(tree.bodies, start.q, start.v, pose, vel)
     load_wrenches(system.loads, 0.0, pose, vel, wrench)
     tau, acceleration, reaction = np.zeros(n), np.zeros(n), np.zeros(len(rows))
     tau[tree.powered_dofs] = system.torques(np.zeros(1))[0][0]

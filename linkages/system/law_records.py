@@ -82,7 +82,8 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
         record["worn"] = worn_address()
         record["bearing_nodes"], record["journal_nodes"] = map(len, joint.wear.depths)
     if joint.has_film:
-        record["film"] = FILMS[joint.film].address
+        film = FILMS[joint.film]
+        record["film"] = film.address if record["shear"] == SHEAR["half"] else film.bare_address
         oil = joint.oil
         record["viscosity"] = (
             joint.viscosity if oil is None else iso_vg_viscosity(oil.grade, oil.temperature, oil.density)

@@ -14,7 +14,7 @@ from linkages.model.experiment import Experiment
 from linkages.model.functions import TIME, program, table_over
 from linkages.model.load_tables import Function
 from linkages.planar.bodies import make_motion, make_pose
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_positions, body_states
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
 from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table
 from linkages.planar.record_types import FORCE, LOAD, PUSH, SIGNAL, SPRING, TORQUE, TORSION
@@ -139,8 +139,7 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
 def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
     """Refuse formulas that are no number: of loads at t = 0 and the coordinates and rates q, v (n,); of drives ever."""
     pose, vel, outputs = make_pose(tree.bodies), make_motion(tree.bodies), np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
-    body_positions(tree.bodies, q, pose)
-    body_velocities(tree.bodies, pose, v, vel)
+    body_states(tree.bodies, q, v, pose, vel)
     if experiment.loads:
         load_outputs(loads, 0.0, pose, vel, outputs)
     for (table, name), values in zip(experiment.loads, outputs, strict=True):

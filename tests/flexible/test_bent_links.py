@@ -15,7 +15,7 @@ from linkages.outputs.columns import columns
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import make_workspace
-from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities
+from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
 from linkages.planar.passage import accelerate_through
 
 
@@ -84,8 +84,7 @@ def test_accelerations_are_those_of_lagranges_equations(system_of, bent):
     force = 0.5 * np.einsum("kij,i,j->k", change, v, v) - np.einsum("kij,k,j->i", change, v, v) - (up - down) / (2 * h)
     bodies, w = tree.bodies, make_workspace(len(tree.bodies.records), n, 0, tree.bodies.shapes.shape[2])
     w.q[:], w.v[:] = q, v
-    body_positions(bodies, q, w.pose)
-    body_velocities(bodies, w.pose, v, w.vel)
+    body_states(bodies, q, v, w.pose, w.vel)
     accelerate_through(bodies, tree.loop_rows[:0], 0, 1.0, system.gravity, packed(w))
     expected = np.linalg.solve(mass_matrices(system, q[None])[0], force)
     np.testing.assert_allclose(w.a, expected, rtol=0, atol=1e-7 * np.abs(expected).max())

@@ -51,7 +51,7 @@ def long_film(eps, deps, ew, slenderness):
     q = 1.0 - eps * eps
     root = math.sqrt(q)
     a = ew / (2.0 + eps * eps)
-    speed = math.hypot(a, deps)
+    speed = math.sqrt(a * a + deps * deps)
     extent = 2.0 * math.atan2(root * speed, -eps * deps) if speed > 0.0 else math.pi
     return (-6.0 * (2.0 * eps * root * speed + deps * extent) / (q * root), 6.0 * a * extent / root, extent / root)
 

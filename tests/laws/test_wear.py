@@ -45,7 +45,7 @@ def test_an_almost_round_profile_gives_the_round_joints_force(depth, angle, vx, 
     found = force((record, table), *e, (0.3, -0.7), (vx, vy), (wb, wj), 0.1)
     scale = max(math.hypot(*expected[:2]), 1e-12)
     assert np.allclose(found[:3], expected[:3], rtol=0.0, atol=2e-8 * scale)  # 1e-18 m of rounding in 1e-9 m
-    assert found[7] == pytest.approx(expected[4], rel=2e-8)
+    assert found[7] == pytest.approx(expected[7], rel=2e-8)
 
 
 @pytest.mark.parametrize("bearing", [True, False])
@@ -137,7 +137,7 @@ def test_the_film_of_an_evenly_worn_joint_is_that_of_the_larger_clearance(mixed,
     accuracy = 2e-7 if expected[4] > 0.0 else 1e-9
     assert np.allclose(found[:3], expected[:3], rtol=0.0, atol=accuracy * (math.hypot(*expected[:2]) + 1e-9))
     assert found[7] == pytest.approx(expected[4], rel=1e-9)
-    assert (expected[4] > 0.0) == ("roughness" in mixed and (1.0 - eps) * (CLEARANCE + sum(parts)) < 10 * 2e-6)
+    assert (expected[7] > 0.0) == ("roughness" in mixed and (1.0 - eps) * (CLEARANCE + sum(parts)) < 10 * 2e-6)
 
 
 @given(st.floats(0.01, 0.8), TURN, TURN, SPEED, SPEED, SPIN, SPIN)

@@ -9,7 +9,7 @@ from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
-from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.passage import accelerate_through
@@ -39,8 +39,7 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
             w.tau[model.powered[k]] = value[k]
     for k in range(len(model.bristles)):
         work.memory[model.bristles[k], 1] = y[2 * n + k]
-    body_positions(model.bodies, w.q, w.pose)
-    body_velocities(model.bodies, w.pose, w.v, w.vel)
+    body_states(model.bodies, w.q, w.v, w.pose, w.vel)
 
 
 @kernel
@@ -82,6 +81,7 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 def outside(model: Arrays, work: Work) -> int:
     """Contact whose journal has left its film, or -1."""
     for k in range(len(model.ends)):
-        if math.hypot(work.contacts[k, 0], work.contacts[k, 1]) >= model.limits[k]:
+        ex, ey = work.contacts[k, 0], work.contacts[k, 1]
+        if math.sqrt(ex * ex + ey * ey) >= model.limits[k]:
             return k
     return -1

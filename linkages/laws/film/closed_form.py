@@ -17,7 +17,7 @@ THINNEST = 1e-4
 def _extent(eps: float, deps: float, ew: float) -> tuple[float, float, float]:
     """Return the long film's angle of pressure [rad], with ew/(2 + eps^2) and the speed that belong to it."""
     a = ew / (2.0 + eps * eps)
-    speed = math.hypot(a, deps)
+    speed = math.sqrt(a * a + deps * deps)
     root_q = math.sqrt(1.0 - eps * eps)
     return 2.0 * math.atan2(root_q * speed, -eps * deps) if speed > 0.0 else math.pi, a, speed
 
@@ -40,6 +40,23 @@ def half_film_long(eps: float, deps: float, ew: float, slenderness: float) -> tu
     return f_n, f_t, extent / root_q
 
 
+@inlined_kernel
+def _fit(eps: float, deps: float, ew: float) -> tuple[float, float]:
+    """Force of Pinkus and Sternlicht's fit."""
+    q = 1.0 - eps * eps
+    root_q = math.sqrt(q)
+    speed = math.sqrt(0.25 * ew * ew + deps * deps)
+    wedge = root_q * speed
+    squeeze = eps * abs(deps)
+    ratio = 1.0
+    if wedge > 0.0:
+        ratio = (wedge + 3.0 * squeeze if deps >= 0.0 else wedge) / (wedge + 1.5 * squeeze)
+    shape = 2.0 + eps * eps
+    f_n = -6.0 * (4.0 * eps * wedge / shape + math.pi * deps * ratio) / (q * root_q)
+    f_t = 6.0 * math.pi * ew * ratio / (shape * root_q)
+    return f_n, f_t
+
+
 @kernel
 def pinkus_sternlicht(eps: float, deps: float, ew: float, slenderness: float) -> tuple[float, float, float]:
     """Long bearing, Pinkus and Sternlicht's fit of the half film, with the sign of eq. (11) corrected.
@@ -50,18 +67,15 @@ def pinkus_sternlicht(eps: float, deps: float, ew: float, slenderness: float) ->
     eps = 0 or deps = 0. Within 9 % of the exact half film's largest force at each eps, but many times
     too large where journal and wall separate at high eps.
     """
-    q = 1.0 - eps * eps
-    root_q = math.sqrt(q)
-    speed = math.hypot(0.5 * ew, deps)
-    wedge = root_q * speed
-    squeeze = eps * abs(deps)
-    ratio = 1.0
-    if wedge > 0.0:
-        ratio = (wedge + 3.0 * squeeze if deps >= 0.0 else wedge) / (wedge + 1.5 * squeeze)
-    shape = 2.0 + eps * eps
-    f_n = -6.0 * (4.0 * eps * wedge / shape + math.pi * deps * ratio) / (q * root_q)
-    f_t = 6.0 * math.pi * ew * ratio / (shape * root_q)
-    return f_n, f_t, _extent(eps, deps, ew)[0] / root_q
+    f_n, f_t = _fit(eps, deps, ew)
+    return f_n, f_t, _extent(eps, deps, ew)[0] / math.sqrt(1.0 - eps * eps)
+
+
+@kernel
+def pinkus_sternlicht_bare(eps: float, deps: float, ew: float, slenderness: float) -> tuple[float, float, float]:
+    """Force of `pinkus_sternlicht` without the extent."""
+    f_n, f_t = _fit(eps, deps, ew)
+    return f_n, f_t, 0.0
 
 
 @kernel
@@ -72,7 +86,7 @@ def short_bearing(eps: float, deps: float, ew: float, slenderness: float) -> tup
     p = 6 mu/h^3 * dh/dt * (z^2 - L^2/4) integrated in closed form over its positive half.
     """
     q = 1.0 - eps * eps
-    speed = math.hypot(deps, 0.5 * ew)
+    speed = math.sqrt(deps * deps + 0.25 * ew * ew)
     if speed == 0.0:
         return 0.0, 0.0, math.pi
     s = deps / speed

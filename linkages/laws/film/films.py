@@ -11,7 +11,13 @@ from typing import NamedTuple
 from numba import types
 
 from linkages.kernel import Array, address, caller, kernel
-from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
+from linkages.laws.film.closed_form import (
+    EPS_MAX,
+    half_film_long,
+    pinkus_sternlicht,
+    pinkus_sternlicht_bare,
+    short_bearing,
+)
 from linkages.laws.film.film_map import finite_film
 
 #: Stands for the address of a film that is given by a map.
@@ -30,11 +36,17 @@ class Film(NamedTuple):
     formula: str
     valid: str
     source: str
+    bare: Callable[..., tuple[float, float, float]] | None = None  # `force` with an extent of 0, where that is quicker
 
     @property
     def address(self) -> int:
         """Address of the compiled force in this process, or `MAPPED`."""
         return MAPPED if self.force is None else address(self.force, _SIGNATURE)
+
+    @property
+    def bare_address(self) -> int:
+        """The same for joints that do not ask for the extent."""
+        return self.address if self.bare is None else address(self.bare, _SIGNATURE)
 
 
 #: The films an experiment can name.
@@ -45,7 +57,7 @@ FILMS = {
     ),
     "pinkus-sternlicht": Film(
         pinkus_sternlicht, "rational fit of the film of extent pi",
-        "L/D > 2, half film", "Chen 2025 eqs. (9)-(11), sign corrected",
+        "L/D > 2, half film", "Chen 2025 eqs. (9)-(11), sign corrected", pinkus_sternlicht_bare,
     ),
     "short": Film(
         short_bearing, "closed form of the parabolic film where p > 0",
@@ -64,7 +76,7 @@ def film_force(
     Parameters
     ----------
     film : int
-        ``FILMS[name].address``.
+        ``FILMS[name].address``, or its ``bare_address`` where the extent is not used.
     eps, deps, ew, slenderness : float
         State of the film and L/D, see `linkages.laws.film`.
     table : array of float

@@ -62,7 +62,7 @@ def worn_force(
     approach: float,
     bristle: float,
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Force and couple on the journal, as `linkages.laws.journal.clearance_force`, with angles of the parts' frames.
+    """Force and couple on the journal, with the angles of the parts' frames.
 
     The normal load acts along I = grad U; its couple on the journal is that of the journal's profile. Friction acts
     across I at the journal's surface. A film sees the clearance with the depth of both profiles in the direction of
@@ -71,7 +71,7 @@ def worn_force(
     Returns
     -------
     fx, fy, couple, rate, penetration, closing, sliding, load : float
-        As `linkages.planar.contacts.contact_action`.
+        As `linkages.laws.journal.clearance_force`.
     """
     place = place_of(law, table, ex, ey, bearing_angle, journal_angle)
     found = overlap(place, place.bearing[:0], place.journal[:0])
