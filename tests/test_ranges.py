@@ -166,6 +166,23 @@ def test_peaks_after_two_runs_have_parted_have_no_error():
     assert any(error is not None for error in summary["error"].values())
 
 
+def test_peaks_after_two_runs_have_come_together_again_have_errors():
+    """The tighter run is made into one that is apart from the run in its third quarter."""
+    result = study(shipped("slider_crank_dry", duration=8e-4), "compiled")
+    tighter, clearance = result.tighter, result.system.value("joints.B.clearance")
+    part = tighter.time / tighter.time[-1]
+    columns = tighter.columns | {"B.ex": tighter["B.ex"] + 0.01 * clearance * ((part > 0.5) & (part < 0.75))}
+    changed = replace(result, tighter=replace(tighter, columns=columns, evaluate=None))
+    looked_at = tighter.time[:: 1 + len(tighter.time) // 500]
+    looked_part = looked_at / tighter.time[-1]
+    assert changed.apart == (looked_at[looked_part <= 0.5][-1], looked_at[looked_part >= 0.75][0])
+    run, errors = result.run, summarize(changed)["error"]
+    for key, error in errors.items():
+        peak = run.time[np.argmax(np.abs(run[key.removesuffix(".peak")]))]
+        assert (error is None) == (changed.apart[0] < peak <= changed.apart[1]), key
+    assert any(error is not None for error in errors.values())
+
+
 def test_compare_shows_the_warnings_of_both_engines(tmp_path, capsys):
     arguments = ["--duration", "1e-3", "--accuracy", "1e-8", "--out", str(tmp_path)]
     assert main(["compare", "seven_bar.toml", *arguments]) == 0

@@ -17,8 +17,17 @@ Array = NDArray[np.float64]
 PARTED = 1e-3
 
 
-def horizon(run: Trajectory, other: Trajectory, system: System, every: int = 1) -> float:
-    """Time up to which two runs stay together [s].
+def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
+    """Time up to which two runs stay together [s]; see `apart`."""
+    span = apart(run, other, system)
+    return float(min(run.time[-1], other.time[-1])) if span is None else span[0]
+
+
+def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) -> tuple[float, float] | None:
+    """Time at which two runs part, and when they have come together for good [s]; None if they never part.
+
+    Runs that forget their start come to the same motion, whatever they did before. The second time is that of the end,
+    at which the shorter run ends, if they do not.
 
     Parameters
     ----------
@@ -39,12 +48,14 @@ def horizon(run: Trajectory, other: Trajectory, system: System, every: int = 1) 
     steps = np.flatnonzero(other.time <= end)[::every]
     times = other.time[steps]
     exact = dense(run)(times)
-    apart = np.zeros(len(times))
+    distance = np.zeros(len(times))
     for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
         for column in (f"{label}.ex", f"{label}.ey"):
-            apart = np.maximum(apart, np.abs(exact[column] - other[column][steps]) / clearance)
-    beyond = np.flatnonzero(~(apart <= PARTED))
-    return float(times[max(beyond[0] - 1, 0)]) if len(beyond) else float(end)
+            distance = np.maximum(distance, np.abs(exact[column] - other[column][steps]) / clearance)
+    beyond = np.flatnonzero(~(distance <= PARTED))
+    if not len(beyond):
+        return None
+    return float(times[max(beyond[0] - 1, 0)]), float(times[beyond[-1] + 1] if beyond[-1] + 1 < len(times) else end)
 
 
 def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:

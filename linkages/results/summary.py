@@ -16,7 +16,7 @@ from linkages.planar.record_types import STOP
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
 from linkages.results.numbers import numbers, peaks_by_key
-from linkages.results.parting import horizon
+from linkages.results.parting import apart
 from linkages.results.ranges import outside
 from linkages.results.settling import Motion, motion_of
 from linkages.results.singular import Passage, passages
@@ -117,13 +117,12 @@ class Study:
         return system, system.arrays
 
     @cached_property
-    def parted(self) -> float | None:
-        """When the run and the tighter one part [s]; None if they stay together to their end, or there are not two."""
+    def apart(self) -> tuple[float, float] | None:
+        """When the run and the tighter one part, and are together again for good [s]; None if they never part."""
         run, tighter = self.run, self.tighter
         if tighter is None or run.evaluate is None or not self.system.touching.any():
             return None
-        until = horizon(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
-        return until if until < min(run.time[-1], tighter.time[-1]) else None
+        return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
 
 
 def summarize(study: Study) -> dict[str, Any]:
@@ -211,13 +210,12 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
         where there is none; without a tighter run it is empty. ``windows`` are those of ``whole``, each with
         errors of its own.
     """
-    parted = None if study.tighter is None else study.parted
-    change, later = _changes(study, study.run, study.tighter, whole, parted)
+    change, later = _changes(study, study.run, study.tighter, whole)
     found = [
         *singular(study.passages, study.ideal_passages),
         *undetermined(study.indeterminate, study.ideal_indeterminate),
         *rough(study.tighter, peaks_by_key(whole), change),
-        *chaotic(parted, later),
+        *chaotic(study.apart, later),
         *outside(study.system, study.run, study.contacts),
         *unstretched(study.system, study.run),
         *geared(study.system),
@@ -227,15 +225,15 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
         span, tighter = (window["from"], window["to"]), study.tighter
         if tighter is not None and tighter.time[-1] >= span[1]:
             tighter = tighter.within(*span)
-        change, late = _changes(study, study.run.within(*span), tighter, window, parted)
+        change, late = _changes(study, study.run.within(*span), tighter, window)
         judged["windows"][name] = window | {"error": change | dict.fromkeys(late)}
     return judged
 
 
 def _changes(
-    study: Study, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any], parted: float | None
+    study: Study, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any]
 ) -> tuple[dict[str, float | None], list[str]]:
-    """Change of each peak of a run, or of a part of it, at the tighter tolerance; peaks after the two have parted."""
+    """Change of each peak of a run, or of a part of it, at the tighter tolerance; peaks where the two are apart."""
     if tighter is None:
         return {}, []
     ended = tighter.status is Status.OK
@@ -244,7 +242,8 @@ def _changes(
     for key, value in peaks_by_key(of).items():
         other = finer.get(key)
         change[key] = None if value is None or other is None else abs(value - other)
-    return change, [key for key in change if parted is not None and _when(run, key) > parted]
+    span = study.apart or (np.inf, np.inf)
+    return change, [key for key in change if span[0] < _when(run, key) <= span[1]]
 
 
 def _when(run: Trajectory, key: str) -> float:

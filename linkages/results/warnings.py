@@ -83,15 +83,16 @@ def rough(
     return [warning("rough", None, f"a ten times tighter tolerance changes {names}", remedy)]
 
 
-def chaotic(parted: float | None, later: Sequence[str]) -> list[dict[str, Any]]:
-    """Warn of peaks that come after a run and its repetition have parted: their errors mean nothing."""
-    if parted is None or not later:
+def chaotic(apart: tuple[float, float] | None, later: Sequence[str]) -> list[dict[str, Any]]:
+    """Warn of peaks that come while a run and its repetition are apart: their errors mean nothing."""
+    if apart is None or not later:
         return []
     what = (
-        f"the run and the one at a ten times tighter tolerance part at t = {parted:.6g} s; what comes later is that of "
-        f"one of many motions, and says nothing of the others: {_listed(later)}, whose errors are left out"
+        f"the run and the one at a ten times tighter tolerance are apart from t = {apart[0]:.6g} s to {apart[1]:.6g} s; "
+        f"what comes then is that of one of many motions, and says nothing of the others: {_listed(later)}, whose "
+        f"errors are left out"
     )
-    return [warning("rough", parted, what, "compare statistics of many runs, not peaks; or end the run before")]
+    return [warning("rough", apart[0], what, "compare statistics of many runs, not peaks; or end the run before")]
 
 
 def geared(system: System) -> list[dict[str, Any]]:

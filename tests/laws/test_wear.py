@@ -134,9 +134,9 @@ def test_the_film_of_an_evenly_worn_joint_is_that_of_the_larger_clearance(mixed,
     expected = round_force(sum(parts), x, y, (vx, vy), (wb, wj), **mixed)
     found = force(law(*even, **mixed), x, y, (0.3, -0.7), (vx, vy), (wb, wj))
     # asperities push along the normal where the gap is smallest: a flat minimum, found to the root of rounding
-    accuracy = 2e-7 if expected[4] > 0.0 else 1e-9
+    accuracy = 2e-7 if expected[7] > 0.0 else 1e-9
     assert np.allclose(found[:3], expected[:3], rtol=0.0, atol=accuracy * (math.hypot(*expected[:2]) + 1e-9))
-    assert found[7] == pytest.approx(expected[4], rel=1e-9)
+    assert found[7] == pytest.approx(expected[7], rel=1e-9)
     assert (expected[7] > 0.0) == ("roughness" in mixed and (1.0 - eps) * (CLEARANCE + sum(parts)) < 10 * 2e-6)
 
 
