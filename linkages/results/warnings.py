@@ -88,9 +88,8 @@ def chaotic(apart: tuple[float, float] | None, later: Sequence[str]) -> list[dic
     if apart is None or not later:
         return []
     what = (
-        f"the run and the one at a ten times tighter tolerance are apart from t = {apart[0]:.6g} s to {apart[1]:.6g} s; "
-        f"what comes then is that of one of many motions, and says nothing of the others: {_listed(later)}, whose "
-        f"errors are left out"
+        f"the run and the one at a ten times tighter tolerance are apart from t = {apart[0]:.6g} s to {apart[1]:.6g} "
+        f"s, and peaks there are those of one of many motions: {_listed(later)}, whose errors are left out"
     )
     return [warning("rough", apart[0], what, "compare statistics of many runs, not peaks; or end the run before")]
 
