@@ -81,21 +81,19 @@ def section_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None
     rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
     ux, uy = turned(pose, p, body.ux, body.uy)
     slope, mx, my = modal_motion(bodies, i, pose, dpose)
-    twist, hx, hy = modal_motion(bodies, i, pose, dvel)
     gx, gy, jx, jy, form = bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3], bent[i, 4]
     less, least = _along(bodies, i, bent, ONCE, dpose), _along(bodies, i, bent, ONCE + nm, dpose)
-    change = 2.0 * _along(bodies, i, bent, ONCE, dvel)
     drx, dry = mx - turn * ry, my + turn * rx
     # change of the velocity and of the acceleration that the modes give
-    dgx, dgy = hx - turn * gy - ux * less, hy + turn * gx - uy * less
+    dgx, dgy = -turn * gy - ux * less, turn * gx - uy * less
     djx, djy = -turn * jy - ux * least, turn * jx - uy * least
     dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
     dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
     dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn + slope, dpose[p, 1] + drx, dpose[p, 2] + dry
-    dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw + twist, dvx + dgx, dvy + dgy
+    dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx + dgx, dvy + dgy
     dacc[i, 0] = dacc[p, 0]
-    dacc[i, 1] = dax + djx - 2.0 * (dw * gy + w * dgy) + turn * uy * form - ux * change
-    dacc[i, 2] = day + djy + 2.0 * (dw * gx + w * dgx) - turn * ux * form - uy * change
+    dacc[i, 1] = dax + djx - 2.0 * (dw * gy + w * dgy) + turn * uy * form
+    dacc[i, 2] = day + djy + 2.0 * (dw * gx + w * dgx) - turn * ux * form
 
 
 @late_kernel

@@ -1,8 +1,9 @@
 """Directional derivatives of the tree's kinematics and of the balance of forces, exact.
 
-A direction changes coordinates by dq and rates by dv, at fixed accelerations of the joints. The change of the bodies'
-poses is a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes by
-turn x vector. Second derivatives of the joints' coordinates stay as they are.
+A direction changes the coordinates by dq, or the rates by as much. With coordinates the change of the bodies' poses is
+a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes by turn x vector.
+With rates it is the velocities that change by this field. Second derivatives of the joints' coordinates stay as they
+are.
 """
 
 from __future__ import annotations
@@ -38,7 +39,6 @@ class Scratch(NamedTuple):
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
     force: Array  # wrench that each body gets through its joint at the state; see `transmitted`
     dq: Array  # the direction, (n,)
-    dv: Array
     touched: Array  # 1 where the direction moves a body, (nb,)
     dpose: Array  # changes along it, each as wide as in a `Workspace`
     dvel: Array
@@ -55,40 +55,24 @@ class Scratch(NamedTuple):
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
     tree = (nb, 3 + nm)
-    shapes = (
-        (nc, OUTPUTS, INPUTS),
-        tree,
-        n,
-        n,
-        nb,
-        tree,
-        tree,
-        tree,
-        tree,
-        tree,
-        (nb, ONCE + 7 * nm),
-        n,
-        n,
-        (nr, nr),
-        nr,
-    )
+    shapes = ((nc, OUTPUTS, INPUTS), tree, n, nb, tree, tree, tree, tree, tree, (nb, ONCE + 7 * nm), n, n, (nr, nr), nr)
     return Scratch(*(np.zeros(shape) for shape in shapes))
 
 
 @kernel
 def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
-    """Fill the changes of poses, velocities and accelerations; those of bodies that the direction leaves are zero."""
+    """Fill the changes of poses, velocities and accelerations with coordinates; those of bodies that stay are zero."""
     pose, vel, acc, v, a = work.pose, work.vel, work.acc, work.v, work.a
-    dq, dv, dpose, dvel, dacc = s.dq, s.dv, s.dpose, s.dvel, s.dacc
+    dq, dpose, dvel, dacc = s.dq, s.dpose, s.dvel, s.dacc
     for i in range(1, len(bodies.records)):
         body = bodies.records[i]
         p = body.mount.body
         if not body.moving:
             continue
-        touched = s.touched[p] > 0.0 or (body.dof >= 0 and (dq[body.dof] != 0.0 or dv[body.dof] != 0.0))
+        touched = s.touched[p] > 0.0 or (body.dof >= 0 and dq[body.dof] != 0.0)
         for k in range(body.modes):
-            dpose[i, 3 + k], dvel[i, 3 + k] = dq[body.eta + k], dv[body.eta + k]
-            touched = touched or dq[body.eta + k] != 0.0 or dv[body.eta + k] != 0.0
+            dpose[i, 3 + k], dvel[i, 3 + k], dacc[i, 3 + k] = dq[body.eta + k], 0.0, 0.0
+            touched = touched or dq[body.eta + k] != 0.0
         s.touched[i] = 1.0 if touched else 0.0
         if not touched:
             for k in range(3):
@@ -99,24 +83,37 @@ def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
             continue
         w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        ux, uy, slide, rate, push, drate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        ux, uy, slide, rate, push = 0.0, 0.0, 0.0, 0.0, 0.0
         if body.type == PRISMATIC:
             ux, uy = turned(pose, p, body.ux, body.uy)
-            slide, rate, push, drate = dq[body.dof], v[body.dof], a[body.dof], dv[body.dof]
+            slide, rate, push = dq[body.dof], v[body.dof], a[body.dof]
         # change of the arm r, of u, and of z x u
         tx, ty = -turn * uy, turn * ux
         drx, dry = -turn * ry + ux * slide, turn * rx + uy * slide
         dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
         dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
-        twist, dtwist = 2.0 * w * rate, 2.0 * (dw * rate + w * drate)
+        twist, dtwist = 2.0 * w * rate, 2.0 * dw * rate
         dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
-        dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx + tx * rate + ux * drate, dvy + ty * rate + uy * drate
+        dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx + tx * rate, dvy + ty * rate
         dacc[i, 0] = dacc[p, 0]
         dacc[i, 1] = dax + (tx * push - dtwist * uy - twist * ty)
         dacc[i, 2] = day + (ty * push + dtwist * ux + twist * tx)
         if body.type == REVOLUTE:
             dpose[i, 0] += body.sign * dq[body.dof]
-            dvel[i, 0] += body.sign * dv[body.dof]
+
+
+@kernel
+def rate_tangents(s: Scratch) -> None:
+    """Turn what `body_tangents` has filled into the changes as the rates change by dq.
+
+    Velocities change with rates as positions do with coordinates, accelerations twice as much as velocities do: rates
+    change x' = J q' and x'' = J q'' + q'.H q' by J dq and 2 q'.H dq, coordinates x by J dq and x' by q'.H dq.
+    """
+    for i in range(len(s.dpose)):
+        for k in range(s.dpose.shape[1]):
+            s.dacc[i, k] = 2.0 * s.dvel[i, k]
+            s.dvel[i, k] = s.dpose[i, k]
+            s.dpose[i, k] = 0.0
 
 
 @kernel

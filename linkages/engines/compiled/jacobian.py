@@ -25,6 +25,7 @@ from linkages.planar.tangent import (
     add_row_tangent,
     body_tangents,
     inertial_tangents,
+    rate_tangents,
     residual_tangents,
     row_tangent,
     transmitted,
@@ -52,28 +53,27 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     if model.bodies.shapes.shape[2] > 0:
         prepare(model.bodies, model.gravity, w, s)
     clear(out)
-    for j in range(2 * n + nz):
-        for i in range(len(w.a)):
-            s.dq[i] = 0.0
-            s.dv[i] = 0.0
-        bristle = -1
-        if j < n:
-            s.dq[model.free[j]] = 1.0
-        elif j < 2 * n:
-            s.dv[model.free[j - n]] = 1.0
-            out[j - n, j] = 1.0
-        else:
-            bristle = model.bristles[j - 2 * n]
-        _direction(equations, s, t, bristle, out[:, j])
+    for i in range(len(w.a)):
+        s.dq[i] = 0.0
+    for j in range(n):
+        s.dq[model.free[j]] = 1.0
+        body_tangents(model.bodies, w, s)
+        _fill_column(equations, s, t, -1, out[:, j])
+        rate_tangents(s)
+        _fill_column(equations, s, t, -1, out[:, n + j])
+        out[j, n + j] = 1.0
+        s.dq[model.free[j]] = 0.0
+    for k in range(nz):
+        body_tangents(model.bodies, w, s)
+        _fill_column(equations, s, t, model.bristles[k], out[:, 2 * n + k])
 
 
 @kernel
-def _direction(equations: Equations, s: Scratch, t: float, bristle: int, column: Array) -> None:
-    """Fill the accelerations and the bristles' rates of one column of the Jacobian."""
+def _fill_column(equations: Equations, s: Scratch, t: float, bristle: int, column: Array) -> None:
+    """Fill the accelerations and the bristles' rates of one column of the Jacobian, that of the tangents in `s`."""
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     bodies = model.bodies
-    body_tangents(bodies, w, s)
     clear(s.dwrench)
     for k in range(len(model.ends)):
         rate = _contact_tangent(model, work, s, k, 1.0 if k == bristle else 0.0)
