@@ -27,7 +27,10 @@ class _Library(JITCodeLibrary):
 
     def add_ir_module(self, ir_module: Any) -> None:
         """Take over what was compiled, not yet optimised."""
-        module = binding.parse_assembly(normalize_ir_text(str(ir_module)))
+        text = str(ir_module)
+        if ir_module.name == "cfunc_wrapper":  # the only code that numba asks to leave apart
+            text = text.replace(" noinline", "")
+        module = binding.parse_assembly(normalize_ir_text(text))
         module.name = ir_module.name
         module.data_layout = self._codegen._data_layout
         self._final_module.link_in(module)
@@ -37,7 +40,11 @@ class UnitLibrary(_Library):
     """Code that its callers only declare."""
 
     def _optimize_final_module(self) -> None:
-        """Optimise in one go."""
+        """Optimise in one go; numba's own form of a C function becomes a part of it."""
+        functions = {function.name: function for function in self._final_module.functions}
+        for name, function in functions.items():
+            if f"cfunc.{name}" in functions and not function.is_declaration:
+                function.linkage = binding.Linkage.internal
         manager, builder = self._codegen._module_pass_manager()
         manager.run(self._final_module, builder)
 
