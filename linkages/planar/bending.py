@@ -61,7 +61,7 @@ def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[flo
     return stretch, deflection, turn
 
 
-@late_kernel
+@inlined_kernel
 def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float, float, float]:
     """How fast the modes turn and move a section at rates of its beam's coordinates (nb, 3 + nm): turn, x, y."""
     p = bodies.records[i].mount.body
@@ -74,7 +74,7 @@ def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[flo
     return turn, x, y
 
 
-@late_kernel
+@inlined_kernel
 def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
     """Bilinear form rates.H others of a section with two rates of its beam's coordinates, (nb, 3 + nm) each."""
     shapes, p, total = bodies.shapes[i], bodies.records[i].mount.body, 0.0
@@ -85,7 +85,7 @@ def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
     return total
 
 
-@late_kernel
+@inlined_kernel
 def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, fy: float, wrench: Array) -> None:
     """Add what a wrench on section i does to its beam's coordinates to the beam's line of wrenches (nb, 3 + nm)."""
     p, nm = bodies.records[i].mount.body, bodies.shapes.shape[2]
