@@ -110,10 +110,11 @@ def rate_tangents(s: Scratch) -> None:
     change x' = J q' and x'' = J q'' + q'.H q' by J dq and 2 q'.H dq, coordinates x by J dq and x' by q'.H dq.
     """
     for i in range(len(s.dpose)):
-        for k in range(s.dpose.shape[1]):
-            s.dacc[i, k] = 2.0 * s.dvel[i, k]
-            s.dvel[i, k] = s.dpose[i, k]
-            s.dpose[i, k] = 0.0
+        if s.touched[i] > 0.0:
+            for k in range(s.dpose.shape[1]):
+                s.dacc[i, k] = 2.0 * s.dvel[i, k]
+                s.dvel[i, k] = s.dpose[i, k]
+                s.dpose[i, k] = 0.0
 
 
 @kernel
