@@ -139,8 +139,7 @@ def _gained(name: str, spread: list[float] | None) -> str:
         return f"largest departure {least:+.1f} to {most:+.1f} %, as recorded at four tolerances"
     pair = designs.pair(name)
     forces = ", ".join(f"F_{joint} {pair.change(f'{joint}.force'):+.0f} %" for joint in pair.joints)
-    before, after = map(len, pair.impacts)
-    return f"largest departure {pair.gain:+.1f} %; {forces}; contacts {before} -> {after}"
+    return f"largest departure {pair.gain:+.1f} %; {forces}"
 
 
 SECTIONS = {"gain": gain, "kept": kept, "price": price, "peaks": peaks, "others": others}

@@ -1,9 +1,9 @@
 """Directional derivatives of the tree's kinematics and of the balance of forces, exact.
 
-A direction changes the coordinates by dq, or the rates by as much. With coordinates the change of the bodies' poses is
-a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes by turn x vector.
-With rates it is the velocities that change by this field. Second derivatives of the joints' coordinates stay as they
-are.
+A direction changes the coordinates by dq, or the rates by as much, or bristles alone. With coordinates the change of
+the bodies' poses is a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes
+by turn x vector. With rates it is the velocities that change by this field. Second derivatives of the joints'
+coordinates stay as they are.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ class Scratch(NamedTuple):
 
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
     force: Array  # wrench that each body gets through its joint at the state; see `transmitted`
-    dq: Array  # the direction, (n,)
+    dq: Array  # the direction: changes of coordinates, (n,)
+    dz: Array  # and of the contacts' bristles, (nc,)
     touched: Array  # 1 where the direction moves a body, (nb,)
     dpose: Array  # changes along it, each as wide as in a `Workspace`
     dvel: Array
@@ -55,7 +56,8 @@ class Scratch(NamedTuple):
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
     tree = (nb, 3 + nm)
-    shapes = ((nc, OUTPUTS, INPUTS), tree, n, nb, tree, tree, tree, tree, tree, (nb, ONCE + 7 * nm), n, n, (nr, nr), nr)
+    own = (nb, ONCE + 7 * nm)
+    shapes = ((nc, OUTPUTS, INPUTS), tree, n, nc, nb, tree, tree, tree, tree, tree, own, n, n, (nr, nr), nr)
     return Scratch(*(np.zeros(shape) for shape in shapes))
 
 

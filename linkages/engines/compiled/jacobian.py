@@ -58,25 +58,27 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     for j in range(n):
         s.dq[model.free[j]] = 1.0
         body_tangents(model.bodies, w, s)
-        _fill_column(equations, s, t, -1, out[:, j])
+        _fill_column(equations, s, t, out[:, j])
         rate_tangents(s)
-        _fill_column(equations, s, t, -1, out[:, n + j])
+        _fill_column(equations, s, t, out[:, n + j])
         out[j, n + j] = 1.0
         s.dq[model.free[j]] = 0.0
     for k in range(nz):
+        s.dz[model.bristles[k]] = 1.0
         body_tangents(model.bodies, w, s)
-        _fill_column(equations, s, t, model.bristles[k], out[:, 2 * n + k])
+        _fill_column(equations, s, t, out[:, 2 * n + k])
+        s.dz[model.bristles[k]] = 0.0
 
 
 @kernel
-def _fill_column(equations: Equations, s: Scratch, t: float, bristle: int, column: Array) -> None:
+def _fill_column(equations: Equations, s: Scratch, t: float, column: Array) -> None:
     """Fill the accelerations and the bristles' rates of one column of the Jacobian, that of the tangents in `s`."""
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     bodies = model.bodies
     clear(s.dwrench)
     for k in range(len(model.ends)):
-        rate = _contact_tangent(model, work, s, k, 1.0 if k == bristle else 0.0)
+        rate = _contact_tangent(model, work, s, k)
         for m in range(len(model.bristles)):
             if model.bristles[m] == k:
                 column[2 * n + m] = rate
@@ -119,7 +121,7 @@ def add_loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array,
 
 
 @kernel
-def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int, dz: float) -> float:
+def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> float:
     """Add the change of a contact's wrenches; returns that of its bristles' rate."""
     w, end = work.dynamics, model.ends[k]
     b, j = end.bearing.body, end.journal.body
@@ -131,7 +133,7 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int, dz: float) -
     if end.kind == CORNER:
         nx, ny = turned(w.pose, b, end.nx, end.ny)
         frame = -turn * ny, turn * nx
-    inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], dz)
+    inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], s.dz[k])
     d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
     for i in range(INPUTS):
         d0 += s.partials[k, 0, i] * inputs[i]
