@@ -195,7 +195,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         observe(problem, t, y, observed[0])
         times[0] = t
         copy(y, states[0])
-        count, steps, rejected, stuck, again = 1, 0, 0, 0, False
+        count, steps, rejected, stuck, failed = 1, 0, 0, 0, False
         h = options.first
         end = options.end
         while status == DONE and t < end:
@@ -214,14 +214,14 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             error, factor = attempt(problem, s, t, h, y, False)
             if not error <= 1.0:
                 rejected += 1
-                again = True
+                failed = failed or error == math.inf
                 h *= min(factor, 0.9)
                 if h < smallest:
                     status = COLLAPSED
                 continue
-            if again:  # a longer step would most likely be rejected as well
+            if failed:  # the equations of a longer step would most likely not be solved either
                 factor = min(factor, 1.0)
-            again = False
+            failed = False
             event = -1
             if ne:
                 signs(problem, g1, d1)

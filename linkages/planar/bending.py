@@ -236,18 +236,15 @@ def pushed_modes(bodies: Bodies, i: int, work: Workspace, load: Array, tau: Arra
     """Find z of a bending body, and add to its load what its frame feels of it."""
     body, nm, still = bodies.records[i], bodies.shapes.shape[2], True
     inertia, axis = work.inertia, work.axis
-    z = 8 + 3 * nm
+    z, e = 8 + 3 * nm, 6 + 3 * nm
     for k in range(body.modes):
-        axis[i, z + k] = tau[body.eta + k] - load[i, 3 + k]
-        still = still and axis[i, z + k] == 0.0
-    if still:
-        return
-    e = 6 + 3 * nm
-    for k in range(body.modes):
-        push = axis[i, z + k]
+        push = tau[body.eta + k] - load[i, 3 + k]
         for m in range(k):
             push -= inertia[i, e + k * nm + m] * axis[i, z + m]
         axis[i, z + k] = push
+        still = still and push == 0.0
+    if still:
+        return
     f0, f1, f2 = load[i, 0], load[i, 1], load[i, 2]
     for k in range(body.modes - 1, -1, -1):
         push = axis[i, z + k] * inertia[i, e + k * nm + k]
