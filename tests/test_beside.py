@@ -1,3 +1,4 @@
+import gc
 import os
 import signal
 import sys
@@ -80,6 +81,29 @@ def test_a_context_that_fails_ends_the_work(tmp_path):
     with pytest.raises(KeyboardInterrupt), beside([work]):
         struck()
     assert [path.name for path in tmp_path.iterdir()] == ["begun"]
+
+
+@needs_fork
+def test_nothing_of_the_first_process_is_collected_in_the_other(tmp_path):
+    """Destructors of Drake's objects wait for threads, which are not there."""
+
+    class Waiting:
+        def __del__(self):
+            (tmp_path / f"collected in {os.getpid()}").touch()
+
+    def work():
+        gc.collect()
+        (tmp_path / "done").touch()
+
+    waiting = Waiting()
+    waiting.itself = waiting
+    del waiting
+    with beside([work]):
+        pass
+    assert {path.name for path in tmp_path.iterdir()} <= {"done", f"collected in {os.getpid()}"}
+    assert gc.isenabled()
+    gc.collect()
+    assert (tmp_path / f"collected in {os.getpid()}").exists()
 
 
 @needs_fork

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import signal
 import sys
@@ -26,10 +27,13 @@ def beside(works: Sequence[Callable[[], None]]) -> Iterator[None]:
         _all(works)
         return
     process = multiprocessing.get_context("fork").Process(target=_quietly, args=(works,))
-    started = False
+    started, collecting = False, gc.isenabled()
+    gc.disable()  # until `_quietly`
     with suppress(OSError):  # no more processes, or no memory for one
         process.start()
         started = True
+    if collecting:
+        gc.enable()
     try:
         yield
         if started:
@@ -48,6 +52,8 @@ def _all(works: Sequence[Callable[[], None]]) -> None:
 
 
 def _quietly(works: Sequence[Callable[[], None]]) -> None:
+    gc.freeze()  # nothing of the other process ends here: Drake's Meshcat would wait for threads that are only there
+    gc.enable()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:

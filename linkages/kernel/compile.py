@@ -11,7 +11,7 @@ from functools import cached_property, update_wrapper
 from inspect import signature
 from typing import Any, TypeVar, cast
 
-from numba import config
+from numba import config, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
@@ -55,8 +55,10 @@ class _Dispatcher(CPUDispatcher):
     """Numba's object of a function, without the clocks that it starts for each compilation."""
 
     def compile(self: Any, sig: Any) -> Any:
-        """Compile for a signature, or load the code."""
+        """Compile for a signature, or load the code; constants are arguments as others are."""
         kinds, result = normalize_signature(sig)
+        kinds = tuple(map(types.unliteral, kinds))
+        sig = kinds if result is None else result(*kinds)
         with global_compiler_lock, hurried(), self._compiling_counter:
             if kinds not in self.overloads:
                 compiled = self._cache.load_overload(sig, self.targetctx)
