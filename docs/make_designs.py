@@ -2,7 +2,7 @@
 
 Solves shipped studies, each with its own algorithm and seed. The pages that speak of these designs start from the
 files: run the pages' scripts afterwards. ``--drake NAME`` adds the objectives by Drake to a record that there is,
-``--spread NAME`` the range of its one objective over tolerances.
+``--spread NAME`` the range of its one objective over tolerances and rounding.
 """
 
 from __future__ import annotations
@@ -50,15 +50,20 @@ def add_drake(name: str) -> None:
 
 
 def add_spread(name: str) -> None:
-    """Evaluate the one objective of a recorded design at tolerances down to a hundredth, and keep the range."""
+    """Evaluate the one objective of a recorded design at tolerances down to a hundredth, and keep the range.
+
+    Rounding, here of the design in its twelfth digit, has its part: both designs are evaluated with forty of them.
+    """
     record, study = load_record(name), load_study(find_study(name))
-    designs, found = np.array([study.nominal, record.design(study)]), []
     (quantity,) = study.file.objectives.values()
+    rounding = 1.0 + 1e-12 * np.random.default_rng(1).uniform(-1.0, 1.0, (40, len(study.nominal)))
+    found = []
     for part in (1.0, 0.5, 0.1, 0.01):
         tight = {"solver.accuracy": part * study.points[0].system.experiment.solver.accuracy}
-        before, after = Evaluator(study.replaced(lambda _, tight=tight: tight))(designs).objectives[:, 0]
-        found.append(float(after / before if quantity.relative else after))
-    save(record.model_copy(update={"spread": [min(found), max(found)]}))
+        evaluator = Evaluator(study.replaced(lambda _, tight=tight: tight))
+        before, after = (evaluator(rounding * x).objectives[:, 0] for x in (study.nominal, record.design(study)))
+        found += [float(after.min() / before.max()), float(after.max() / before.min())] if quantity.relative else after
+    save(record.model_copy(update={"spread": [float(min(found)), float(max(found))]}))
 
 
 if __name__ == "__main__":

@@ -136,7 +136,7 @@ def _gained(name: str, spread: list[float] | None) -> str:
     """Say what a recorded design gains: where a run has no digits, over which range."""
     if spread is not None:
         least, most = (100.0 * (value - 1.0) for value in sorted(spread, reverse=True))
-        return f"largest departure {least:+.1f} to {most:+.1f} %, as recorded at four tolerances"
+        return f"largest departure {least:+.1f} to {most:+.1f} %, as recorded at four tolerances and with rounding"
     pair = designs.pair(name)
     forces = ", ".join(f"F_{joint} {pair.change(f'{joint}.force'):+.0f} %" for joint in pair.joints)
     return f"largest departure {pair.gain:+.1f} %; {forces}"

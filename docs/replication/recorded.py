@@ -46,7 +46,8 @@ class Record(Table):
     variables: dict[str, Finite] = Field(description="by dotted path, SI units")
     generations: Generations | None = Field(None, description="of a genetic algorithm, from its store")
     spread: list[Finite] | None = Field(
-        None, description="least and largest objective at other tolerances, where a run has no three digits"
+        None,
+        description="least and largest objective at other tolerances and rounding, where a run has no three digits",
     )
     drake: dict[str, Finite] = Field(
         {}, description="objectives by Drake, which takes minutes, where they were computed"

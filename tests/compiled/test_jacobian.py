@@ -261,7 +261,8 @@ def test_a_stop_of_a_turning_joint_between_two_links_in_contact(system_of, law):
     text = "duration = 0.05\n[drives.O]\ntorque = 3.0\nspeed = 10.0\n"
     text += f"[stops.end]\njoint='A'\nside='lower'\nlimit=-0.15\n[stops.end.contact]\n{law}\nstiffness = 400.0\n"
     result = simulate(system_of(four_bar(), text), "compiled")
-    check(result, deepest(result, ["end"]), reach=1e-2)  # shorter differences have fewer digits
+    on_the_way = deepest(result, ["end"]) - 5  # at rest there the velocities of two links hardly matter
+    check(result, on_the_way, reach=1e-2)
 
 
 def test_a_point_at_a_line_on_another_link_in_contact(system_of):

@@ -26,10 +26,9 @@ def shipped(name):
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_the_design_is_worth_what_its_record_says(name):
-    """To a tenth of a per cent, in which runs at the studies' tolerances agree with tighter ones, or as far as they do not.
+    """To what the pages print, a tenth of a per cent of the nominal design's worth, or within the range that they say.
 
-    Rounding, here a millionth of a millionth of the design, moves no change that the pages print, a tenth of a per cent
-    of the nominal design's worth.
+    Rounding, here a millionth of a millionth of the design, moves it by less.
     """
     record, (study, evaluator, nominal) = load_record(name), shipped(name)
     x = record.design(study)
@@ -38,7 +37,8 @@ def test_the_design_is_worth_what_its_record_says(name):
     assert values.feasible(1e-6).all()
     low, high = record.spread or (next(iter(record.objectives.values())),) * 2
     worth, before = values.objectives[:, 0], values_of(study, nominal, nominal).objectives[0, 0]
-    assert worth[0] == pytest.approx(0.5 * (low + high), rel=1e-3, abs=1.5 * (high - low))
+    margin = max(1e-3 * before, 0.1 * (high - low))
+    assert low - margin < worth[0] < high + margin
     assert np.ptp(worth) < max(1e-3 * before, high - low)
     assert (worth < before).all()
 
