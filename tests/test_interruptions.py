@@ -18,6 +18,7 @@ from processes import finish, start, strike
 from linkages import load_trajectory
 from linkages.cli.main import exit_status, main
 from linkages.errors import InputError
+from linkages.kernel.units import _signals_put_off
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at processes in /proc")
 
@@ -128,6 +129,21 @@ def in_a_handler():
     except BaseException as problem:
         raise InputError("file.sdf", "", "cannot be read") from problem
     return 0
+
+
+def test_ctrl_c_waits_until_llvm_has_its_code():
+    """It asks Python for it, where exceptions are dropped."""
+    after = []
+
+    @_signals_put_off()
+    def struck():
+        signal.raise_signal(signal.SIGINT)
+        after.append("here")
+
+    with pytest.raises(KeyboardInterrupt):
+        struck()
+    assert after == ["here"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize("run", [in_a_callback, in_a_class, in_a_handler])

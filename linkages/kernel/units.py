@@ -9,7 +9,10 @@ be put into their callers; they are never machine code by themselves.
 from __future__ import annotations
 
 import hashlib
-from contextlib import suppress
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from llvmlite import binding
@@ -48,6 +51,10 @@ class UnitLibrary(_Library):
         manager, builder = self._codegen._module_pass_manager()
         manager.run(self._final_module, builder)
 
+    def _finalize_final_module(self) -> None:
+        with _signals_put_off():
+            super()._finalize_final_module()
+
     def _get_module_for_linking(self) -> Any:
         self._ensure_finalized()
         if self._shared_module is None:
@@ -72,6 +79,26 @@ class PartLibrary(_Library):
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
+
+
+@contextmanager
+def _signals_put_off() -> Iterator[None]:
+    """Answer Ctrl-C afterwards: what it raises where LLVM asks Python for code is dropped, and LLVM crashes then."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    met: list[tuple[int, Any]] = []
+    found = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    handlers: dict[int, Any] = {number: handler for number, handler in found.items() if callable(handler)}
+    for number in handlers:
+        signal.signal(number, lambda *struck: met.append(struck))
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for struck in met:
+            handlers[struck[0]](*struck)
 
 
 def _mangled(name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> str:
