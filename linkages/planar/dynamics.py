@@ -100,7 +100,8 @@ def articulate(bodies: Bodies, work: Workspace) -> None:
     """Articulated inertias of `work`'s pose.
 
     Uses ``inertia`` (nb, 6) and fills, for each moving body, ``axis`` (nb, 8): its joint's motion S (zero if the joint
-    is not free), U = I S and S.U. Where bodies bend both are wider, see `linkages.planar.bending`.
+    is not free), U = I S, 1/(S.U), and room for `respond`. Where bodies bend both are wider, see
+    `linkages.planar.bending`.
     """
     for i in range(1, len(bodies.records)):
         if bodies.records[i].moving:
@@ -170,7 +171,10 @@ def _articulate_body(bodies: Bodies, i: int, work: Workspace) -> None:
 
 @kernel
 def inertial_load(bodies: Bodies, work: Workspace, gravity: Array, load: Array) -> None:
-    """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches, `work`'s wrench."""
+    """Fill ``load`` (nb, 3): rate of change of momentum minus gravity minus the applied wrenches, `work`'s wrench.
+
+    Where bodies bend lines have modal entries too, without a wrench: what is applied is applied to frames and sections.
+    """
     for i in range(len(bodies.records)):
         _own_load(bodies, i, work, gravity, load)
 
