@@ -44,8 +44,10 @@ def evaluate(given, y, dy, count):
 def differentiate(given, y, out, count):
     """Evaluate the Jacobian many times."""
     problem = reference(given)
+    rates = len(y) - len(problem.model.free)
+    mass = np.empty((rates, rates))
     for _ in range(count):
-        jacobian(problem, TIME, y, out)
+        jacobian(problem, TIME, y, mass, out)
         y[0] += 1e-30 * out[0, 0]
 
 

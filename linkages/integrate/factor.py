@@ -13,15 +13,24 @@ _ORTHOGONAL = 2.2e-16  # cosine of the angle of orthogonal vectors, by rounding,
 _SWEEPS = 30  # at most; six are usual
 
 
+@inlined_kernel
+def _size(value: Any) -> float:
+    """Size of a number, real or complex, to compare pivots by: without a root."""
+    return abs(value.real) + abs(value.imag)
+
+
 @kernel
 def factorise(matrix: Any, pivots: Any) -> bool:
-    """Overwrite a matrix (n, n) by its LU factors with row interchanges; False if it is singular."""
+    """Overwrite a matrix (n, n) by its LU factors with row interchanges; False if it is singular.
+
+    The diagonal has one over the pivots.
+    """
     n = len(matrix)
     for k in range(n):
-        best, size = k, abs(matrix[k, k])
+        best, size = k, _size(matrix[k, k])
         for i in range(k + 1, n):
-            if abs(matrix[i, k]) > size:
-                best, size = i, abs(matrix[i, k])
+            if _size(matrix[i, k]) > size:
+                best, size = i, _size(matrix[i, k])
         pivots[k] = best
         if not size > 0.0:
             return False
@@ -29,6 +38,7 @@ def factorise(matrix: Any, pivots: Any) -> bool:
             for j in range(k, n):  # the factors to the left stay: they are applied before this interchange
                 matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
         inverse = 1.0 / matrix[k, k]
+        matrix[k, k] = inverse
         for i in range(k + 1, n):
             factor = matrix[i, k] * inverse
             matrix[i, k] = factor
@@ -53,7 +63,7 @@ def back_substitute(factors: Any, pivots: Any, x: Any) -> None:
         value = x[k]
         for j in range(k + 1, n):
             value -= factors[k, j] * x[j]
-        x[k] = value / factors[k, k]
+        x[k] = value * factors[k, k]
 
 
 @late_kernel

@@ -3,6 +3,9 @@
 Three-stage collocation at the Radau points, solved by simplified Newton iterations in the basis that makes the inverse
 of the coefficient matrix diagonal: one real and one complex system instead of one of three times the size. Error
 estimate and step control as by Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed., section IV.8.
+
+The iterations look at M(t, y) (f(t, y) - y'), with any regular matrix M: of a mechanism that is a balance of forces,
+which takes less than its accelerations do. Their matrix has the mass M of the Jacobian's state.
 """
 
 from __future__ import annotations
@@ -49,24 +52,23 @@ _V2, _R2 = np.ascontiguousarray(_vectors[:, _complex]), np.ascontiguousarray(_in
 
 @kernel
 def _factorise(s: Stepper, h: float) -> bool:
-    """Factorise shift - J for both shifts; positions, of which the rates are entries of the state, are eliminated."""
+    """Factorise M (shift - J) for both shifts; positions, whose rates are entries of the state, are eliminated."""
     m, k = len(s.new) - len(s.real), len(s.real)
+    rate, rate2, time, time2 = _MU / h, _NU * (1.0 / h), h / _MU, h * (1.0 / _NU)
     for i in range(k):
         for j in range(k):
-            s.real[i, j] = -s.jacobian[m + i, m + j]
-            s.complex[i, j] = -s.jacobian[m + i, m + j]
+            s.real[i, j] = rate * s.mass[i, j] - s.jacobian[m + i, m + j]
+            s.complex[i, j] = rate2 * s.mass[i, j] - s.jacobian[m + i, m + j]
         for j in range(m):
-            s.real[i, j] -= s.jacobian[m + i, j] * (h / _MU)
-            s.complex[i, j] -= s.jacobian[m + i, j] * (h / _NU)
-        s.real[i, i] += _MU / h
-        s.complex[i, i] += _NU / h
+            s.real[i, j] -= s.jacobian[m + i, j] * time
+            s.complex[i, j] -= s.jacobian[m + i, j] * time2
     s.memory[FACTORED] = h
     return bool(factorise(s.real, s.pivots) and factorise(s.complex, s.pivots2))
 
 
 @kernel
 def _solve(jacobian: Array, factors: Any, pivots: Any, shift: Any, x: Any) -> None:
-    """Solve (shift - J) x = b, b in place."""
+    """Solve M (shift - J) x = b, b in place."""
     m, k = len(x) - len(factors), len(factors)
     inverse = 1.0 / shift
     for j in range(m):
@@ -120,9 +122,15 @@ def _predict(s: Stepper, h: float) -> None:
 @kernel
 def _estimate(s: Stepper, h: float, f: Array) -> float:
     """Error of the step in parts of the tolerance; leaves it in r1."""
-    n = len(s.new)
+    n, k = len(s.new), len(s.real)
     for i in range(n):
-        s.r1[i] = f[i] + (_ERROR[0] * s.z[0, i] + _ERROR[1] * s.z[1, i] + _ERROR[2] * s.z[2, i]) / h
+        s.trial[i] = f[i] + (_ERROR[0] * s.z[0, i] + _ERROR[1] * s.z[1, i] + _ERROR[2] * s.z[2, i]) / h
+        s.r1[i] = s.trial[i]
+    for i in range(k):
+        total = 0.0
+        for j in range(k):
+            total += s.mass[i, j] * s.trial[n - k + j]
+        s.r1[n - k + i] = total
     _solve(s.jacobian, s.real, s.pivots, _MU / h, s.r1)
     total = 0.0
     for i in range(n):
@@ -130,8 +138,19 @@ def _estimate(s: Stepper, h: float, f: Array) -> float:
     return math.sqrt(total / n)
 
 
-def radau(rhs: Any, jacobian: Any) -> Any:
-    """Make the method's ``attempt`` for ``rhs(problem, t, y, dy)`` and ``jacobian(problem, t, y, out)``, compiled."""
+def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
+    """Make the method's ``attempt`` for a problem's compiled functions.
+
+    Parameters
+    ----------
+    rhs : function
+        ``rhs(problem, t, y, dy)`` fills the derivatives f.
+    residual : function
+        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - dy), with 1 for M in the lines of positions.
+    jacobian : function
+        ``jacobian(problem, t, y, mass, out)``, called with f known, fills M, without positions, if it is not 1, and
+        M df/dy.
+    """
 
     @kernel
     def newton(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
@@ -145,15 +164,19 @@ def radau(rhs: Any, jacobian: Any) -> Any:
         iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
         before, earlier, rate = 0.0, 0.0, 0.0
         for iteration in range(iterations):
+            for i in range(n):
+                s.r1[i] = _MU / h * s.w1[i]
+                s.r2[i] = _NU * (1.0 / h) * s.w2[i]
             for stage in range(3):
                 for i in range(n):
                     s.trial[i] = y[i] + s.z[stage, i]
-                rhs(problem, t + _C[stage] * h, s.trial, s.stages[stage])
+                    s.slope[i] = _V1[stage] * s.r1[i] + 2.0 * (_V2[stage] * s.r2[i]).real
+                residual(problem, t + _C[stage] * h, s.trial, s.slope, s.stages[stage])
             s.memory[COUNT] += 3
             for i in range(n):
                 f0, f1, f2 = s.stages[0, i], s.stages[1, i], s.stages[2, i]
-                s.r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2 - _MU / h * s.w1[i]
-                s.r2[i] = _R2[0] * f0 + _R2[1] * f1 + _R2[2] * f2 - _NU / h * s.w2[i]
+                s.r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2
+                s.r2[i] = _R2[0] * f0 + _R2[1] * f1 + _R2[2] * f2
             _solve(s.jacobian, s.real, s.pivots, _MU / h, s.r1)
             _solve(s.jacobian, s.complex, s.pivots2, _NU / h, s.r2)
             total = 0.0
@@ -202,7 +225,7 @@ def radau(rhs: Any, jacobian: Any) -> Any:
         new_jacobian = False
         for trial in range(2):
             if s.memory[FACTORED] == 0.0:
-                jacobian(problem, t, y, s.jacobian)
+                jacobian(problem, t, y, s.mass, s.jacobian)
                 s.memory[CURRENT] = 1.0
                 new_jacobian = True
             if s.memory[FACTORED] != h and not _factorise(s, h):

@@ -17,13 +17,15 @@ class Stepper(NamedTuple):
     f0: Array  # derivatives at its start
     f1: Array  # derivatives at its end
     scale: Array  # what an error of 1 is, for each entry
-    stages: Array  # derivatives at the stages, (6, n)
+    stages: Array  # derivatives at the stages, or what an implicit method's iteration looks at there, (6, n)
     trial: Array  # state at a stage, (n,)
+    slope: Array  # derivatives there that the iteration comes from, (n,)
     z: Array  # stages less the state at the step's start, (3, n)
     last: Array  # the same of the last step, (3, n)
     w1: Array  # from here on: for an implicit method's Newton iteration
     w2: NDArray[np.complex128]
-    jacobian: Array
+    jacobian: Array  # of the mass times the derivatives
+    mass: Array  # of rates and all that follows them
     real: Array  # without the lines of positions, see `make_stepper`
     complex: NDArray[np.complex128]
     pivots: Indices
@@ -44,9 +46,9 @@ def make_stepper(n: int, positions: int = 0) -> Stepper:
     k = n - positions
     return Stepper(
         new=np.zeros(n), f0=np.zeros(n), f1=np.zeros(n), scale=np.zeros(n),
-        stages=np.zeros((6, n)), trial=np.zeros(n), z=np.zeros((3, n)), last=np.zeros((3, n)),
+        stages=np.zeros((6, n)), trial=np.zeros(n), slope=np.zeros(n), z=np.zeros((3, n)), last=np.zeros((3, n)),
         w1=np.zeros(n), w2=np.zeros(n, np.complex128),
-        jacobian=np.zeros((n, n)), real=np.zeros((k, k)), complex=np.zeros((k, k), np.complex128),
+        jacobian=np.zeros((n, n)), mass=np.eye(k), real=np.zeros((k, k)), complex=np.zeros((k, k), np.complex128),
         pivots=np.zeros(k, np.int64), pivots2=np.zeros(k, np.int64),
         r1=np.zeros(n), r2=np.zeros(n, np.complex128), memory=np.zeros(6),
     )  # fmt: skip

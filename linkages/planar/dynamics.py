@@ -19,7 +19,7 @@ import numpy as np
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel import Array, Records, inlined_kernel, kernel, late_kernel
 from linkages.planar.bending import add_to_modes, beam_inertia, beam_load, eliminate, hang, moved_modes, pushed_modes
-from linkages.planar.bodies import Bodies, new_poses
+from linkages.planar.bodies import POSE, Bodies, new_poses
 from linkages.planar.kinematics import (
     add_row_wrench,
     add_to_parent,
@@ -155,8 +155,16 @@ def _articulate_body(bodies: Bodies, i: int, work: Workspace) -> None:
         i3, i4, i5 = i3 - u1 * u1 * inverse, i4 - u1 * u2 * inverse, i5 - u2 * u2 * inverse
         axis[i, 0], axis[i, 1], axis[i, 2] = s0, s1, s2
         axis[i, 3], axis[i, 4], axis[i, 5], axis[i, 6] = u0, u1, u2, inverse
+    _hand_on(bodies, i, work, (i0, i1, i2, i3, i4, i5))
+
+
+@inlined_kernel
+def _hand_on(bodies: Bodies, i: int, work: Workspace, given: tuple[float, float, float, float, float, float]) -> None:
+    """Add an inertia given at body i to its parent's, if that moves."""
+    pose, inertia, p = work.pose, work.inertia, bodies.records[i].mount.body
     if not bodies.records[p].moving:
         return
+    i0, i1, i2, i3, i4, i5 = given
     rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
     b0 = i0 - ry * i1 + rx * i2
     b1 = i1 - ry * i3 + rx * i4
@@ -339,6 +347,91 @@ def _accelerate_tree(bodies: Bodies, gravity: Array, work: Workspace) -> None:
             _move_body(bodies, i, work, work.a)
             for k in range(3 + bodies.records[i].modes):
                 acc[i, k] += work.change[i, k]
+
+
+@kernel
+def balance(bodies: Bodies, gravity: Array, work: Workspace) -> None:
+    """Subtract from ``tau`` the forces that the accelerations ``a`` of all coordinates take.
+
+    Takes `work`'s v, pose, vel and wrench too; uses acc and load. What is left in the entries of free coordinates is
+    their mass times what their accelerations lack.
+    """
+    acc, load, tau = work.acc, work.load, work.tau
+    acc[0, 0], acc[0, 1], acc[0, 2] = 0.0, 0.0, 0.0
+    for i in range(1, len(bodies.records)):
+        body = bodies.records[i]
+        if body.mass > 0.0 or body.carries:
+            body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, acc)
+        if body.moving:
+            _own_load(bodies, i, work, gravity, load)
+    for i in range(len(bodies.records) - 1, 0, -1):
+        body = bodies.records[i]
+        if not body.moving:
+            continue
+        if body.dof >= 0:
+            tau[body.dof] -= along(body, work.pose, load[i])
+        for k in range(body.modes):
+            tau[body.eta + k] -= load[i, 3 + k]
+        add_to_parent(bodies, work.pose, i, load)
+
+
+@kernel
+def mass_matrix(bodies: Bodies, work: Workspace, matrix: Array) -> None:
+    """Fill the entries of free coordinates in their mass matrix (n, n), at `work`'s pose; uses inertia.
+
+    By composite bodies, from the leaves on (Featherstone, ch. 6): what an acceleration of one's own coordinate takes is
+    a wrench on it that all feel which carry it.
+    """
+    inertia, nm = work.inertia, bodies.shapes.shape[2]
+    for i in range(1, len(bodies.records)):
+        if bodies.records[i].moving:
+            _own_inertia(bodies, i, work)
+    for i in range(len(bodies.records) - 1, 0, -1):
+        body = bodies.records[i]
+        if not body.moving:
+            continue
+        if body.type == SECTION:
+            hang(bodies, i, work)
+        i0, i1, i2 = inertia[i, 0], inertia[i, 1], inertia[i, 2]
+        i3, i4, i5 = inertia[i, 3], inertia[i, 4], inertia[i, 5]
+        for k in range(body.modes):
+            for m in range(k + 1):
+                _put(matrix, body.eta + k, body.eta + m, inertia[i, 6 + 3 * nm + k * nm + m])
+            wrench = inertia[i, 6 + 3 * k], inertia[i, 7 + 3 * k], inertia[i, 8 + 3 * k]
+            _feel(bodies, i, work.pose, body.eta + k, wrench, matrix)
+        if body.dof >= 0 and body.driven < 0:
+            if body.type == REVOLUTE:
+                wrench = body.sign * i0, body.sign * i1, body.sign * i2
+            else:
+                ux, uy = turned(work.pose, body.mount.body, body.ux, body.uy)
+                wrench = i1 * ux + i2 * uy, i3 * ux + i4 * uy, i4 * ux + i5 * uy
+            _feel(bodies, i, work.pose, body.dof, wrench, matrix)
+        _hand_on(bodies, i, work, (i0, i1, i2, i3, i4, i5))
+
+
+@inlined_kernel
+def _put(matrix: Array, i: int, j: int, value: float) -> None:
+    """Put an entry into a symmetric matrix."""
+    matrix[i, j] = value
+    matrix[j, i] = value
+
+
+@kernel
+def _feel(bodies: Bodies, i: int, pose: Array, row: int, wrench: tuple[float, float, float], matrix: Array) -> None:
+    """Fill a row of the mass matrix: what a wrench on body i does to the free coordinates that move it."""
+    while bodies.records[i].moving:
+        body = bodies.records[i]
+        f0, f1, f2 = wrench
+        p, nm = body.mount.body, bodies.shapes.shape[2]
+        if body.dof >= 0 and body.driven < 0:
+            _put(matrix, row, body.dof, along(body, pose, wrench))
+        elif body.type == SECTION:
+            for k in range(bodies.records[p].modes):
+                felt = pose[i, POSE + k] * f0 + pose[i, POSE + nm + k] * f1 + pose[i, POSE + 2 * nm + k] * f2
+                _put(matrix, row, bodies.records[p].eta + k, felt)
+        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+        wrench = f0 + rx * f2 - ry * f1, f1, f2
+        i = p
 
 
 @late_kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -229,8 +230,8 @@ def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> N
 
 
 @inlined_kernel
-def along(body: np.record, pose: Array, wrench: Array) -> float:
-    """Part of a wrench (3,) on a body along the coordinate of its joint."""
+def along(body: np.record, pose: Array, wrench: Any) -> float:
+    """Part of a wrench (3,), or a tuple, on a body along the coordinate of its joint."""
     if body.type == REVOLUTE:
         return body.sign * wrench[0]
     ux, uy = turned(pose, body.mount.body, body.ux, body.uy)

@@ -21,6 +21,7 @@ BODY = record_type(
     dof="i8",  # index of its coordinate in q and v; -1 if fixed
     driven="i8",  # index of the motion that prescribes it; -1 if free
     moving="i8",  # whether a free coordinate moves it, directly or through its parents
+    carries="i8",  # whether it carries others
     sign="f8",  # revolute: +1 if q turns the body counter-clockwise
     ux="f8",  # prismatic: unit direction in the parent's frame; section: that of the beam
     uy="f8",

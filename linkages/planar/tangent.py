@@ -47,6 +47,7 @@ class Scratch(NamedTuple):
     dload: Array
     dwrench: Array
     bent: Array  # of links that bend, see `linkages.planar.bending_tangent`
+    mass: Array  # mass matrix of all coordinates, (n, n); those of driven ones are 0
     tau: Array  # changes of generalised forces and of accelerations, (n,)
     da: Array
     response: Array  # for the changes of the rows' reactions, (nr, nr)
@@ -57,7 +58,7 @@ def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
     tree = (nb, 3 + nm)
     own = (nb, ONCE + 7 * nm)
-    shapes = ((nc, OUTPUTS, INPUTS), tree, n, nc, nb, tree, tree, tree, tree, tree, own, n, n, (nr, nr), nr)
+    shapes = ((nc, OUTPUTS, INPUTS), tree, n, nc, nb, tree, tree, tree, tree, tree, own, (n, n), n, n, (nr, nr), nr)
     return Scratch(*(np.zeros(shape) for shape in shapes))
 
 

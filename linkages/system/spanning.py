@@ -19,7 +19,7 @@ from linkages.system.tree import TYPES, Edge, Tree
 
 Array = NDArray[np.float64]
 
-_MOVING, _ETA = (list(types.BODY.names or ()).index(name) for name in ("moving", "eta"))
+_MOVING, _CARRIES, _ETA = (list(types.BODY.names or ()).index(name) for name in ("moving", "carries", "eta"))
 
 
 def spanning_tree(
@@ -199,7 +199,11 @@ class _Builder:
     ) -> None:
         """Add a record of `linkages.planar.record_types.BODY`."""
         axis, beam, com = (np.zeros(2) if x is None else x for x in (axis, beam, com))
-        self.rows.append([(parent, *at), kind, dof, motion, moving, sign, *axis, modes, 0, *beam, mass, *com, inertia])
+        if self.rows:
+            self.rows[parent][_CARRIES] = 1
+        self.rows.append(
+            [(parent, *at), kind, dof, motion, moving, 0, sign, *axis, modes, 0, *beam, mass, *com, inertia]
+        )
 
     def bodies(self) -> Bodies:
         """Return all bodies; modes get their coordinates now, behind those of the joints.

@@ -2,27 +2,20 @@
 
 import numpy as np
 import pytest
+from linearised import slope
 from machines import bar, circle_intersection, elastic_bar, elastic_slider_crank, joint, model
 from shipped import shipped
 from spun_beams import SPIN, SPUN, spun, tip_of
 
 from linkages import InputError, Status, simulate, simulate_batch
-from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.runner import Runner
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import packed, reference
+from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import make_workspace
 from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
 from linkages.planar.passage import accelerate_through
-
-
-@kernel
-def exact_slope(problem, t, y, out):
-    jacobian(reference(problem), t, y, out)
-
 
 FLEXIBLE = """duration = {duration}
 [drives.O]
@@ -253,9 +246,8 @@ def test_a_locked_four_bar_has_the_exact_natural_frequencies(system_of, mass, be
         for name in ("coupler", "follower")
     )
     runner = Runner(system_of(locked(mass), f"duration = 1.0\n[drives.O]\nspeed = 0.0\n{links}"))
-    n, slope = len(runner.model.free), np.zeros((len(runner.start),) * 2)
-    exact_slope(runner.aside(), 0.0, runner.start, slope)
-    squares = np.linalg.eigvals(-slope[n:, :n])
+    n, (matrix, _) = len(runner.model.free), slope(runner.aside(), 0.0, runner.start)
+    squares = np.linalg.eigvals(-matrix[n:, :n])
     found = np.sqrt(np.sort(squares[squares.real > 1e3].real))[:4]
     np.testing.assert_allclose(found, LOCKED[mass], rtol=bound)
 

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
+from linearised import slope
 from shipped import shipped
 
 from linkages import Status, ideal, simulate
-from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.runner import Runner
 from linkages.files.shipped import data_folder
-from linkages.kernel import kernel
-from linkages.kernel.by_reference import reference
 from linkages.three_rrr.branch import follow, start_assembly
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.geometry import from_mechanism
@@ -20,11 +18,6 @@ from linkages.three_rrr.robot import changed, load_robot
 LINKS = [f"{kind}{leg}" for leg in (1, 2, 3) for kind in ("crank", "coupler")]
 DRIVES = ("A1", "A2", "A3")
 IDEAL = {f"joints.B{leg}.model": "ideal" for leg in (1, 2, 3)}
-
-
-@kernel
-def exact_slope(problem, t, y, out):
-    jacobian(reference(problem), t, y, out)
 
 
 @pytest.fixture(scope="module")
@@ -63,9 +56,8 @@ def test_it_is_the_same_robot(robot):
 def test_locked_natural_frequencies(robot, bending, axial, bound):
     """The first six with the cranks held: of the engine's own linearised equations, and of 32 elements in each link."""
     runner = Runner(linkage((0.0, 0.0, 0.0), bending=bending, axial=axial, damping=0.0))
-    n, slope = len(runner.model.free), np.zeros((len(runner.start),) * 2)
-    exact_slope(runner.aside(), 0.0, runner.start, slope)
-    squares = np.linalg.eigvals(-slope[n:, :n])
+    n, (matrix, _) = len(runner.model.free), slope(runner.aside(), 0.0, runner.start)
+    squares = np.linalg.eigvals(-matrix[n:, :n])
     found = np.sqrt(np.sort(squares[squares.real > 1e5].real))[:6] / (2.0 * np.pi)
     expected = frequencies(FiniteElementModel(robot), start(robot, (0.0, 0.0, 0.0)), 6)[0]
     np.testing.assert_allclose(found, expected, rtol=bound)

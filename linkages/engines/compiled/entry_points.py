@@ -28,7 +28,7 @@ def signatures(equations: Any, stepper: Any) -> dict[str, Any]:
     time = size = types.float64
     return {
         "solve": types.none(equations, time, VECTOR),
-        "jacobian": types.none(equations, time, VECTOR, MATRIX),
+        "jacobian": types.none(equations, time, VECTOR, MATRIX, MATRIX),
         "project": types.boolean(equations, VECTOR),
         "attempt": PAIR(equations, stepper, time, size, VECTOR, types.boolean),
         "loads": types.none(equations, time),
@@ -43,9 +43,9 @@ def solve(equations: Equations, t: float, y: Array) -> None:
 
 
 @kernel
-def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
+def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Call `linkages.engines.compiled.jacobian.jacobian`."""
-    _call_for_nothing(equations.calls.jacobian, (equations, t, y, out))
+    _call_for_nothing(equations.calls.jacobian, (equations, t, y, mass, out))
 
 
 @kernel

@@ -9,6 +9,7 @@ from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
+from linkages.planar.dynamics import balance
 from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
@@ -42,18 +43,25 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
     body_states(model.bodies, w.q, w.v, w.pose, w.vel)
 
 
-@kernel
-def solve_state(equations: Equations, t: float, y: Array) -> None:
-    """Fill the work with everything that is known at a state: accelerations, contacts, loop reactions."""
+@inlined_kernel
+def _add_forces(equations: Equations, t: float) -> None:
+    """Fill the wrenches on the bodies of a state that is set: those of contacts and applied loads."""
     model, work = equations.model, equations.work
-    set_state(model, work, t, y)
     w = work.dynamics
     for i in range(len(w.wrench)):
         w.wrench[i, 0], w.wrench[i, 1], w.wrench[i, 2] = 0.0, 0.0, 0.0
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
         loads(equations, t)
-    accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+
+
+@kernel
+def solve_state(equations: Equations, t: float, y: Array) -> None:
+    """Fill the work with everything that is known at a state: accelerations, contacts, loop reactions."""
+    model, work = equations.model, equations.work
+    set_state(model, work, t, y)
+    _add_forces(equations, t)
+    accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, work.dynamics)
 
 
 @kernel
@@ -75,6 +83,32 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
         dy[n + i] = work.dynamics.a[model.free[i]]
     for k in range(len(model.bristles)):
         dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+
+
+@kernel
+def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
+    """Fill ``out`` with what is left of the equations of motion if dy/dt is ``dy``; see `linkages.integrate.radau`.
+
+    Without loops that are closed by multipliers that is, for the rates, the balance of forces on the free coordinates
+    [N, N m], their mass times f - dy: no mass need be known for it.
+    """
+    model, work = equations.model, equations.work
+    w, n = work.dynamics, len(model.free)
+    if len(model.rows):
+        derivatives(equations, t, y, out)
+        for i in range(len(dy)):
+            out[i] -= dy[i]
+        return
+    set_state(model, work, t, y)
+    for i in range(n):
+        w.a[model.free[i]] = dy[n + i]
+    _add_forces(equations, t)
+    balance(model.bodies, model.gravity, w)
+    for i in range(n):
+        out[i] = y[n + i] - dy[i]
+        out[n + i] = w.tau[model.free[i]]
+    for k in range(len(model.bristles)):
+        out[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[2 * n + k]
 
 
 @kernel

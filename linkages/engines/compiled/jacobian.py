@@ -1,8 +1,8 @@
 """Jacobian of the equations of motion.
 
 The accelerations a(q, v) solve R(q, v, a) = 0, the balance of forces on the free joints and the accelerations of the
-closure rows. So their change is that of R at fixed a, solved for: exact derivatives of the mechanics (`tangent`), and
-partial derivatives of the contacts' laws (`partials`).
+closure rows. So M times their change, with the mass matrix M, is that of R at fixed a: exact derivatives of the mechanics (`tangent`),
+and partial derivatives of the contacts' laws (`partials`). With closure rows it is solved for, and M is 1.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import clear, inertial_load, loop_responses, respond, solve_rows
+from linkages.planar.dynamics import clear, inertial_load, loop_responses, mass_matrix, respond, solve_rows
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
@@ -33,8 +33,11 @@ from linkages.planar.tangent import (
 
 
 @kernel
-def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
-    """Fill ``out`` (ny, ny) with df/dy of `linkages.engines.compiled.equations.derivatives`."""
+def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
+    """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
+
+    f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy.
+    """
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
     solve(equations, t, y)
@@ -49,7 +52,16 @@ def jacobian(equations: Equations, t: float, y: Array, out: Array) -> None:
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
     transmitted(model.bodies, w.pose, s.force)
-    loop_responses(model.bodies, model.rows, w)
+    clear(mass)
+    for i in range(len(mass)):
+        mass[i, i] = 1.0
+    if len(model.rows):
+        loop_responses(model.bodies, model.rows, w)
+    else:
+        mass_matrix(model.bodies, w, s.mass)
+        for i in range(n):
+            for j in range(n):
+                mass[i, j] = s.mass[model.free[i], model.free[j]]
     if model.bodies.shapes.shape[2] > 0:
         prepare(model.bodies, model.gravity, w, s)
     clear(out)
@@ -91,23 +103,26 @@ def _fill_column(equations: Equations, s: Scratch, t: float, column: Array) -> N
         for k in range(3):
             s.dload[i, k] -= s.dwrench[i, k]
     residual_tangents(bodies, w, s)
+    nr = len(model.rows)
+    if nr == 0:
+        for i in range(n):
+            column[n + i] = -s.tau[model.free[i]]
+        return
     for i in range(len(s.tau)):
         s.tau[i] = -s.tau[i]
         s.da[i] = 0.0
     clear(s.dload)
     respond(bodies, w, s.dload, s.tau, s.da)
-    nr = len(model.rows)
-    if nr:
-        for k in range(nr):
-            w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change)
-            w.error[k] -= row_tangent(model.rows[k], w.pose, w.vel, w.acc, s.dpose, s.dvel, s.dacc)
-        for k in range(nr):
-            for m in range(nr):
-                s.response[k, m] = w.response[k, m]
-        solve_rows(model.rows, model.rank, s.response, w.error, s.sizes)
-        for k in range(nr):
-            for i in range(len(s.da)):
-                s.da[i] += s.sizes[k] * w.row_a[k, i]
+    for k in range(nr):
+        w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change)
+        w.error[k] -= row_tangent(model.rows[k], w.pose, w.vel, w.acc, s.dpose, s.dvel, s.dacc)
+    for k in range(nr):
+        for m in range(nr):
+            s.response[k, m] = w.response[k, m]
+    solve_rows(model.rows, model.rank, s.response, w.error, s.sizes)
+    for k in range(nr):
+        for i in range(len(s.da)):
+            s.da[i] += s.sizes[k] * w.row_a[k, i]
     for i in range(n):
         column[n + i] = s.da[model.free[i]]
 
