@@ -1,8 +1,9 @@
 """Jacobian of the equations of motion.
 
 The accelerations a(q, v) solve R(q, v, a) = 0, the balance of forces on the free joints and the accelerations of the
-closure rows. So M times their change, with the mass matrix M, is that of R at fixed a: exact derivatives of the mechanics (`tangent`),
-and partial derivatives of the contacts' laws (`partials`). With closure rows it is solved for, and M is 1.
+closure rows. So M times their change, with the mass matrix M, is that of R at fixed a: exact derivatives of the
+mechanics (`tangent`), and partial derivatives of the contacts' laws (`partials`). With closure rows it is solved for,
+and M is 1.
 """
 
 from __future__ import annotations
