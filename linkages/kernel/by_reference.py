@@ -21,6 +21,8 @@ from numba.core.datamodel import models, register_default
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import NativeValue, infer_getattr, intrinsic, lower_getattr_generic, unbox
 
+from linkages.kernel.lanes import LaneArray
+
 T = TypeVar("T")
 
 
@@ -130,7 +132,7 @@ def _shape(value: Any) -> Any:
     if isinstance(value, tuple):
         return type(value), *map(_shape, value)
     if isinstance(value, np.ndarray):
-        return value.dtype, value.ndim, value.flags.num
+        return type(value), value.dtype, value.ndim, value.flags.num
     return type(value)
 
 
@@ -151,7 +153,10 @@ def _lay(value: Any, words: bytearray) -> None:
         for item in value:
             _lay(item, words)
     elif isinstance(value, np.ndarray):
-        structure = 0, 0, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides
+        shape, strides = value.shape, value.strides
+        if isinstance(value, LaneArray):
+            shape, strides = shape[:-1], strides[:-1]
+        structure = 0, 0, value.size, value.itemsize, value.ctypes.data, *shape, *strides
         words.extend(struct.pack(f"{len(structure)}q", *structure))
     else:
         words.extend(struct.pack("d" if isinstance(value, float) else "q", value))

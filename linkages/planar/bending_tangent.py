@@ -1,8 +1,8 @@
 """Directional derivatives of what modal coordinates add; see `linkages.planar.tangent`.
 
 Changes of modal coordinates and rates are in the lines of ``dpose`` and ``dvel`` (nb, 3 + nm) behind that of the frame.
-What does not depend on the direction is found once, by `prepare`. Most directions change one coordinate only: sums over
-modes pass by what is zero.
+What does not depend on the direction is found once, by `prepare`. Directions change few coordinates: sums over modes
+pass by those that stay.
 """
 
 from __future__ import annotations
@@ -113,8 +113,8 @@ def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s
     for m in range(body.modes):
         eta, deta, out = pose[i, POSE + m], dpose[i, 3 + m], pose[i, POSE + 3 * nm + m]
         rate, drate = vel[i, 3 + m], dvel[i, 3 + m]
-        dmoment += (dal * eta + 2.0 * dw * rate) * out
-        if deta == 0.0 and drate == 0.0:
+        dmoment += dal * (eta * out) + dw * (2.0 * rate * out)
+        if s.changed[body.eta + m] == 0.0:
             continue
         psi0, psi1, b0, b1 = pose[i, POSE + nm + m], pose[i, POSE + 2 * nm + m], shapes[B0, m], shapes[B1, m]
         line = bent[i, ONCE + m :]
@@ -141,14 +141,13 @@ def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s
         dload[i, 3 + k] = own + shapes[STIFFNESS, k] * dpose[i, 3 + k] + shapes[DAMPING, k] * dvel[i, 3 + k]
     for m in range(body.modes):
         deta, drate = dpose[i, 3 + m], dvel[i, 3 + m]
-        if deta == 0.0 and drate == 0.0:
+        if s.changed[body.eta + m] == 0.0:
             continue
         pull0, pull1, twist = mass * ax0 * deta, mass * ax1 * deta, al * deta + 2.0 * w * drate
         for k in range(body.modes):
-            dload[i, 3 + k] -= shapes[MATRICES + k, m] * pull0 + shapes[MATRICES + nm + k, m] * pull1
-            dload[i, 3 + k] += (
-                shapes[MATRICES + 3 * nm + k, m] * twist - w * w * shapes[MATRICES + 2 * nm + k, m] * deta
-            )
+            more = shapes[MATRICES + 3 * nm + k, m] * twist - w * w * shapes[MATRICES + 2 * nm + k, m] * deta
+            less = shapes[MATRICES + k, m] * pull0 + shapes[MATRICES + nm + k, m] * pull1
+            dload[i, 3 + k] += more - less
 
 
 @late_kernel
@@ -163,6 +162,6 @@ def add_turned_modes(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> Non
         across = pose[i, POSE + nm + k] * fy - pose[i, POSE + 2 * nm + k] * fx
         dload[p, 3 + k] += turn * across
     for m in range(nf):
-        if dpose[p, 3 + m] != 0.0:
+        if s.changed[bodies.records[p].eta + m] > 0.0:
             for k in range(nf):
                 dload[p, 3 + k] -= bodies.shapes[i, MATRICES + k, m] * dpose[p, 3 + m] * along

@@ -3,16 +3,19 @@
 A direction changes the coordinates by dq, or the rates by as much, or bristles alone. With coordinates the change of
 the bodies' poses is a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes
 by turn x vector. With rates it is the velocities that change by this field. Second derivatives of the joints'
-coordinates stay as they are.
+coordinates stay as they are. Some directions are gone at once, side by side (`linkages.kernel.lanes`): what is said of
+a change is that of each of them.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, kernel, late_kernel
+from linkages.kernel import Array, Records, kernel, late_kernel
+from linkages.kernel.lanes import LaneArray as Lanes
+from linkages.kernel.lanes import lane_array
 from linkages.planar.bending_tangent import ONCE, add_turned_modes, beam_load_tangent, section_tangent
 from linkages.planar.bodies import Bodies
 from linkages.planar.contact_partials import INPUTS, OUTPUTS
@@ -34,48 +37,55 @@ from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE,
 
 
 class Scratch(NamedTuple):
-    """Arrays of a Jacobian and of one direction at a time."""
+    """Arrays of a Jacobian and of a few directions at a time."""
 
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
     force: Array  # wrench that each body gets through its joint at the state; see `transmitted`
-    dq: Array  # the direction: changes of coordinates, (n,)
-    dz: Array  # and of the contacts' bristles, (nc,)
-    touched: Array  # 1 where the direction moves a body, (nb,)
-    dpose: Array  # changes along it, each as wide as in a `Workspace`
-    dvel: Array
-    dacc: Array
-    dload: Array
-    dwrench: Array
     bent: Array  # of links that bend, see `linkages.planar.bending_tangent`
     mass: Array  # mass matrix of all coordinates, (n, n); those of driven ones are 0
-    tau: Array  # changes of generalised forces and of accelerations, (n,)
+    changed: Array  # 1 where the directions change a coordinate, (n,)
+    touched: Array  # and where they move a body, (nb,)
+    dq: Lanes  # the directions: changes of coordinates, (n,)
+    dz: Lanes  # and of the contacts' bristles, (nc,)
+    dpose: Lanes  # changes along them, each as wide as in a `Workspace`
+    dvel: Lanes
+    dacc: Lanes
+    dload: Lanes
+    dwrench: Lanes
+    dtau: Lanes  # of generalised forces, (n,)
+    drows: Lanes  # of the rows' accelerations, (nr,)
+    tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
     da: Array
+    load: Array  # that changes nothing, as wide as in a `Workspace`
     response: Array  # for the changes of the rows' reactions, (nr, nr)
     sizes: Array
+    one: tuple[Array, Array, Array]  # changes of poses, velocities and wrenches along it
 
 
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
-    tree = (nb, 3 + nm)
-    own = (nb, ONCE + 7 * nm)
-    shapes = ((nc, OUTPUTS, INPUTS), tree, n, nc, nb, tree, tree, tree, tree, tree, own, (n, n), n, n, (nr, nr), nr)
-    return Scratch(*(np.zeros(shape) for shape in shapes))
+    tree = nb, 3 + nm
+    fixed = (nc, OUTPUTS, INPUTS), tree, (nb, ONCE + 7 * nm), (n, n), (n,), (nb,)
+    lanes = (n,), (nc,), tree, tree, tree, tree, tree, (n,), (nr,)
+    single = (n,), (n,), tree, (nr, nr), (nr,)
+    made = [*map(np.zeros, fixed), *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
+    return Scratch(*made, (np.zeros(tree), np.zeros(tree), np.zeros(tree)))
 
 
 @kernel
 def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
     """Fill the changes of poses, velocities and accelerations with coordinates; those of bodies that stay are zero."""
     pose, vel, acc, v, a = work.pose, work.vel, work.acc, work.v, work.a
-    dq, dpose, dvel, dacc = s.dq, s.dpose, s.dvel, s.dacc
+    dq, changed, dpose, dvel, dacc = s.dq, s.changed, s.dpose, s.dvel, s.dacc
     for i in range(1, len(bodies.records)):
         body = bodies.records[i]
         p = body.mount.body
         if not body.moving:
             continue
-        touched = s.touched[p] > 0.0 or (body.dof >= 0 and dq[body.dof] != 0.0)
+        touched = s.touched[p] > 0.0 or (body.dof >= 0 and changed[body.dof] > 0.0)
         for k in range(body.modes):
             dpose[i, 3 + k], dvel[i, 3 + k], dacc[i, 3 + k] = dq[body.eta + k], 0.0, 0.0
-            touched = touched or dq[body.eta + k] != 0.0
+            touched = touched or changed[body.eta + k] > 0.0
         s.touched[i] = 1.0 if touched else 0.0
         if not touched:
             for k in range(3):
@@ -86,23 +96,24 @@ def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
             continue
         w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
         rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        ux, uy, slide, rate, push = 0.0, 0.0, 0.0, 0.0, 0.0
+        drx, dry = -turn * ry, turn * rx
         if body.type == PRISMATIC:
             ux, uy = turned(pose, p, body.ux, body.uy)
-            slide, rate, push = dq[body.dof], v[body.dof], a[body.dof]
-        # change of the arm r, of u, and of z x u
-        tx, ty = -turn * uy, turn * ux
-        drx, dry = -turn * ry + ux * slide, turn * rx + uy * slide
+            drx, dry = drx + ux * dq[body.dof], dry + uy * dq[body.dof]
         dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
         dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
-        twist, dtwist = 2.0 * w * rate, 2.0 * dw * rate
-        dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
-        dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx + tx * rate, dvy + ty * rate
-        dacc[i, 0] = dacc[p, 0]
-        dacc[i, 1] = dax + (tx * push - dtwist * uy - twist * ty)
-        dacc[i, 2] = day + (ty * push + dtwist * ux + twist * tx)
+        if body.type == PRISMATIC:
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            rate, push = v[body.dof], a[body.dof]
+            tx, ty = -turn * uy, turn * ux  # change of u
+            twist, dtwist = 2.0 * w * rate, 2.0 * rate * dw
+            dvx, dvy = dvx + tx * rate, dvy + ty * rate
+            dax, day = dax + (tx * push - dtwist * uy - twist * ty), day + (ty * push + dtwist * ux + twist * tx)
         if body.type == REVOLUTE:
-            dpose[i, 0] += body.sign * dq[body.dof]
+            turn = turn + body.sign * dq[body.dof]
+        dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
+        dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx, dvy
+        dacc[i, 0], dacc[i, 1], dacc[i, 2] = dacc[p, 0], dax, day
 
 
 @kernel
@@ -147,8 +158,8 @@ def inertial_tangents(bodies: Bodies, gravity: Array, work: Workspace, s: Scratc
 
 @kernel
 def residual_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
-    """Fill the free entries of ``tau`` with the change of the free joints' generalised forces; uses up ``dload``."""
-    pose, force, dpose, dload, out = work.pose, s.force, s.dpose, s.dload, s.tau
+    """Fill the free entries of ``dtau`` with the change of the free joints' generalised forces; uses up ``dload``."""
+    pose, force, dpose, dload, out = work.pose, s.force, s.dpose, s.dload, s.dtau
     for i in range(len(bodies.records) - 1, 0, -1):
         body = bodies.records[i]
         if not body.moving:
@@ -160,8 +171,8 @@ def residual_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
             else:
                 ux, uy = turned(pose, p, body.ux, body.uy)
                 turn = dpose[p, 0]
-                out[body.dof] = ux * dload[i, 1] + uy * dload[i, 2]
-                out[body.dof] += turn * (ux * force[i, 2] - uy * force[i, 1])
+                own = ux * dload[i, 1] + uy * dload[i, 2]
+                out[body.dof] = own + turn * (ux * force[i, 2] - uy * force[i, 1])
         for k in range(body.modes):
             out[body.eta + k] = dload[i, 3 + k]
         drx, dry = dpose[i, 1] - dpose[p, 1], dpose[i, 2] - dpose[p, 2]
@@ -179,7 +190,7 @@ def transmitted(bodies: Bodies, pose: Array, load: Array) -> None:
 
 
 @late_kernel
-def add_term_tangent(term: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
+def add_term_tangent(term: np.record, pose: Array, size: float, dpose: Array | Lanes, dwrench: Array | Lanes) -> None:
     """Add the change of a term's reaction wrench, of fixed size, to the bodies' wrenches."""
     if term.kind == ANGLE:
         return
@@ -213,11 +224,12 @@ def term_rate_tangent(term: np.record, pose: Array, vel: Array, dpose: Array, dv
     return change
 
 
-@late_kernel
-def term_tangent(term: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
+@kernel
+def _term_tangent(term: np.record, work: Workspace, dpose: Lanes, dvel: Lanes, dacc: Lanes) -> Any:
     """Change of `term_acceleration`."""
     if term.kind == ANGLE:
         return dacc[term.b.body, 0] - dacc[term.a.body, 0]
+    pose, vel, acc = work.pose, work.vel, work.acc
     px, py, arms = gap(pose, term.a, term.b)
     dpx, dpy, moved = gap_tangent(dpose, term.a, term.b, arms)
     aax, aay = acceleration_tangent(vel, acc, dvel, dacc, term.a.body, arms[0], arms[1], moved[0], moved[1])
@@ -242,8 +254,8 @@ def term_tangent(term: np.record, pose: Array, vel: Array, acc: Array, dpose: Ar
     return change + dpx * u2x + dpy * u2y + px * du2x + py * du2y
 
 
-@late_kernel
-def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwrench: Array) -> None:
+@kernel
+def _add_row_tangent(row: np.record, pose: Array, size: float, dpose: Lanes, dwrench: Lanes) -> None:
     """Add the change of a row's reaction wrench, of fixed size, to the bodies' wrenches."""
     if row.ratio != 0.0:
         add_term_tangent(row.other, pose, -row.ratio * size, dpose, dwrench)
@@ -251,9 +263,11 @@ def add_row_tangent(row: np.record, pose: Array, size: float, dpose: Array, dwre
 
 
 @late_kernel
-def row_tangent(row: np.record, pose: Array, vel: Array, acc: Array, dpose: Array, dvel: Array, dacc: Array) -> float:
-    """Change of `row_acceleration`."""
-    change = term_tangent(row.term, pose, vel, acc, dpose, dvel, dacc)
-    if row.ratio != 0.0:
-        change -= row.ratio * term_tangent(row.other, pose, vel, acc, dpose, dvel, dacc)
-    return change
+def row_tangents(rows: Records, work: Workspace, s: Scratch) -> None:
+    """Fill ``drows`` with the changes of the rows' accelerations, and add those of their reactions to ``dwrench``."""
+    for k in range(len(rows)):
+        row = rows[k]
+        _add_row_tangent(row, work.pose, work.reaction[k], s.dpose, s.dwrench)
+        s.drows[k] = _term_tangent(row.term, work, s.dpose, s.dvel, s.dacc)
+        if row.ratio != 0.0:
+            s.drows[k] -= row.ratio * _term_tangent(row.other, work, s.dpose, s.dvel, s.dacc)

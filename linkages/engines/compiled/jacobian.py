@@ -8,14 +8,17 @@ and M is 1.
 
 from __future__ import annotations
 
+from typing import Any
+
 from linkages.engines.compiled.entry_points import loads_tangent, solve
 from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, kernel
+from linkages.kernel.lanes import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import clear, inertial_load, loop_responses, mass_matrix, respond, solve_rows
+from linkages.planar.dynamics import Workspace, clear, inertial_load, loop_responses, mass_matrix, respond, solve_rows
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
@@ -23,12 +26,11 @@ from linkages.planar.passage import beside
 from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
     Scratch,
-    add_row_tangent,
     body_tangents,
     inertial_tangents,
     rate_tangents,
     residual_tangents,
-    row_tangent,
+    row_tangents,
     transmitted,
 )
 
@@ -66,66 +68,89 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     if model.bodies.shapes.shape[2] > 0:
         prepare(model.bodies, model.gravity, w, s)
     clear(out)
-    for i in range(len(w.a)):
-        s.dq[i] = 0.0
-    for j in range(n):
-        s.dq[model.free[j]] = 1.0
+    for first in range(0, n, WIDTH):
+        count = min(WIDTH, n - first)
+        for k in range(count):
+            place = model.free[first + k]
+            s.changed[place], s.dq[place] = 1.0, with_lane(s.dq[place], k, 1.0)
         body_tangents(model.bodies, w, s)
-        _fill_column(equations, s, t, out[:, j])
+        _fill_columns(equations, s, t, first, count, out)
         rate_tangents(s)
-        _fill_column(equations, s, t, out[:, n + j])
-        out[j, n + j] = 1.0
-        s.dq[model.free[j]] = 0.0
-    for k in range(nz):
-        s.dz[model.bristles[k]] = 1.0
+        _fill_columns(equations, s, t, n + first, count, out)
+        for k in range(count):
+            out[first + k, n + first + k] = 1.0
+            s.changed[model.free[first + k]], s.dq[model.free[first + k]] = 0.0, 0.0
+    for first in range(0, nz, WIDTH):
+        count = min(WIDTH, nz - first)
+        for k in range(count):
+            place = model.bristles[first + k]
+            s.dz[place] = with_lane(s.dz[place], k, 1.0)
         body_tangents(model.bodies, w, s)
-        _fill_column(equations, s, t, out[:, 2 * n + k])
-        s.dz[model.bristles[k]] = 0.0
+        _fill_columns(equations, s, t, 2 * n + first, count, out)
+        for k in range(count):
+            s.dz[model.bristles[first + k]] = 0.0
 
 
 @kernel
-def _fill_column(equations: Equations, s: Scratch, t: float, column: Array) -> None:
-    """Fill the accelerations and the bristles' rates of one column of the Jacobian, that of the tangents in `s`."""
+def _fill_columns(equations: Equations, s: Scratch, t: float, first: int, count: int, out: Array) -> None:
+    """Fill the lines of rates and bristles in some columns of the Jacobian, those of the tangents in `s`."""
     model, work = equations.model, equations.work
-    w, n = work.dynamics, len(model.free)
-    bodies = model.bodies
+    w, n, bodies = work.dynamics, len(model.free), model.bodies
     clear(s.dwrench)
     for k in range(len(model.ends)):
         rate = _contact_tangent(model, work, s, k)
         for m in range(len(model.bristles)):
             if model.bristles[m] == k:
-                column[2 * n + m] = rate
+                for column in range(count):
+                    out[2 * n + m, first + column] = lane(rate, column)
     if len(model.loads):
-        loads_tangent(equations, t, s.dpose, s.dvel, s.dwrench)
-    for k in range(len(model.rows)):
-        add_row_tangent(model.rows[k], w.pose, w.reaction[k], s.dpose, s.dwrench)
+        _add_loads_tangent(equations, s, t, count)
+    if len(model.rows):
+        row_tangents(model.rows, w, s)
     inertial_tangents(bodies, model.gravity, w, s)
     for i in range(len(bodies.records)):
         for k in range(3):
             s.dload[i, k] -= s.dwrench[i, k]
     residual_tangents(bodies, w, s)
-    nr = len(model.rows)
-    if nr == 0:
+    for column in range(count):
+        if len(model.rows):
+            _close(model, w, s, column)
         for i in range(n):
-            column[n + i] = -s.tau[model.free[i]]
-        return
+            place = model.free[i]
+            out[n + i, first + column] = s.da[place] if len(model.rows) else -lane(s.dtau[place], column)
+
+
+@kernel
+def _close(model: Arrays, w: Workspace, s: Scratch, column: int) -> None:
+    """Find the changes of accelerations along one of the directions, with loops that stay closed."""
+    nr = len(model.rows)
     for i in range(len(s.tau)):
-        s.tau[i] = -s.tau[i]
-        s.da[i] = 0.0
-    clear(s.dload)
-    respond(bodies, w, s.dload, s.tau, s.da)
+        s.tau[i], s.da[i] = -lane(s.dtau[i], column), 0.0
+    clear(s.load)
+    respond(model.bodies, w, s.load, s.tau, s.da)
     for k in range(nr):
-        w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change)
-        w.error[k] -= row_tangent(model.rows[k], w.pose, w.vel, w.acc, s.dpose, s.dvel, s.dacc)
-    for k in range(nr):
+        w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change) - lane(s.drows[k], column)
         for m in range(nr):
             s.response[k, m] = w.response[k, m]
     solve_rows(model.rows, model.rank, s.response, w.error, s.sizes)
     for k in range(nr):
         for i in range(len(s.da)):
             s.da[i] += s.sizes[k] * w.row_a[k, i]
-    for i in range(n):
-        column[n + i] = s.da[model.free[i]]
+
+
+@kernel
+def _add_loads_tangent(equations: Equations, s: Scratch, t: float, count: int) -> None:
+    """Add the changes of the applied loads' wrenches, direction by direction: their functions are of numbers."""
+    dpose, dvel, dwrench = s.one
+    for column in range(count):
+        for i in range(len(dpose)):
+            for k in range(3):
+                dpose[i, k], dvel[i, k] = lane(s.dpose[i, k], column), lane(s.dvel[i, k], column)
+                dwrench[i, k] = 0.0
+        loads_tangent(equations, t, dpose, dvel, dwrench)
+        for i in range(len(dpose)):
+            for k in range(3):
+                s.dwrench[i, k] = with_lane(s.dwrench[i, k], column, lane(s.dwrench[i, k], column) + dwrench[i, k])
 
 
 @kernel
@@ -137,8 +162,8 @@ def add_loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array,
 
 
 @kernel
-def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> float:
-    """Add the change of a contact's wrenches; returns that of its bristles' rate."""
+def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
+    """Add the change of a contact's wrenches; returns that of its bristles' rate, in lanes."""
     w, end = work.dynamics, model.ends[k]
     b, j = end.bearing.body, end.journal.body
     ex, ey, arms = gap(w.pose, end.bearing, end.journal)
