@@ -22,6 +22,7 @@ BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
     """Fill the work's coordinates, rates, prescribed accelerations, torques, poses and velocities."""
     w, n = work.dynamics, len(model.free)
+    work.solved[0] = math.nan
     for i in range(len(w.a)):
         w.a[i] = 0.0
         w.tau[i] = 0.0
@@ -62,6 +63,18 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     set_state(model, work, t, y)
     _add_forces(equations, t)
     accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, work.dynamics)
+    work.solved[0] = t
+    for i in range(len(y)):
+        work.solved[1 + i] = y[i]
+
+
+@inlined_kernel
+def is_solved(work: Work, t: float, y: Array) -> bool:
+    """Whether the work is that of a state; what contacts remember is changed only where it is solved anew."""
+    for i in range(len(y)):
+        if work.solved[1 + i] != y[i]:
+            return False
+    return work.solved[0] == t
 
 
 @kernel

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from linkages.engines.compiled.entry_points import loads_tangent, solve
+from linkages.engines.compiled.equations import is_solved
 from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, kernel
 from linkages.kernel.lanes import WIDTH, lane, with_lane
@@ -43,7 +44,8 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     """
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
-    solve(equations, t, y)
+    if len(model.rows) or not is_solved(work, t, y):
+        solve(equations, t, y)
     s = work.scratch
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)

@@ -26,6 +26,7 @@ class Work(NamedTuple):
     """Arrays that an evaluation fills."""
 
     dynamics: Workspace
+    solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
     contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
     memory: Array  # `linkages.planar.contacts.MEMORY`, (nc, 2)
     modes: Indices  # 1 in contact, -1 free, (nc,)
@@ -63,6 +64,7 @@ def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:
     n, nm, most = len(model.free) + nd, model.bodies.shapes.shape[2], max(nd, len(model.powered))
     return Work(
         make_workspace(nb, n, nr, nm),
+        np.full(1 + 2 * len(model.free) + len(model.bristles), np.nan),
         np.zeros((nc, WIDTH)),
         memory,
         modes,
