@@ -8,7 +8,8 @@ time than for one, by code that reads as if it were for one.
 from __future__ import annotations
 
 import operator
-from typing import Any
+from collections.abc import Callable
+from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir
@@ -96,20 +97,22 @@ def _negative(context: Any, builder: Any, typed: Any, values: Any) -> Any:
 
 
 @intrinsic
-def lane(typing: Any, lanes: Any, place: Any) -> Any:
-    """Return the number in a lane."""
-
-    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+def _lane(typing: Any, lanes: Any, place: Any) -> Any:
+        def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         return builder.extract_element(values[0], builder.trunc(values[1], ir.IntType(32)))
 
     return types.float64(_lanes, types.int64), code
 
 
 @intrinsic
-def with_lane(typing: Any, lanes: Any, place: Any, value: Any) -> Any:
-    """Return lanes with a number in one of them, the others as given."""
-
-    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+def _with_lane(typing: Any, lanes: Any, place: Any, value: Any) -> Any:
+        def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         return builder.insert_element(values[0], values[2], builder.trunc(values[1], ir.IntType(32)))
 
     return _lanes(_lanes, types.int64, types.float64), code
+
+
+#: ``lane(lanes, place)``: the number in a lane.
+lane: Callable[[Any, int], float] = cast(Any, _lane)
+#: ``with_lane(lanes, place, number)``: lanes with a number in one of them, the others as given.
+with_lane: Callable[[Any, int, float], Any] = cast(Any, _with_lane)

@@ -68,7 +68,7 @@ def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     fixed = (nc, OUTPUTS, INPUTS), tree, (nb, ONCE + 7 * nm), (n, n), (n,), (nb,)
     lanes = (n,), (nc,), tree, tree, tree, tree, tree, (n,), (nr,)
     single = (n,), (n,), tree, (nr, nr), (nr,)
-    made = [*map(np.zeros, fixed), *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
+    made: list[Any] = [*map(np.zeros, fixed), *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
     return Scratch(*made, (np.zeros(tree), np.zeros(tree), np.zeros(tree)))
 
 
