@@ -17,7 +17,7 @@ import numpy as np
 
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, LAST, Stepper
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel
 
 ORDER = 5
 _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
@@ -55,15 +55,17 @@ def _factorise(s: Stepper, h: float) -> bool:
     """Factorise M (shift - J) for both shifts; positions, whose rates are entries of the state, are eliminated."""
     m, k = len(s.new) - len(s.real), len(s.real)
     rate, rate2, time, time2 = _MU / h, _NU * (1.0 / h), h / _MU, h * (1.0 / _NU)
+    mass, jacobian, one, two = s.mass, s.jacobian, s.real, s.complex
     for i in range(k):
         for j in range(k):
-            s.real[i, j] = rate * s.mass[i, j] - s.jacobian[m + i, m + j]
-            s.complex[i, j] = rate2 * s.mass[i, j] - s.jacobian[m + i, m + j]
-        for j in range(m):
-            s.real[i, j] -= s.jacobian[m + i, j] * time
-            s.complex[i, j] -= s.jacobian[m + i, j] * time2
+            known, slope = mass[i, j], jacobian[m + i, m + j]
+            first, re, im = rate * known - slope, rate2.real * known - slope, rate2.imag * known
+            if j < m:
+                slope = jacobian[m + i, j]
+                first, re, im = first - slope * time, re - slope * time2.real, im - slope * time2.imag
+            one[i, j], two[i, j] = first, complex(re, im)
     s.memory[FACTORED] = h
-    return bool(factorise(s.real, s.pivots) and factorise(s.complex, s.pivots2))
+    return bool(factorise(one, s.pivots) and factorise(two, s.pivots2))
 
 
 @kernel
@@ -73,8 +75,11 @@ def _solve(jacobian: Array, factors: Any, pivots: Any, shift: Any, x: Any) -> No
     inverse = 1.0 / shift
     for j in range(m):
         x[j] *= inverse
-        for i in range(k):
-            x[m + i] += jacobian[m + i, j] * x[j]
+    for i in range(k):
+        total = x[m + i]
+        for j in range(m):
+            total += jacobian[m + i, j] * x[j]
+        x[m + i] = total
     back_substitute(factors, pivots, x[m:])
     for j in range(m):
         x[j] += x[m + j] * inverse
@@ -102,21 +107,34 @@ def hint(s: Stepper, now: float, size: float, times: Array, states: Array, point
     s.memory[LAST] = size
 
 
+@inlined_kernel
+def _combined(weights: Any, f0: float, f1: float, f2: float) -> complex:
+    """Sum of three numbers, with complex weights."""
+    re = weights[0].real * f0 + weights[1].real * f1 + weights[2].real * f2
+    return complex(re, weights[0].imag * f0 + weights[1].imag * f1 + weights[2].imag * f2)
+
+
+@inlined_kernel
+def _spread(stage: int, first: float, second: complex) -> float:
+    """What the real and the complex system's parts are at a stage."""
+    return _V1[stage] * first + 2.0 * (_V2[stage].real * second.real - _V2[stage].imag * second.imag)
+
+
 @kernel
 def _predict(s: Stepper, h: float) -> None:
     """Guess the stages: on the last step's collocation polynomial, or along the slope."""
-    n, size = len(s.new), s.memory[LAST]
+    n, size, z, last, f0 = len(s.new), s.memory[LAST], s.z, s.last, s.f0
     for stage in range(3):
         if size == 0.0:
             for i in range(n):
-                s.z[stage, i] = _C[stage] * h * s.f0[i]
+                z[stage, i] = _C[stage] * h * f0[i]
             continue
         x = 1.0 + _C[stage] * h / size
         l0 = x * (x - _C[1]) * (x - _C[2]) / (_C[0] * (_C[0] - _C[1]) * (_C[0] - _C[2]))
         l1 = x * (x - _C[0]) * (x - _C[2]) / (_C[1] * (_C[1] - _C[0]) * (_C[1] - _C[2]))
         l2 = x * (x - _C[0]) * (x - _C[1]) / (_C[2] * (_C[2] - _C[0]) * (_C[2] - _C[1]))
         for i in range(n):
-            s.z[stage, i] = l0 * s.last[0, i] + l1 * s.last[1, i] + (l2 - 1.0) * s.last[2, i]
+            z[stage, i] = l0 * last[0, i] + l1 * last[1, i] + (l2 - 1.0) * last[2, i]
 
 
 @kernel
@@ -155,38 +173,43 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
     @kernel
     def newton(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
         """Solve for the stages; returns whether it converged, the iterations, the rate of convergence."""
-        n = len(y)
+        n, z, w1, w2, r1, r2 = len(y), s.z, s.w1, s.w2, s.r1, s.r2
+        trial, slope, stages, scale = s.trial, s.slope, s.stages, s.scale
         _predict(s, h)
         for i in range(n):
-            s.w1[i] = _R1[0] * s.z[0, i] + _R1[1] * s.z[1, i] + _R1[2] * s.z[2, i]
-            s.w2[i] = _R2[0] * s.z[0, i] + _R2[1] * s.z[1, i] + _R2[2] * s.z[2, i]
+            z0, z1, z2 = z[0, i], z[1, i], z[2, i]
+            w1[i] = _R1[0] * z0 + _R1[1] * z1 + _R1[2] * z2
+            w2[i] = _combined(_R2, z0, z1, z2)
         goal = 1e-3 * _NEWTON if exact else _NEWTON
         iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
+        rate1, rate2 = _MU / h, _NU * (1.0 / h)
         before, earlier, rate = 0.0, 0.0, 0.0
         for iteration in range(iterations):
             for i in range(n):
-                s.r1[i] = _MU / h * s.w1[i]
-                s.r2[i] = _NU * (1.0 / h) * s.w2[i]
+                r1[i] = rate1 * w1[i]
+                r2[i] = rate2 * w2[i]
             for stage in range(3):
                 for i in range(n):
-                    s.trial[i] = y[i] + s.z[stage, i]
-                    s.slope[i] = _V1[stage] * s.r1[i] + 2.0 * (_V2[stage] * s.r2[i]).real
-                residual(problem, t + _C[stage] * h, s.trial, s.slope, s.stages[stage])
+                    trial[i] = y[i] + z[stage, i]
+                    slope[i] = _spread(stage, r1[i], r2[i])
+                residual(problem, t + _C[stage] * h, trial, slope, stages[stage])
             s.memory[COUNT] += 3
             for i in range(n):
-                f0, f1, f2 = s.stages[0, i], s.stages[1, i], s.stages[2, i]
-                s.r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2
-                s.r2[i] = _R2[0] * f0 + _R2[1] * f1 + _R2[2] * f2
-            _solve(s.jacobian, s.real, s.pivots, _MU / h, s.r1)
-            _solve(s.jacobian, s.complex, s.pivots2, _NU / h, s.r2)
+                f0, f1, f2 = stages[0, i], stages[1, i], stages[2, i]
+                r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2
+                r2[i] = _combined(_R2, f0, f1, f2)
+            _solve(s.jacobian, s.real, s.pivots, rate1, r1)
+            _solve(s.jacobian, s.complex, s.pivots2, rate2, r2)
             total = 0.0
             for i in range(n):
-                s.w1[i] += s.r1[i]
-                s.w2[i] += s.r2[i]
+                w1[i] += r1[i]
+                w2[i] += r2[i]
+                square = 0.0
                 for stage in range(3):
-                    change = _V1[stage] * s.r1[i] + 2.0 * (_V2[stage] * s.r2[i]).real
-                    s.z[stage, i] += change
-                    total += (change / s.scale[i]) ** 2
+                    change = _spread(stage, r1[i], r2[i])
+                    z[stage, i] += change
+                    square += change * change
+                total += square / (scale[i] * scale[i])
             size = math.sqrt(total / (3 * n))
             if not size < 1e100:
                 return False, iteration + 1, 1.0

@@ -98,7 +98,7 @@ def _negative(context: Any, builder: Any, typed: Any, values: Any) -> Any:
 
 @intrinsic
 def _lane(typing: Any, lanes: Any, place: Any) -> Any:
-        def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         return builder.extract_element(values[0], builder.trunc(values[1], ir.IntType(32)))
 
     return types.float64(_lanes, types.int64), code
@@ -106,7 +106,7 @@ def _lane(typing: Any, lanes: Any, place: Any) -> Any:
 
 @intrinsic
 def _with_lane(typing: Any, lanes: Any, place: Any, value: Any) -> Any:
-        def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         return builder.insert_element(values[0], values[2], builder.trunc(values[1], ir.IntType(32)))
 
     return _lanes(_lanes, types.int64, types.float64), code

@@ -3,6 +3,9 @@
 The modal coordinates of a body are eliminated from its articulated inertia before its joint is. Lines of the work
 arrays (nb, ...) hold, for a body with nf of at most nm modes:
 
+Modes that bend come first, then those that stretch: matrices have blocks that are zero, see
+`linkages.planar.bodies.MATRICES`.
+
 | array     | from          | what                                                                                   |
 |-----------|---------------|----------------------------------------------------------------------------------------|
 | `inertia` | 6             | I_re, coupling of each mode with (turn, x, y) of the frame, three a mode               |
@@ -45,12 +48,12 @@ if TYPE_CHECKING:
 def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[float, float, float]:
     """Displacements of a section along and across its beam, and turn; fills how each mode moves it."""
     shapes, p = bodies.shapes[i], bodies.records[i].mount.body
-    nf, nm = bodies.records[p].modes, shapes.shape[1]
+    nb, nm = bodies.records[p].bends, shapes.shape[1]
     stretch, deflection, turn = 0.0, 0.0, 0.0
-    for k in range(nf):
+    for k in range(bodies.records[p].modes):
         psi, b, eta = shapes[A, k], shapes[B, k], pose[p, POSE + k]
         stretch += 0.5 * psi * eta
-        for m in range(nf):
+        for m in range(nb if k < nb else 0):
             psi -= shapes[MATRICES + k, m] * pose[p, POSE + m]
         stretch += 0.5 * psi * eta
         deflection += b * eta
@@ -78,9 +81,9 @@ def modal_motion(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[flo
 def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
     """Bilinear form rates.H others of a section with two rates of its beam's coordinates, (nb, 3 + nm) each."""
     shapes, p, total = bodies.shapes[i], bodies.records[i].mount.body, 0.0
-    nf = bodies.records[p].modes
-    for k in range(nf):
-        for m in range(nf):
+    nb = bodies.records[p].bends
+    for k in range(nb):
+        for m in range(nb):
             total += rates[p, 3 + k] * shapes[MATRICES + k, m] * others[p, 3 + m]
     return total
 
@@ -98,17 +101,24 @@ def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, 
 def deform(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the line of a bending body's pose behind its frame's."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
-    line = pose[i]
-    for k in range(body.modes):
+    line, nf, nb = pose[i], body.modes, body.bends
+    for k in range(nf):
         line[POSE + k] = q[body.eta + k]
-    for k in range(body.modes):
+    for k in range(nf):
         psi0, psi1, out, turn = shapes[A0, k], shapes[A1, k], 0.0, 0.0
-        for m in range(body.modes):
-            eta = line[POSE + m]
-            psi0 -= shapes[MATRICES + k, m] * eta
-            psi1 -= shapes[MATRICES + nm + k, m] * eta
-            out += shapes[MATRICES + 2 * nm + k, m] * eta
-            turn += shapes[MATRICES + 3 * nm + k, m] * eta
+        if k < nb:
+            for m in range(nb):
+                eta = line[POSE + m]
+                psi0 -= shapes[MATRICES + k, m] * eta
+                psi1 -= shapes[MATRICES + nm + k, m] * eta
+                out += shapes[MATRICES + 2 * nm + k, m] * eta
+            for m in range(nb, nf):
+                turn += shapes[MATRICES + 3 * nm + k, m] * line[POSE + m]
+        else:
+            for m in range(nb, nf):
+                out += shapes[MATRICES + 2 * nm + k, m] * line[POSE + m]
+            for m in range(nb):
+                turn += shapes[MATRICES + 3 * nm + k, m] * line[POSE + m]
         line[POSE + nm + k], line[POSE + 2 * nm + k] = psi0, psi1
         line[POSE + 3 * nm + k], line[POSE + 4 * nm + k] = out, turn
     x0, y0, x1, y1 = body.cx * body.ex + body.cy * body.ey, 0.0, math.sqrt(body.inertia / body.mass), 0.0
@@ -278,10 +288,12 @@ def beam_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Arr
     ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity)
     mass, al, w = body.mass, acc[i, 0], vel[i, 0]
     moment = mass * (x0 * ay0 - y0 * ax0 + x1 * ay1 - y1 * ax1)
-    for k in range(body.modes):
+    nf, nb = body.modes, body.bends
+    for k in range(nf):
         out, turn, spread, twist = pose[i, POSE + 3 * nm + k], pose[i, POSE + 4 * nm + k], 0.0, 0.0
-        for m in range(body.modes):
+        for m in range(0 if k < nb else nb, nb if k < nb else nf):
             spread += shapes[MATRICES + 2 * nm + k, m] * acc[i, 3 + m]
+        for m in range(nb if k < nb else 0, nf if k < nb else nb):
             twist += shapes[MATRICES + 3 * nm + k, m] * vel[i, 3 + m]
         rate, second = vel[i, 3 + k], acc[i, 3 + k]
         moment += (al * pose[i, POSE + k] + 2.0 * w * rate) * out + turn * second
@@ -304,9 +316,9 @@ def two_accelerations(
     gx0, gy0, gx1, gy1 = two_rates(bodies, i, pose, vel)
     jx0, jy0, jx1, jy1 = two_rates(bodies, i, pose, acc)
     x, y, al, w = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], acc[i, 0], vel[i, 0]
-    for k in range(body.modes):
+    for k in range(body.bends):
         less0, less1 = 0.0, 0.0
-        for m in range(body.modes):
+        for m in range(body.bends):
             less0 += shapes[MATRICES + k, m] * vel[i, 3 + m]
             less1 += shapes[MATRICES + nm + k, m] * vel[i, 3 + m]
         jx0, jx1 = jx0 - less0 * vel[i, 3 + k], jx1 - less1 * vel[i, 3 + k]

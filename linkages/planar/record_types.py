@@ -26,6 +26,7 @@ BODY = record_type(
     ux="f8",  # prismatic: unit direction in the parent's frame; section: that of the beam
     uy="f8",
     modes="i8",  # how many modal coordinates it has
+    bends="i8",  # how many of them, the first ones, bend it; the others stretch it
     eta="i8",  # index of the first one in q and v
     ex="f8",  # of a body that bends: direction of the beam in its frame
     ey="f8",

@@ -69,7 +69,8 @@ def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     lanes = (n,), (nc,), tree, tree, tree, tree, tree, (n,), (nr,)
     single = (n,), (n,), tree, (nr, nr), (nr,)
     made: list[Any] = [*map(np.zeros, fixed), *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
-    return Scratch(*made, (np.zeros(tree), np.zeros(tree), np.zeros(tree)))
+    made.append(tuple(np.zeros(tree) for _ in range(3)))
+    return Scratch(*made)
 
 
 @kernel

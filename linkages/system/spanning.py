@@ -157,9 +157,11 @@ class _Builder:
             body = bent.part if bent else self.mechanism.link[link]
             mass, com, inertia = body.mass, body.com - drawn, body.inertia
             self.index[link] = len(self.rows)
-        modes, beam = (len(bent.modes.names), bent.direction) if bent else (0, np.zeros(2))
+        modes, bends, beam = (
+            (len(bent.modes.names), bent.modes.bending, bent.direction) if bent else (0, 0, np.zeros(2))
+        )
         moving = moving or modes > 0
-        self._row(parent, at, kind, dof, motion, moving, sign, axis, modes, beam, mass, com, inertia)
+        self._row(parent, at, kind, dof, motion, moving, sign, axis, modes, bends, beam, mass, com, inertia)
         self.drawn.append(np.array(drawn))
         if bent:
             self._add_sections(bent)
@@ -192,6 +194,7 @@ class _Builder:
         sign: float = 1.0,
         axis: Array | None = None,
         modes: int = 0,
+        bends: int = 0,
         beam: Array | None = None,
         mass: float = 0.0,
         com: Array | None = None,
@@ -202,7 +205,7 @@ class _Builder:
         if self.rows:
             self.rows[parent][_CARRIES] = 1
         self.rows.append(
-            [(parent, *at), kind, dof, motion, moving, 0, sign, *axis, modes, 0, *beam, mass, *com, inertia]
+            [(parent, *at), kind, dof, motion, moving, 0, sign, *axis, modes, bends, 0, *beam, mass, *com, inertia]
         )
 
     def bodies(self) -> Bodies:

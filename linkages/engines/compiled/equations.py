@@ -23,18 +23,15 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
     """Fill the work's coordinates, rates, prescribed accelerations, torques, poses and velocities."""
     w, n = work.dynamics, len(model.free)
     work.solved[0] = math.nan
-    for i in range(len(w.a)):
-        w.a[i] = 0.0
-        w.tau[i] = 0.0
     for i in range(n):
-        w.q[model.free[i]] = y[i]
-        w.v[model.free[i]] = y[n + i]
+        place = model.free[i]
+        w.q[place], w.v[place], w.a[place], w.tau[place] = y[i], y[n + i], 0.0, 0.0
     value, rate, second = work.value, work.rate, work.second
     if len(model.driven):
         evaluate_motions((model.motion, model.motion_c, model.motion_n), t, value, rate, second)
         for k in range(len(model.driven)):
             d = model.driven[k]
-            w.q[d], w.v[d], w.a[d] = value[k], rate[k], second[k]
+            w.q[d], w.v[d], w.a[d], w.tau[d] = value[k], rate[k], second[k], 0.0
     if len(model.powered):
         evaluate_motions((model.torque, model.torque_c, model.torque_n), t, value, rate, second)
         for k in range(len(model.powered)):
