@@ -116,7 +116,7 @@ def _combined(weights: Any, f0: float, f1: float, f2: float) -> complex:
 
 @inlined_kernel
 def _spread(stage: int, first: float, second: complex) -> float:
-    """What the real and the complex system's parts are at a stage."""
+    """Join the parts of the real and of the complex system at a stage."""
     return _V1[stage] * first + 2.0 * (_V2[stage].real * second.real - _V2[stage].imag * second.imag)
 
 

@@ -37,8 +37,8 @@ class Bodies(NamedTuple):
 
 #: First rows of the shapes of a body that bends: a0, a1, b0, b1, stiffnesses [N/m], dampings [N s/m], and masses that
 #: lock modes, 0 where they may move [kg]. Four matrices follow, nm rows each: H0, H1 [1/m]; integrals of a a^T + b b^T
-#: and of b a^T - a b^T with the rest of a and b [kg]. The modes that bend come first: H has entries for these alone, the
-#: third matrix for two of one kind, the fourth for two of different kinds.
+#: and of b a^T - a b^T with the rest of a and b [kg]. The modes that bend come first: H has entries for these alone,
+#: the third matrix for two of one kind, the fourth for two of different kinds.
 A0, A1, B0, B1, STIFFNESS, DAMPING, LOCK, MATRICES = range(8)
 #: Those of a section: a, b, b'; then H.
 A, B, SLOPE = range(3)
