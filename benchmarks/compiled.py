@@ -1,6 +1,6 @@
 """Times of the compiled engine by itself: ``python benchmarks/compiled.py [--repeat N]``.
 
-Right-hand side and Jacobian of the seven-bar; right-hand side of open chains of 10 to 100 links, whose cost should grow
+Right-hand side, residual of Newton's iterations and Jacobian of the seven-bar; right-hand side of open chains of 10 to 100 links, whose cost should grow
 with their number; wall time per simulated second and orbit error of the seven-bar at several accuracies. Times are
 medians; compilation and set-up are not counted. For other codes beside it see sevenbar_engines.py.
 """
@@ -19,7 +19,7 @@ import numpy as np
 import seven_bar_reference
 
 from linkages import load
-from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.equations import derivatives, residual
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.runner import Runner
 from linkages.engines.compiled.simulation import simulate
@@ -38,6 +38,15 @@ def evaluate(given, y, dy, count):
     for _ in range(count):
         derivatives(problem, TIME, y, dy)
         y[0] += 1e-12 * dy[0]
+
+
+@kernel
+def leave(given, y, out, count):
+    """Evaluate the residual many times."""
+    problem, dy = reference(given), np.zeros(len(y))
+    for _ in range(count):
+        residual(problem, TIME, y, dy, out)
+        y[0] += 1e-30 * out[0]
 
 
 @kernel
@@ -86,6 +95,7 @@ def main() -> None:
     options = parser.parse_args()
     system = load(data_folder() / "seven_bar.toml", {"duration": 1.0})
     print(f"seven-bar: right-hand side {each(evaluate, system, 1, 20_000, options.repeat):.2f} us")
+    print(f"seven-bar: residual        {each(leave, system, 1, 20_000, options.repeat):.2f} us")
     print(f"seven-bar: Jacobian        {each(differentiate, system, 2, 2_000, options.repeat):.2f} us")
     print("\nlinks of a chain   right-hand side [us]   in parts of the first")
     with tempfile.TemporaryDirectory() as folder:

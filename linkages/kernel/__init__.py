@@ -1,4 +1,4 @@
-"""How functions are compiled: `kernel` and its relatives, references to named tuples, calls by address."""
+"""How functions are compiled: `kernel` and its relatives, named tuples by reference, calls by address, lanes."""
 
 from linkages.kernel.by_address import address, addresses, caller
 from linkages.kernel.compile import inlined_kernel, kernel

@@ -6,7 +6,7 @@ It may import whatever lies below the engines, and not the Drake engine.
 |------------|----------------------------------------------------------------------------------------|
 | model      | a system as named tuples of plain arrays                                               |
 | entry_points | the engine's own functions, called by address                                        |
-| equations  | equations of motion, driven coordinates eliminated                                     |
+| equations  | equations of motion, driven coordinates eliminated: accelerations; balance of forces   |
 | jacobian   | their Jacobian: exact mechanics, partial derivatives of the contacts' laws             |
 | projection | back onto the closure of ideal loops after each step                                   |
 | binding    | integrators and equations bound together: runs, and states between their steps         |
