@@ -24,7 +24,7 @@ _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
 _EXACT_ITERATIONS = 30  # where a shorter step is no choice
 _KEEP = 1.2  # the factors are kept if the step would not grow by more
 _FRESH = 1e-3  # rate of convergence below which the Jacobian is kept
-_NEWTON = 0.01  # what Newton's method leaves, in parts of the tolerance
+_NEWTON = 0.003  # what Newton's method leaves, in parts of the tolerance
 
 
 def _collocation() -> tuple[Array, Array, Array]:
