@@ -24,7 +24,7 @@ _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
 _EXACT_ITERATIONS = 30  # where a shorter step is no choice
 _KEEP = 1.2  # the factors are kept if the step would not grow by more
 _FRESH = 1e-3  # rate of convergence below which the Jacobian is kept
-_NEWTON = 0.003  # what Newton's method leaves, in parts of the tolerance
+_NEWTON, _REST = 0.003, 1e-5  # what Newton's method leaves, in parts of the tolerance; of a step of given size
 
 
 def _collocation() -> tuple[Array, Array, Array]:
@@ -180,7 +180,7 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
             z0, z1, z2 = z[0, i], z[1, i], z[2, i]
             w1[i] = _R1[0] * z0 + _R1[1] * z1 + _R1[2] * z2
             w2[i] = _combined(_R2, z0, z1, z2)
-        goal = 1e-3 * _NEWTON if exact else _NEWTON
+        goal = _REST if exact else _NEWTON
         iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
         rate1, rate2 = _MU / h, _NU * (1.0 / h)
         before, earlier, rate = 0.0, 0.0, 0.0
