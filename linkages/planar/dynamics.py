@@ -360,7 +360,7 @@ def balance(bodies: Bodies, gravity: Array, work: Workspace) -> None:
     acc[0, 0], acc[0, 1], acc[0, 2] = 0.0, 0.0, 0.0
     for i in range(1, len(bodies.records)):
         body = bodies.records[i]
-        if body.mass > 0.0 or body.carries:
+        if body.type != SECTION or body.carries:  # sections have no mass
             body_acceleration(bodies, i, work.pose, work.vel, work.v, work.a, acc)
         if body.moving:
             _own_load(bodies, i, work, gravity, load)
@@ -379,8 +379,8 @@ def balance(bodies: Bodies, gravity: Array, work: Workspace) -> None:
 def mass_matrix(bodies: Bodies, work: Workspace, matrix: Array) -> None:
     """Fill the entries of free coordinates in their mass matrix (n, n), at `work`'s pose; uses inertia.
 
-    By composite bodies, from the leaves on (Featherstone, ch. 6): what an acceleration of one's own coordinate takes is
-    a wrench on it that all feel which carry it.
+    By composite bodies, from the leaves on (Featherstone, ch. 6): what the acceleration of a body's own coordinate takes
+    is a wrench on the body, which acts on the coordinates of all that carry it too.
     """
     inertia, nm = work.inertia, bodies.shapes.shape[2]
     for i in range(1, len(bodies.records)):

@@ -3,8 +3,8 @@
 A direction changes the coordinates by dq, or the rates by as much, or bristles alone. With coordinates the change of
 the bodies' poses is a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes
 by turn x vector. With rates it is the velocities that change by this field. Second derivatives of the joints'
-coordinates stay as they are. Some directions are gone at once, side by side (`linkages.kernel.lanes`): what is said of
-a change is that of each of them.
+coordinates stay as they are. Some directions are followed at once, side by side (`linkages.kernel.lanes`): what
+is said of a change holds for each of them.
 """
 
 from __future__ import annotations
