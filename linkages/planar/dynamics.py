@@ -379,8 +379,8 @@ def balance(bodies: Bodies, gravity: Array, work: Workspace) -> None:
 def mass_matrix(bodies: Bodies, work: Workspace, matrix: Array) -> None:
     """Fill the entries of free coordinates in their mass matrix (n, n), at `work`'s pose; uses inertia.
 
-    By composite bodies, from the leaves on (Featherstone, ch. 6): what the acceleration of a body's own coordinate takes
-    is a wrench on the body, which acts on the coordinates of all that carry it too.
+    By composite bodies, from the leaves on (Featherstone, ch. 6): what the acceleration of a body's own coordinate
+    takes is a wrench on the body, which acts on the coordinates of all that carry it too.
     """
     inertia, nm = work.inertia, bodies.shapes.shape[2]
     for i in range(1, len(bodies.records)):
