@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir
-from numba.core import types
+from numba.core import cgutils, types
 from numba.core.datamodel import models, register_default
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
@@ -112,7 +112,34 @@ def _with_lane(typing: Any, lanes: Any, place: Any, value: Any) -> Any:
     return _lanes(_lanes, types.int64, types.float64), code
 
 
+def _lanes_in(context: Any, builder: Any, kind: Any, array: Any, indices: Any) -> Any:
+    structure = context.make_array(kind)(context, builder, value=array)
+    pointer = cgutils.get_item_pointer(context, builder, kind, structure, indices)
+    return builder.bitcast(pointer, ir.VectorType(ir.DoubleType(), WIDTH).as_pointer())
+
+
+@intrinsic
+def _lanes_at(typing: Any, array: Any, i: Any, k: Any) -> Any:
+    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        return builder.load(_lanes_in(context, builder, array, values[0], values[1:]), align=8)
+
+    return _lanes(array, types.int64, types.int64), code
+
+
+@intrinsic
+def _put_lanes(typing: Any, array: Any, i: Any, k: Any, lanes: Any) -> Any:
+    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        builder.store(values[3], _lanes_in(context, builder, array, values[0], values[1:3]), align=8)
+        return context.get_dummy_value()
+
+    return types.void(array, types.int64, types.int64, _lanes), code
+
+
 #: ``lane(lanes, place)``: the number in a lane.
 lane: Callable[[Any, int], float] = cast(Any, _lane)
 #: ``with_lane(lanes, place, number)``: lanes with a number in one of them, the others as given.
 with_lane: Callable[[Any, int, float], Any] = cast(Any, _with_lane)
+#: ``lanes_at(array, i, k)``: as lanes, the numbers of an array (n, m) from [i, k] on.
+lanes_at: Callable[[Any, int, int], Any] = cast(Any, _lanes_at)
+#: ``put_lanes(array, i, k, lanes)``: put lanes there.
+put_lanes: Callable[[Any, int, int, Any], None] = cast(Any, _put_lanes)

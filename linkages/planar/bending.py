@@ -3,9 +3,6 @@
 The modal coordinates of a body are eliminated from its articulated inertia before its joint is. Lines of the work
 arrays (nb, ...) hold, for a body with nf of at most nm modes:
 
-Modes that bend come first, then those that stretch: matrices have blocks that are zero, see
-`linkages.planar.bodies.MATRICES`.
-
 | array     | from          | what                                                                                   |
 |-----------|---------------|----------------------------------------------------------------------------------------|
 | `inertia` | 6             | I_re, coupling of each mode with (turn, x, y) of the frame, three a mode               |
@@ -19,25 +16,11 @@ So, with a the acceleration of the frame: eta'' = z - W a; what the frame feels 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from linkages.kernel import Array, inlined_kernel, late_kernel
-from linkages.planar.bodies import (
-    A0,
-    A1,
-    B0,
-    B1,
-    COLUMNS,
-    DAMPING,
-    LOCK,
-    MATRICES,
-    POSE,
-    SLOPE,
-    STIFFNESS,
-    A,
-    B,
-    Bodies,
-)
+from linkages.kernel.lanes import lane, lanes_at, put_lanes, with_lane
+from linkages.planar.bodies import DAMPING, ELASTIC, LOCK, MATRIX, MOTION, POINTS, POSE, REST, SHAPE, STIFFNESS, Bodies
 from linkages.planar.markers import turned
 
 if TYPE_CHECKING:
@@ -51,14 +34,15 @@ def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[flo
     nb, nm = bodies.records[p].bends, shapes.shape[1]
     stretch, deflection, turn = 0.0, 0.0, 0.0
     for k in range(bodies.records[p].modes):
-        psi, b, eta = shapes[A, k], shapes[B, k], pose[p, POSE + k]
+        shape, eta = shapes[SHAPE, k], pose[p, POSE + k]
+        psi, b, slope = lane(shape, 0), lane(shape, 1), lane(shape, 2)
         stretch += 0.5 * psi * eta
         for m in range(nb if k < nb else 0):
-            psi -= shapes[MATRICES + k, m] * pose[p, POSE + m]
+            psi += lane(shapes[MATRIX + k, m], 0) * pose[p, POSE + m]
         stretch += 0.5 * psi * eta
         deflection += b * eta
-        turn += shapes[SLOPE, k] * eta
-        pose[i, POSE + k] = shapes[SLOPE, k]
+        turn += slope * eta
+        pose[i, POSE + k] = slope
         pose[i, POSE + nm + k] = psi * ux - b * uy
         pose[i, POSE + 2 * nm + k] = psi * uy + b * ux
     return stretch, deflection, turn
@@ -84,7 +68,7 @@ def shortening(bodies: Bodies, i: int, rates: Array, others: Array) -> float:
     nb = bodies.records[p].bends
     for k in range(nb):
         for m in range(nb):
-            total += rates[p, 3 + k] * shapes[MATRICES + k, m] * others[p, 3 + m]
+            total -= rates[p, 3 + k] * lane(shapes[MATRIX + k, m], 0) * others[p, 3 + m]
     return total
 
 
@@ -97,61 +81,55 @@ def add_to_modes(bodies: Bodies, i: int, pose: Array, moment: float, fx: float, 
         wrench[p, 3 + k] = own + (pose[i, POSE + nm + k] * fx + pose[i, POSE + 2 * nm + k] * fy)
 
 
+@inlined_kernel
+def product(bodies: Bodies, i: int, k: int, rates: Array, first: int) -> Any:
+    """Row k of body i's matrices, in lanes, times the entries of its line of an array from one on."""
+    shapes, total = bodies.shapes[i], 0.0
+    for m in range(bodies.records[i].modes):
+        total += shapes[MATRIX + k, m] * rates[i, first + m]
+    return total
+
+
 @late_kernel
 def deform(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the line of a bending body's pose behind its frame's."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
-    line, nf, nb = pose[i], body.modes, body.bends
-    for k in range(nf):
-        line[POSE + k] = q[body.eta + k]
-    for k in range(nf):
-        psi0, psi1, out, turn = shapes[A0, k], shapes[A1, k], 0.0, 0.0
-        if k < nb:
-            for m in range(nb):
-                eta = line[POSE + m]
-                psi0 -= shapes[MATRICES + k, m] * eta
-                psi1 -= shapes[MATRICES + nm + k, m] * eta
-                out += shapes[MATRICES + 2 * nm + k, m] * eta
-            for m in range(nb, nf):
-                turn += shapes[MATRICES + 3 * nm + k, m] * line[POSE + m]
-        else:
-            for m in range(nb, nf):
-                out += shapes[MATRICES + 2 * nm + k, m] * line[POSE + m]
-            for m in range(nb):
-                turn += shapes[MATRICES + 3 * nm + k, m] * line[POSE + m]
-        line[POSE + nm + k], line[POSE + 2 * nm + k] = psi0, psi1
-        line[POSE + 3 * nm + k], line[POSE + 4 * nm + k] = out, turn
-    x0, y0, x1, y1 = body.cx * body.ex + body.cy * body.ey, 0.0, math.sqrt(body.inertia / body.mass), 0.0
+    motion, rest = POSE + MOTION * nm, POSE + REST * nm
     for k in range(body.modes):
-        eta = line[POSE + k]
-        x0 += 0.5 * (shapes[A0, k] + line[POSE + nm + k]) * eta
-        y0 += shapes[B0, k] * eta
-        x1 += 0.5 * (shapes[A1, k] + line[POSE + 2 * nm + k]) * eta
-        y1 += shapes[B1, k] * eta
-    places = POSE + COLUMNS * nm
-    line[places], line[places + 1], line[places + 2], line[places + 3] = x0, y0, x1, y1
+        pose[i, POSE + k] = q[body.eta + k]
+    points = 0.0
+    for k in range(body.modes):
+        shape, more, eta = shapes[SHAPE, k], product(bodies, i, k, pose, POSE), pose[i, POSE + k]
+        own = with_lane(with_lane(shape + more, 1, lane(shape, 1)), 3, lane(shape, 3))
+        put_lanes(pose, i, motion + 4 * k, own)
+        pose[i, rest + k], pose[i, rest + nm + k] = lane(more, 1), lane(more, 3)
+        points += (shape + own) * (0.5 * eta)
+    put_lanes(pose, i, POSE + POINTS * nm, points)
+    pose[i, POSE + POINTS * nm] += body.cx * body.ex + body.cy * body.ey
+    pose[i, POSE + POINTS * nm + 2] += math.sqrt(body.inertia / body.mass)
 
 
 @inlined_kernel
 def two_points(bodies: Bodies, i: int, pose: Array) -> tuple[float, float, float, float, float, float]:
     """Places of the two points of a bending body's mass along and across it, x0, y0, x1, y1; its direction."""
-    body, places = bodies.records[i], POSE + COLUMNS * bodies.shapes.shape[2]
+    body, places = bodies.records[i], POSE + POINTS * bodies.shapes.shape[2]
     ux, uy = turned(pose, i, body.ex, body.ey)
     return pose[i, places], pose[i, places + 1], pose[i, places + 2], pose[i, places + 3], ux, uy
 
 
 @inlined_kernel
-def two_rates(bodies: Bodies, i: int, pose: Array, rates: Array) -> tuple[float, float, float, float]:
-    """How fast those points move in the frame at rates of the coordinates (nb, 3 + nm)."""
-    shapes, nm = bodies.shapes[i], bodies.shapes.shape[2]
-    x0, y0, x1, y1 = 0.0, 0.0, 0.0, 0.0
+def moved_by(bodies: Bodies, i: int, k: int, pose: Array) -> Any:
+    """How mode k of a bending body moves its two points, in lanes."""
+    return lanes_at(pose, i, POSE + MOTION * bodies.shapes.shape[2] + 4 * k)
+
+
+@inlined_kernel
+def two_rates(bodies: Bodies, i: int, pose: Array, rates: Array) -> Any:
+    """How fast those points move in the frame at rates of the coordinates (nb, 3 + nm), in lanes."""
+    total = 0.0
     for k in range(bodies.records[i].modes):
-        rate = rates[i, 3 + k]
-        x0 += pose[i, POSE + nm + k] * rate
-        y0 += shapes[B0, k] * rate
-        x1 += pose[i, POSE + 2 * nm + k] * rate
-        y1 += shapes[B1, k] * rate
-    return x0, y0, x1, y1
+        total += moved_by(bodies, i, k, pose) * rates[i, 3 + k]
+    return total
 
 
 @late_kernel
@@ -162,19 +140,20 @@ def beam_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
     mass = body.mass
     along, across, turning = mass * x0, mass * y0, mass * (x0 * x0 + y0 * y0 + x1 * x1 + y1 * y1)
+    rest = POSE + REST * nm
     for k in range(body.modes):
-        psi0, psi1, b0, b1 = pose[i, POSE + nm + k], pose[i, POSE + 2 * nm + k], shapes[B0, k], shapes[B1, k]
-        turning += pose[i, POSE + 3 * nm + k] * pose[i, POSE + k]
+        moved = moved_by(bodies, i, k, pose)
+        psi0, b0, psi1, b1 = lane(moved, 0), lane(moved, 1), lane(moved, 2), lane(moved, 3)
+        turning += pose[i, rest + k] * pose[i, POSE + k]
         turn = mass * (x0 * b0 - y0 * psi0 + x1 * b1 - y1 * psi1)
-        inertia[i, 6 + 3 * k] = turn + pose[i, POSE + 4 * nm + k]
+        inertia[i, 6 + 3 * k] = turn + pose[i, rest + nm + k]
         inertia[i, 7 + 3 * k] = mass * (psi0 * ux - b0 * uy)
         inertia[i, 8 + 3 * k] = mass * (psi0 * uy + b0 * ux)
         for m in range(k + 1):
-            own = psi0 * pose[i, POSE + nm + m] + psi1 * pose[i, POSE + 2 * nm + m]
-            own += b0 * shapes[B0, m] + b1 * shapes[B1, m]
-            own = mass * own + shapes[MATRICES + 2 * nm + k, m]
-            inertia[i, 6 + 3 * nm + k * nm + m] = own
-        inertia[i, 6 + 3 * nm + k * nm + k] += shapes[LOCK, k]
+            both = moved * moved_by(bodies, i, m, pose)
+            own = mass * (lane(both, 0) + lane(both, 1) + lane(both, 2) + lane(both, 3))
+            inertia[i, 6 + 3 * nm + k * nm + m] = own + lane(shapes[MATRIX + k, m], 1)
+        inertia[i, 6 + 3 * nm + k * nm + k] += lane(shapes[ELASTIC, k], LOCK)
     inertia[i, 0], inertia[i, 1], inertia[i, 2] = turning, -(along * uy + across * ux), along * ux - across * uy
     inertia[i, 3], inertia[i, 4], inertia[i, 5] = mass, 0.0, mass
 
@@ -285,47 +264,44 @@ def beam_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Arr
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     pose, vel, acc = work.pose, work.vel, work.acc
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
-    ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity)
+    ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity, load)
     mass, al, w = body.mass, acc[i, 0], vel[i, 0]
     moment = mass * (x0 * ay0 - y0 * ax0 + x1 * ay1 - y1 * ax1)
-    nf, nb = body.modes, body.bends
-    for k in range(nf):
-        out, turn, spread, twist = pose[i, POSE + 3 * nm + k], pose[i, POSE + 4 * nm + k], 0.0, 0.0
-        for m in range(0 if k < nb else nb, nb if k < nb else nf):
-            spread += shapes[MATRICES + 2 * nm + k, m] * acc[i, 3 + m]
-        for m in range(nb if k < nb else 0, nf if k < nb else nb):
-            twist += shapes[MATRICES + 3 * nm + k, m] * vel[i, 3 + m]
-        rate, second = vel[i, 3 + k], acc[i, 3 + k]
-        moment += (al * pose[i, POSE + k] + 2.0 * w * rate) * out + turn * second
-        own = (
-            pose[i, POSE + nm + k] * ax0 + shapes[B0, k] * ay0 + pose[i, POSE + 2 * nm + k] * ax1 + shapes[B1, k] * ay1
-        )
-        own = mass * own + spread + al * turn + 2.0 * w * twist - w * w * out
-        load[i, 3 + k] = own + shapes[STIFFNESS, k] * pose[i, POSE + k] + shapes[DAMPING, k] * rate
+    motion, rest = POSE + MOTION * nm, POSE + REST * nm
+    for k in range(body.modes):
+        out, turn, rate, elastic = pose[i, rest + k], pose[i, rest + nm + k], vel[i, 3 + k], shapes[ELASTIC, k]
+        moment += (al * pose[i, POSE + k] + 2.0 * w * rate) * out + turn * acc[i, 3 + k]
+        j = motion + 4 * k
+        own = pose[i, j] * ax0 + pose[i, j + 1] * ay0 + pose[i, j + 2] * ax1 + pose[i, j + 3] * ay1
+        own = mass * own + load[i, 3 + k] + al * turn - w * w * out
+        load[i, 3 + k] = own + lane(elastic, STIFFNESS) * pose[i, POSE + k] + lane(elastic, DAMPING) * rate
     load[i, 0] = moment
     load[i, 1], load[i, 2] = mass * (ax0 * ux - ay0 * uy), mass * (ax0 * uy + ay0 * ux)
 
 
 @inlined_kernel
 def two_accelerations(
-    bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array
+    bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array, rest: Array
 ) -> tuple[float, float, float, float]:
-    """Accelerations of the two points of a bending body's mass less gravity, along and across it."""
-    body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
+    """Accelerations of the two points of a bending body's mass less gravity, along and across it.
+
+    Puts the force on each mode that the motion of modes takes besides into the line of `rest` (nb, 3 + nm).
+    """
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
-    gx0, gy0, gx1, gy1 = two_rates(bodies, i, pose, vel)
-    jx0, jy0, jx1, jy1 = two_rates(bodies, i, pose, acc)
     x, y, al, w = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], acc[i, 0], vel[i, 0]
-    for k in range(body.bends):
-        less0, less1 = 0.0, 0.0
-        for m in range(body.bends):
-            less0 += shapes[MATRICES + k, m] * vel[i, 3 + m]
-            less1 += shapes[MATRICES + nm + k, m] * vel[i, 3 + m]
-        jx0, jx1 = jx0 - less0 * vel[i, 3 + k], jx1 - less1 * vel[i, 3 + k]
-    ax0 = x * ux + y * uy - al * y0 - w * (w * x0 + 2.0 * gy0) + jx0
-    ay0 = y * ux - x * uy + al * x0 - w * (w * y0 - 2.0 * gx0) + jy0
-    ax1 = -al * y1 - w * (w * x1 + 2.0 * gy1) + jx1
-    ay1 = al * x1 - w * (w * y1 - 2.0 * gx1) + jy1
+    rates, seconds, curls = 0.0, 0.0, 0.0
+    for k in range(bodies.records[i].modes):
+        moved, rate, second = moved_by(bodies, i, k, pose), vel[i, 3 + k], acc[i, 3 + k]
+        turning, pushed = product(bodies, i, k, vel, 3), product(bodies, i, k, acc, 3)
+        rates += moved * rate
+        seconds += moved * second
+        curls += turning * rate
+        rest[i, 3 + k] = lane(pushed, 1) + 2.0 * w * lane(turning, 3)
+    gx0, gy0, gx1, gy1 = lane(rates, 0), lane(rates, 1), lane(rates, 2), lane(rates, 3)
+    ax0 = x * ux + y * uy - al * y0 - w * (w * x0 + 2.0 * gy0) + (lane(seconds, 0) + lane(curls, 0))
+    ay0 = y * ux - x * uy + al * x0 - w * (w * y0 - 2.0 * gx0) + lane(seconds, 1)
+    ax1 = -al * y1 - w * (w * x1 + 2.0 * gy1) + (lane(seconds, 2) + lane(curls, 2))
+    ay1 = al * x1 - w * (w * y1 - 2.0 * gx1) + lane(seconds, 3)
     return ax0, ay0, ax1, ay1
 
 
@@ -334,18 +310,18 @@ def beam_energy(bodies: Bodies, i: int, pose: Array, vel: Array, gravity: Array)
     """Kinetic energy of a bending body, its potential energy, and that of strain [J]; power lost to damping [W]."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
-    gx0, gy0, gx1, gy1 = two_rates(bodies, i, pose, vel)
+    rates = two_rates(bodies, i, pose, vel)
+    gx0, gy0, gx1, gy1 = lane(rates, 0), lane(rates, 1), lane(rates, 2), lane(rates, 3)
     w, vx, vy = vel[i, 0], vel[i, 1], vel[i, 2]
     gx0, gy0 = gx0 + vx * ux + vy * uy - w * y0, gy0 + vy * ux - vx * uy + w * x0
     gx1, gy1 = gx1 - w * y1, gy1 + w * x1
     kinetic, strain, lost = 0.5 * body.mass * (gx0 * gx0 + gy0 * gy0 + gx1 * gx1 + gy1 * gy1), 0.0, 0.0
     px, py = pose[i, 0] + x0 * ux - y0 * uy, pose[i, 1] + x0 * uy + y0 * ux
-    potential = -body.mass * (gravity[0] * px + gravity[1] * py)
+    potential, rest = -body.mass * (gravity[0] * px + gravity[1] * py), POSE + REST * nm
     for k in range(body.modes):
         eta, rate = pose[i, POSE + k], vel[i, 3 + k]
-        kinetic += (0.5 * w * eta * pose[i, POSE + 3 * nm + k] + rate * pose[i, POSE + 4 * nm + k]) * w
-        for m in range(body.modes):
-            kinetic += 0.5 * rate * shapes[MATRICES + 2 * nm + k, m] * vel[i, 3 + m]
-        strain += 0.5 * shapes[STIFFNESS, k] * eta * eta
-        lost += shapes[DAMPING, k] * rate * rate
+        kinetic += (0.5 * w * eta * pose[i, rest + k] + rate * pose[i, rest + nm + k]) * w
+        kinetic += 0.5 * rate * lane(product(bodies, i, k, vel, 3), 1)
+        strain += 0.5 * lane(shapes[ELASTIC, k], STIFFNESS) * eta * eta
+        lost += lane(shapes[ELASTIC, k], DAMPING) * rate * rate
     return kinetic, potential, strain, lost

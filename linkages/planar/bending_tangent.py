@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from linkages.kernel import Array, inlined_kernel, late_kernel
-from linkages.planar.bending import modal_motion, two_accelerations, two_points, two_rates
-from linkages.planar.bodies import B0, B1, DAMPING, MATRICES, POSE, STIFFNESS, Bodies
+from linkages.kernel.lanes import lane
+from linkages.planar.bending import modal_motion, product, two_accelerations, two_points, two_rates
+from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, MOTION, POSE, REST, STIFFNESS, Bodies
 from linkages.planar.markers import acceleration_tangent, turned, velocity_tangent
 from linkages.planar.record_types import SECTION
 
@@ -22,33 +23,34 @@ if TYPE_CHECKING:
 #: Numbers of a line of ``bent`` (nb, ONCE + 7 nm). Of a section: velocity and acceleration (x, y) that its beam's modes
 #: give it, the form eta'.H eta'; then the products of H and the modes' rates, and their accelerations. Of a body that
 #: bends: accelerations of its two points less gravity and their velocities in the frame (x0, y0, x1, y1 of each); then
-#: products of its first, second and fourth matrix and the rates, the same and the accelerations, that of the third one
-#: and the rates.
+#: products of H0, H1, T and the rates, the same and the accelerations, that of M and the rates.
 ONCE = 8
 
 
 @late_kernel
 def prepare(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None:
-    """Fill ``bent``."""
+    """Fill ``bent``; uses up `work`'s load."""
     pose, vel, acc, bent = work.pose, work.vel, work.acc, s.bent
     shapes, nm = bodies.shapes, bodies.shapes.shape[2]
     for i in range(len(bodies.records)):
         body = bodies.records[i]
         if body.modes > 0:
-            bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3] = two_accelerations(bodies, i, pose, vel, acc, gravity)
-            bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7] = two_rates(bodies, i, pose, vel)
+            bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3] = two_accelerations(
+                bodies, i, pose, vel, acc, gravity, work.load
+            )
+            rates = two_rates(bodies, i, pose, vel)
+            bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7] = (
+                lane(rates, 0),
+                lane(rates, 1),
+                lane(rates, 2),
+                lane(rates, 3),
+            )
             for k in range(body.modes):
-                h0, h1, turn, least0, least1, push, spread = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                for m in range(body.modes):
-                    first, second = shapes[i, MATRICES + k, m], shapes[i, MATRICES + nm + k, m]
-                    twist, rate, acceleration = shapes[i, MATRICES + 3 * nm + k, m], vel[i, 3 + m], acc[i, 3 + m]
-                    h0, h1, turn = h0 + first * rate, h1 + second * rate, turn + twist * rate
-                    least0, least1 = least0 + first * acceleration, least1 + second * acceleration
-                    push += twist * acceleration
-                    spread += shapes[i, MATRICES + 2 * nm + k, m] * rate
+                of_rates, of_seconds = product(bodies, i, k, vel, 3), product(bodies, i, k, acc, 3)
                 line = bent[i, ONCE + k :]
-                line[0], line[nm], line[2 * nm] = h0, h1, turn
-                line[3 * nm], line[4 * nm], line[5 * nm], line[6 * nm] = least0, least1, push, spread
+                line[0], line[nm], line[2 * nm] = -lane(of_rates, 0), -lane(of_rates, 2), lane(of_rates, 3)
+                line[3 * nm], line[4 * nm] = -lane(of_seconds, 0), -lane(of_seconds, 2)
+                line[5 * nm], line[6 * nm] = lane(of_seconds, 3), lane(of_rates, 1)
         elif body.type == SECTION:
             p = body.mount.body
             _, bent[i, 0], bent[i, 1] = modal_motion(bodies, i, pose, vel)
@@ -57,8 +59,9 @@ def prepare(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None
             for k in range(bodies.records[p].modes):
                 bent[i, ONCE + k], bent[i, ONCE + nm + k] = 0.0, 0.0
                 for m in range(bodies.records[p].modes):
-                    bent[i, ONCE + k] += shapes[i, MATRICES + k, m] * vel[p, 3 + m]
-                    bent[i, ONCE + nm + k] += shapes[i, MATRICES + k, m] * acc[p, 3 + m]
+                    h = -lane(shapes[i, MATRIX + k, m], 0)
+                    bent[i, ONCE + k] += h * vel[p, 3 + m]
+                    bent[i, ONCE + nm + k] += h * acc[p, 3 + m]
                 bent[i, 4] += bent[i, ONCE + k] * vel[p, 3 + k]
 
 
@@ -110,13 +113,14 @@ def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s
     # changes of the points' places, of their velocities and accelerations in the frame, of the moment of the rest
     dx0, dy0, dx1, dy1, dgx0, dgy0, dgx1, dgy1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     djx0, djx1, dmoment = 0.0, 0.0, 0.0
+    rest, moved = POSE + REST * nm, pose[i, POSE + MOTION * nm :]
     for m in range(body.modes):
-        eta, deta, out = pose[i, POSE + m], dpose[i, 3 + m], pose[i, POSE + 3 * nm + m]
+        eta, deta, out = pose[i, POSE + m], dpose[i, 3 + m], pose[i, rest + m]
         rate, drate = vel[i, 3 + m], dvel[i, 3 + m]
         dmoment += dal * (eta * out) + dw * (2.0 * rate * out)
         if s.changed[body.eta + m] == 0.0:
             continue
-        psi0, psi1, b0, b1 = pose[i, POSE + nm + m], pose[i, POSE + 2 * nm + m], shapes[B0, m], shapes[B1, m]
+        psi0, b0, psi1, b1 = moved[4 * m], moved[4 * m + 1], moved[4 * m + 2], moved[4 * m + 3]
         line = bent[i, ONCE + m :]
         dx0, dy0, dx1, dy1 = dx0 + psi0 * deta, dy0 + b0 * deta, dx1 + psi1 * deta, dy1 + b1 * deta
         dgx0, dgy0 = dgx0 + psi0 * drate - line[0] * deta, dgy0 + b0 * drate
@@ -135,19 +139,20 @@ def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s
     dload[i, 1] = mass * (dax0 * ux - day0 * uy - turn * (ax0 * uy + ay0 * ux))
     dload[i, 2] = mass * (dax0 * uy + day0 * ux + turn * (ax0 * ux - ay0 * uy))
     for k in range(body.modes):
-        psi0, psi1, out = pose[i, POSE + nm + k], pose[i, POSE + 2 * nm + k], pose[i, POSE + 3 * nm + k]
-        own = mass * (psi0 * dax0 + shapes[B0, k] * day0 + psi1 * dax1 + shapes[B1, k] * day1)
-        own += dal * pose[i, POSE + 4 * nm + k] + 2.0 * dw * (bent[i, ONCE + 2 * nm + k] - w * out)
-        dload[i, 3 + k] = own + shapes[STIFFNESS, k] * dpose[i, 3 + k] + shapes[DAMPING, k] * dvel[i, 3 + k]
+        psi0, b0, psi1, b1 = moved[4 * k], moved[4 * k + 1], moved[4 * k + 2], moved[4 * k + 3]
+        own = mass * (psi0 * dax0 + b0 * day0 + psi1 * dax1 + b1 * day1)
+        own += dal * pose[i, rest + nm + k] + 2.0 * dw * (bent[i, ONCE + 2 * nm + k] - w * pose[i, rest + k])
+        stiffness, damping = lane(shapes[ELASTIC, k], STIFFNESS), lane(shapes[ELASTIC, k], DAMPING)
+        dload[i, 3 + k] = own + stiffness * dpose[i, 3 + k] + damping * dvel[i, 3 + k]
     for m in range(body.modes):
         deta, drate = dpose[i, 3 + m], dvel[i, 3 + m]
         if s.changed[body.eta + m] == 0.0:
             continue
         pull0, pull1, twist = mass * ax0 * deta, mass * ax1 * deta, al * deta + 2.0 * w * drate
         for k in range(body.modes):
-            more = shapes[MATRICES + 3 * nm + k, m] * twist - w * w * shapes[MATRICES + 2 * nm + k, m] * deta
-            less = shapes[MATRICES + k, m] * pull0 + shapes[MATRICES + nm + k, m] * pull1
-            dload[i, 3 + k] += more - less
+            entry = shapes[MATRIX + k, m]
+            own = lane(entry, 3) * twist - w * w * lane(entry, 1) * deta
+            dload[i, 3 + k] += own + (lane(entry, 0) * pull0 + lane(entry, 2) * pull1)
 
 
 @late_kernel
@@ -164,4 +169,4 @@ def add_turned_modes(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> Non
     for m in range(nf):
         if s.changed[bodies.records[p].eta + m] > 0.0:
             for k in range(nf):
-                dload[p, 3 + k] -= bodies.shapes[i, MATRICES + k, m] * dpose[p, 3 + m] * along
+                dload[p, 3 + k] += lane(bodies.shapes[i, MATRIX + k, m], 0) * dpose[p, 3 + m] * along

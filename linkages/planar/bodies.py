@@ -26,38 +26,40 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Records, inlined_kernel
+from linkages.kernel.lanes import LaneArray, lane_array
 
 
 class Bodies(NamedTuple):
     """Bodies for kernels: nb of them, with up to nm modes each."""
 
     records: Records  # `linkages.planar.record_types.BODY`, (nb,)
-    shapes: Array  # see `SHAPES`, (nb, shape_rows(nm), nm)
+    shapes: LaneArray  # see `MATRIX`, (nb, 2 + nm, nm)
 
 
-#: First rows of the shapes of a body that bends: a0, a1, b0, b1, stiffnesses [N/m], dampings [N s/m], and masses that
-#: lock modes, 0 where they may move [kg]. Four matrices follow, nm rows each: H0, H1 [1/m]; integrals of a a^T + b b^T
-#: and of b a^T - a b^T with the rest of a and b [kg]. The modes that bend come first: H has entries for these alone,
-#: the third matrix for two of one kind, the fourth for two of different kinds.
-A0, A1, B0, B1, STIFFNESS, DAMPING, LOCK, MATRICES = range(8)
-#: Those of a section: a, b, b'; then H.
-A, B, SLOPE = range(3)
+#: Rows of the shapes, four numbers side by side for each mode. Of a body that bends: (a0, b0, a1, b1); then stiffness
+#: [N/m], damping [N s/m], mass that locks the mode, 0 where it may move [kg], 0; then one row for each mode, of
+#: (-H0 [1/m], M [kg], -H1, T [kg]), with M and T the integrals of a a^T + b b^T and of b a^T - a b^T with the rest of a
+#: and b. Of a section: (a, b, b', 0); 0; then rows of (-H, 0, 0, 0). The modes that bend come first: H has entries for
+#: these alone, M for two of one kind, T for two of different kinds.
+SHAPE, ELASTIC, MATRIX = range(3)
+STIFFNESS, DAMPING, LOCK = range(3)  #: within those of `ELASTIC`
 
-#: Entries of a pose: x, y [m], angle [rad], its cosine and sine. Of a body that bends there follow, nm each: its modal
-#: coordinates, a - H eta of its two points, the products of the last two matrices with eta; then x0, y0, x1, y1, places
-#: of its two points along and across it [m]. Of a section: the angle, x and y by which each modal coordinate moves it.
+#: Entries of a pose: x, y [m], angle [rad], its cosine and sine. Of a body that bends there follow its modal
+#: coordinates; from `MOTION` on how each moves its two points along and across it (a0 - H0 eta, b0, a1 - H1 eta, b1);
+#: from `REST` on M eta, then T eta; at last, from `POINTS` on, the places of those points, x0, y0, x1, y1 [m]. The three
+#: are to be multiplied by nm. Of a section: the angle, x and y by which each modal coordinate moves it.
 POSE = 5
-COLUMNS = 5
+MOTION, REST, POINTS = 1, 5, 7
 
 
-def shape_rows(nm: int) -> int:
-    """Rows of the shapes of bodies with up to nm modes."""
-    return MATRICES + 4 * nm if nm else 0
+def make_shapes(nb: int, nm: int) -> LaneArray:
+    """Make room for the shapes of nb bodies with up to nm modes."""
+    return lane_array(nb, MATRIX + nm, nm)
 
 
 def make_poses(nb: int, nm: int) -> Array:
     """Make room for the poses of nb bodies, (nb, 5) if none bends."""
-    return np.zeros((nb, POSE + (COLUMNS * nm + 4 if nm else 0)))
+    return np.zeros((nb, POSE + (POINTS * nm + 4 if nm else 0)))
 
 
 def make_pose(bodies: Bodies) -> Array:

@@ -15,7 +15,7 @@ from linkages.flexible.component_modes import ComponentModes, component_modes
 from linkages.model.bending import parts, pieces
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Link, Mechanism
-from linkages.planar.bodies import A0, A1, B0, B1, DAMPING, MATRICES, SLOPE, STIFFNESS, A, B
+from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS
 from linkages.planar.internal_forces import FIXED_COLUMNS
 
 if TYPE_CHECKING:
@@ -96,17 +96,18 @@ class BentLink:
 
     def fill(self, shapes: Array) -> None:
         """Fill a body's lines of `linkages.planar.bodies.Bodies.shapes`."""
-        modes, nf, nm = self.modes, len(self.modes.names), shapes.shape[1]
-        mean, linear, rest, twist = modes.moments()
-        shapes[[A0, B0], :nf], shapes[[A1, B1], :nf] = mean[:2], linear[:2]
-        shapes[STIFFNESS, :nf], shapes[DAMPING, :nf] = modes.k, modes.k * self.damping
-        for place, matrix in enumerate((mean[2], linear[2], rest, twist)):
-            shapes[MATRICES + place * nm :][:nf, :nf] = matrix
+        modes, nf = self.modes, len(self.modes.names)
+        (a0, b0, h0), (a1, b1, h1), rest, twist = modes.moments()
+        shapes[SHAPE, :nf] = np.stack([a0, b0, a1, b1], axis=-1)
+        shapes[ELASTIC, :nf, STIFFNESS], shapes[ELASTIC, :nf, DAMPING] = modes.k, modes.k * self.damping
+        shapes[MATRIX:][:nf, :nf] = np.stack([-h0, rest, -h1, twist], axis=-1)
 
     def fill_section(self, s: float, shapes: Array) -> None:
         """Fill a section's."""
         nf = len(self.modes.names)
-        shapes[A, :nf], shapes[B, :nf], shapes[SLOPE, :nf], shapes[MATRICES:][:nf, :nf] = self.modes.at(s)
+        a, b, slope, h = self.modes.at(s)
+        shapes[SHAPE, :nf, :3] = np.stack([a, b, slope], axis=-1)
+        shapes[MATRIX:][:nf, :nf, 0] = -h
 
     def stations(self, nm: int) -> Array:
         """Lines (n, 4 + 6 nm) of `linkages.planar.internal_forces`: on both sides of each section, and between them."""

@@ -13,7 +13,7 @@ from linkages.files.raw_model import Chains
 from linkages.kernel.by_reference import packed
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.planar import record_types as types
-from linkages.planar.bodies import Bodies, shape_rows
+from linkages.planar.bodies import Bodies, make_shapes
 from linkages.system.bent_link import BentLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
@@ -219,7 +219,7 @@ class _Builder:
                 self._add_section(self.bent[name], s)
         pieces = [piece for link in self.pieces.values() for piece in link]
         nm = max((len(bent.modes.names) for bent in pieces), default=0)
-        shapes = np.zeros((len(self.rows), shape_rows(nm), nm))
+        shapes = make_shapes(len(self.rows), nm)
         for bent in pieces:
             body = self.index[bent.name]
             self.rows[body][_ETA] = len(self.coordinates)

@@ -15,7 +15,7 @@ from linkages.model.functions import OF_JOINTS
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
-from linkages.planar.bodies import LOCK, STIFFNESS, Bodies
+from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies
 from linkages.system.bent_link import BentLink, section_at
 
 Array = NDArray[np.float64]
@@ -229,7 +229,7 @@ class Tree:
     @cached_property
     def unbent_bodies(self) -> Bodies:
         """The bodies with modes that stay as they are, whatever acts."""
-        return self._with_modal_masses(lambda shapes: _UNBENT)
+        return self._with_modal_masses(lambda stiffnesses: _UNBENT)
 
     def stiff_bodies(self, rate: float) -> Bodies:
         """Return the bodies with modes that are heavier by their stiffness over the square of a rate [rad/s].
@@ -237,13 +237,13 @@ class Tree:
         Then a change that is small against the kinetic energy of motions at that rate is small against the strain
         energy too.
         """
-        return self._with_modal_masses(lambda shapes: shapes[:, STIFFNESS] / rate**2)
+        return self._with_modal_masses(lambda stiffnesses: stiffnesses / rate**2)
 
     def _with_modal_masses(self, added: Callable[[Array], Array | float]) -> Bodies:
-        """Return the bodies with masses added to those of modes, (n, nm) of the n shapes of bodies that bend."""
+        """Return the bodies with masses added to those of modes, (n, nm) of the stiffnesses of those that bend."""
         shapes, bends = self.bodies.shapes.copy(), self.bodies.records["modes"] > 0
         if bends.any():
-            shapes[bends, LOCK] = added(shapes[bends])
+            shapes[bends, ELASTIC, :, LOCK] = added(shapes[bends, ELASTIC, :, STIFFNESS])
         return packed(Bodies(self.bodies.records, shapes))
 
     @cached_property
