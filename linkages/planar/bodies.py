@@ -46,8 +46,8 @@ STIFFNESS, DAMPING, LOCK = range(3)  #: within those of `ELASTIC`
 
 #: Entries of a pose: x, y [m], angle [rad], its cosine and sine. Of a body that bends there follow its modal
 #: coordinates; from `MOTION` on how each moves its two points along and across it (a0 - H0 eta, b0, a1 - H1 eta, b1);
-#: from `REST` on M eta, then T eta; at last, from `POINTS` on, the places of those points, x0, y0, x1, y1 [m]. The three
-#: are to be multiplied by nm. Of a section: the angle, x and y by which each modal coordinate moves it.
+#: from `REST` on M eta, then T eta; at last, from `POINTS` on, the places of those points, x0, y0, x1, y1 [m]. Those
+#: three are times nm. Of a section: the angle, x and y by which each modal coordinate moves it.
 POSE = 5
 MOTION, REST, POINTS = 1, 5, 7
 
