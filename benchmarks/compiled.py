@@ -44,7 +44,8 @@ def evaluate(given, y, dy, count):
 @kernel
 def leave(given, y, out, count):
     """Evaluate the residual many times."""
-    problem, dy = reference(given), np.zeros(len(y))
+    problem = reference(given)
+    dy = np.zeros(len(y) - len(problem.model.free))
     for _ in range(count):
         residual(problem, TIME, y, dy, out)
         y[0] += 1e-30 * out[0]

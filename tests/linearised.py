@@ -37,7 +37,8 @@ def slope(problem, t, y):
 
 
 def left(problem, t, y, dy):
-    """Residual (ny,) if the derivatives are dy."""
-    out = np.zeros(len(y))
+    """Residual of the rates and what follows them if the derivatives are dy (ny,)."""
+    dy = dy[len(problem.model.free) :]
+    out = np.zeros(len(dy))
     _leave(problem, t, y, dy, out)
     return out

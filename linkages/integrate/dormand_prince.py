@@ -38,15 +38,15 @@ def dormand_prince(rhs: Any) -> Any:
     @kernel
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
         """Attempt a step from (t, y), with f0 known; fills new and f1. See `linkages.integrate.radau`."""
-        n = len(y)
+        n, trial = len(y), s.trial[0]
         copy(s.f0, s.stages[0])
         for stage in range(1, 6):
             for i in range(n):
                 total = 0.0
                 for k in range(stage):
                     total += _A[stage, k] * s.stages[k, i]
-                s.trial[i] = y[i] + h * total
-            rhs(problem, t + _C[stage] * h, s.trial, s.stages[stage])
+                trial[i] = y[i] + h * total
+            rhs(problem, t + _C[stage] * h, trial, s.stages[stage])
         for i in range(n):
             total = 0.0
             for k in range(6):

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from linkages.integrate.factor import back_substitute, factorise
-from linkages.integrate.stepper import COUNT, CURRENT, ERROR, FACTORED, LAST, Stepper
+from linkages.integrate.shifted import invert, row_times, swapped
+from linkages.integrate.stepper import COUNT, CURRENT, ERROR, INVERTED, LAST, Stepper
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
+from linkages.kernel.lanes import lane, lanes
 
 ORDER = 5
 _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
@@ -40,51 +41,49 @@ def _collocation() -> tuple[Array, Array, Array]:
 
 
 _C, _A, _ERROR = _collocation()
-_values, _vectors = np.linalg.eig(np.linalg.inv(_A))
+_SLOPE = np.linalg.inv(_A)  # from what stages gain in a step to its size times the slopes there
+_values, _vectors = np.linalg.eig(_SLOPE)
 _real, _complex = int(np.argmin(np.abs(_values.imag))), int(np.argmax(_values.imag))
 _MU = float(_values[_real].real)
 _NU = complex(_values[_complex])
 _inverse = np.linalg.inv(_vectors)
-# Z = V1 w1 + 2 Re(V2 w2), w1 = R1 Z, w2 = R2 Z
 _turn = _vectors[0, _real]  # any factor serves; this one makes the real pair real
-_V1 = np.ascontiguousarray((_vectors[:, _real] / _turn).real)
-_R1 = np.ascontiguousarray((_inverse[_real] * _turn).real)
-_V2, _R2 = np.ascontiguousarray(_vectors[:, _complex]), np.ascontiguousarray(_inverse[_complex])
+# from the stages to the real number, real and imaginary part of the complex one; and back
+_APART = np.stack([(_inverse[_real] * _turn).real, _inverse[_complex].real, _inverse[_complex].imag])
+_TOGETHER = np.stack(
+    [(_vectors[:, _real] / _turn).real, 2.0 * _vectors[:, _complex].real, -2.0 * _vectors[:, _complex].imag], axis=1
+)
+
+
+@inlined_kernel
+def _columns(matrix: Array, factor: float) -> tuple[Any, Any, Any]:
+    """Columns of a matrix (3, 3) times a factor, in lanes."""
+    return (
+        lanes(factor * matrix[0, 0], factor * matrix[1, 0], factor * matrix[2, 0], 0.0),
+        lanes(factor * matrix[0, 1], factor * matrix[1, 1], factor * matrix[2, 1], 0.0),
+        lanes(factor * matrix[0, 2], factor * matrix[1, 2], factor * matrix[2, 2], 0.0),
+    )
+
+
+@inlined_kernel
+def _times(columns: tuple[Any, Any, Any], x: Any) -> Any:
+    """Product of a matrix, by its columns, and lanes."""
+    return columns[0] * lane(x, 0) + columns[1] * lane(x, 1) + columns[2] * lane(x, 2)
 
 
 @kernel
-def _factorise(s: Stepper, h: float) -> bool:
-    """Factorise M (shift - J) for both shifts; positions, whose rates are entries of the state, are eliminated."""
-    m, k = len(s.new) - len(s.real), len(s.real)
-    rate, rate2, time, time2 = _MU / h, _NU * (1.0 / h), h / _MU, h * (1.0 / _NU)
-    mass, jacobian, one, two = s.mass, s.jacobian, s.real, s.complex
+def _invert(s: Stepper, h: float) -> bool:
+    """Invert M shift - J for both shifts; positions, whose rates are entries of the state, are eliminated."""
+    m, k = len(s.new) - len(s.mass), len(s.mass)
+    rate, time = _NU * (1.0 / h), h * (1.0 / _NU)
+    shift, back = lanes(_MU / h, rate.real, rate.imag, 0.0), lanes(h / _MU, time.real, time.imag, 0.0)
+    both = lanes(1.0, 1.0, 0.0, 0.0)
     for i in range(k):
         for j in range(k):
-            known, slope = mass[i, j], jacobian[m + i, m + j]
-            first, re, im = rate * known - slope, rate2.real * known - slope, rate2.imag * known
-            if j < m:
-                slope = jacobian[m + i, j]
-                first, re, im = first - slope * time, re - slope * time2.real, im - slope * time2.imag
-            one[i, j], two[i, j] = first, complex(re, im)
-    s.memory[FACTORED] = h
-    return bool(factorise(one, s.pivots) and factorise(two, s.pivots2))
-
-
-@kernel
-def _solve(jacobian: Array, factors: Any, pivots: Any, shift: Any, x: Any) -> None:
-    """Solve M (shift - J) x = b, b in place."""
-    m, k = len(x) - len(factors), len(factors)
-    inverse = 1.0 / shift
-    for j in range(m):
-        x[j] *= inverse
-    for i in range(k):
-        total = x[m + i]
-        for j in range(m):
-            total += jacobian[m + i, j] * x[j]
-        x[m + i] = total
-    back_substitute(factors, pivots, x[m:])
-    for j in range(m):
-        x[j] += x[m + j] * inverse
+            entry = shift * s.mass[i, j] - both * s.jacobian[m + i, m + j]
+            s.inverse[i, j] = entry - back * s.jacobian[m + i, j] if j < m else entry
+    s.memory[INVERTED] = h
+    return invert(s.inverse, s.cross, s.order)
 
 
 @kernel
@@ -101,61 +100,65 @@ def hint(s: Stepper, now: float, size: float, times: Array, states: Array, point
             for k in range(len(points)):
                 if k != j:
                     weights[row, j] *= (at - times[points[k]]) / (times[points[j]] - times[points[k]])
-    for stage in range(3):
-        for i in range(len(s.new)):
-            s.last[stage, i] = 0.0
-            for j in range(len(points)):
-                s.last[stage, i] += (weights[stage, j] - weights[3, j]) * states[points[j], i]
+    for i in range(len(s.new)):
+        s.last[i] = 0.0
+        for j in range(len(points)):
+            own = lanes(weights[0, j], weights[1, j], weights[2, j], 0.0) - lanes(1.0, 1.0, 1.0, 0.0) * weights[3, j]
+            s.last[i] += own * states[points[j], i]
     s.memory[LAST] = size
-
-
-@inlined_kernel
-def _combined(weights: Any, f0: float, f1: float, f2: float) -> complex:
-    """Sum of three numbers, with complex weights."""
-    re = weights[0].real * f0 + weights[1].real * f1 + weights[2].real * f2
-    return complex(re, weights[0].imag * f0 + weights[1].imag * f1 + weights[2].imag * f2)
-
-
-@inlined_kernel
-def _spread(stage: int, first: float, second: complex) -> float:
-    """Join the parts of the real and of the complex system at a stage."""
-    return _V1[stage] * first + 2.0 * (_V2[stage].real * second.real - _V2[stage].imag * second.imag)
 
 
 @kernel
 def _predict(s: Stepper, h: float) -> None:
-    """Guess the stages: on the last step's collocation polynomial, or along the slope."""
-    n, size, z, last, f0 = len(s.new), s.memory[LAST], s.z, s.last, s.f0
-    for stage in range(3):
-        if size == 0.0:
-            for i in range(n):
-                z[stage, i] = _C[stage] * h * f0[i]
-            continue
-        x = 1.0 + _C[stage] * h / size
+    """Guess the stages: on the last step's collocation polynomial, or along the slope.
+
+    Those of positions follow from those of rates, as they do after each iteration.
+    """
+    n, m, size, z, last, f0 = len(s.new), len(s.new) - len(s.mass), s.memory[LAST], s.z, s.last, s.f0
+    at = lanes(_C[0], _C[1], _C[2], 0.0) * h
+    if size == 0.0:
+        for i in range(m, n):
+            z[i] = at * f0[i]
+    else:
+        x = at / size + 1.0
         l0 = x * (x - _C[1]) * (x - _C[2]) / (_C[0] * (_C[0] - _C[1]) * (_C[0] - _C[2]))
         l1 = x * (x - _C[0]) * (x - _C[2]) / (_C[1] * (_C[1] - _C[0]) * (_C[1] - _C[2]))
-        l2 = x * (x - _C[0]) * (x - _C[1]) / (_C[2] * (_C[2] - _C[0]) * (_C[2] - _C[1]))
-        for i in range(n):
-            z[stage, i] = l0 * last[0, i] + l1 * last[1, i] + (l2 - 1.0) * last[2, i]
+        l2 = x * (x - _C[0]) * (x - _C[1]) / (_C[2] * (_C[2] - _C[0]) * (_C[2] - _C[1])) - 1.0
+        for i in range(m, n):
+            z[i] = l0 * lane(last[i], 0) + l1 * lane(last[i], 1) + l2 * lane(last[i], 2)
+    gain = _columns(_A, h)
+    for i in range(m):
+        z[i] = _times(gain, z[m + i] + f0[i])
 
 
 @kernel
 def _estimate(s: Stepper, h: float, f: Array) -> float:
-    """Error of the step in parts of the tolerance; leaves it in r1."""
-    n, k = len(s.new), len(s.real)
+    """Error of the step in parts of the tolerance; leaves it in ``error``."""
+    n, k, error = len(s.new), len(s.mass), s.error
+    m, time, trial = n - k, h / _MU, s.trial[0]
     for i in range(n):
-        s.trial[i] = f[i] + (_ERROR[0] * s.z[0, i] + _ERROR[1] * s.z[1, i] + _ERROR[2] * s.z[2, i]) / h
-        s.r1[i] = s.trial[i]
+        z = s.z[i]
+        trial[i] = f[i] + (_ERROR[0] * lane(z, 0) + _ERROR[1] * lane(z, 1) + _ERROR[2] * lane(z, 2)) / h
+    for i in range(m):
+        error[i] = trial[i] * time
     for i in range(k):
         total = 0.0
         for j in range(k):
-            total += s.mass[i, j] * s.trial[n - k + j]
-        s.r1[n - k + i] = total
-    _solve(s.jacobian, s.real, s.pivots, _MU / h, s.r1)
-    total = 0.0
+            total += s.mass[i, j] * trial[m + j]
+        for j in range(m):
+            total += s.jacobian[m + i, j] * error[j]
+        trial[i] = total
+    square = 0.0
+    for i in range(k):
+        total = 0.0
+        for j in range(k):
+            total += lane(s.inverse[i, j], 0) * trial[j]
+        error[m + i] = total
+        if i < m:
+            error[i] += total * time
     for i in range(n):
-        total += (s.r1[i] / s.scale[i]) ** 2
-    return math.sqrt(total / n)
+        square += (error[i] / s.scale[i]) ** 2
+    return math.sqrt(square / n)
 
 
 def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
@@ -166,7 +169,7 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
     rhs : function
         ``rhs(problem, t, y, dy)`` fills the derivatives f.
     residual : function
-        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - dy), with 1 for M in the lines of positions.
+        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - y'); y' in `dy`, and `out`, without positions.
     jacobian : function
         ``jacobian(problem, t, y, mass, out)``, called with f known, fills M, without positions, if it is not 1, and
         M df/dy.
@@ -175,44 +178,41 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
     @kernel
     def newton(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
         """Solve for the stages; returns whether it converged, the iterations, the rate of convergence."""
-        n, z, w1, w2, r1, r2 = len(y), s.z, s.w1, s.w2, s.r1, s.r2
-        trial, slope, stages, scale = s.trial, s.slope, s.stages, s.scale
+        n, m, k = len(y), len(y) - len(s.mass), len(s.mass)
+        z, trial, slope, lack, scale, inverse, cross = s.z, s.trial, s.slope, s.lack, s.scale, s.inverse, s.cross
+        gain, rates, apart, together = (
+            _columns(_A, h),
+            _columns(_SLOPE, 1.0 / h),
+            _columns(_APART, 1.0),
+            _columns(_TOGETHER, 1.0),
+        )
         _predict(s, h)
-        for i in range(n):
-            z0, z1, z2 = z[0, i], z[1, i], z[2, i]
-            w1[i] = _R1[0] * z0 + _R1[1] * z1 + _R1[2] * z2
-            w2[i] = _combined(_R2, z0, z1, z2)
         goal = _REST if exact else _NEWTON
         iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
-        rate1, rate2 = _MU / h, _NU * (1.0 / h)
         before, earlier, rate = 0.0, 0.0, 0.0
         for iteration in range(iterations):
             for i in range(n):
-                r1[i] = rate1 * w1[i]
-                r2[i] = rate2 * w2[i]
+                state = z[i] + y[i]
+                trial[0, i], trial[1, i], trial[2, i] = lane(state, 0), lane(state, 1), lane(state, 2)
+            for i in range(k):
+                found = _times(rates, z[m + i])
+                slope[0, i], slope[1, i], slope[2, i] = lane(found, 0), lane(found, 1), lane(found, 2)
             for stage in range(3):
-                for i in range(n):
-                    trial[i] = y[i] + z[stage, i]
-                    slope[i] = _spread(stage, r1[i], r2[i])
-                residual(problem, t + _C[stage] * h, trial, slope, stages[stage])
+                residual(problem, t + _C[stage] * h, trial[stage], slope[stage], lack[stage])
             s.memory[COUNT] += 3
-            for i in range(n):
-                f0, f1, f2 = stages[0, i], stages[1, i], stages[2, i]
-                r1[i] = _R1[0] * f0 + _R1[1] * f1 + _R1[2] * f2
-                r2[i] = _combined(_R2, f0, f1, f2)
-            _solve(s.jacobian, s.real, s.pivots, rate1, r1)
-            _solve(s.jacobian, s.complex, s.pivots2, rate2, r2)
-            total = 0.0
-            for i in range(n):
-                w1[i] += r1[i]
-                w2[i] += r2[i]
-                square = 0.0
-                for stage in range(3):
-                    change = _spread(stage, r1[i], r2[i])
-                    z[stage, i] += change
-                    square += change * change
-                total += square / (scale[i] * scale[i])
-            size = math.sqrt(total / (3 * n))
+            for i in range(k):
+                force = apart[0] * lack[0, i] + apart[1] * lack[1, i] + apart[2] * lack[2, i]
+                s.force[i], s.turned[i] = force, swapped(force)
+            squares = 0.0
+            for i in range(k):
+                change = _times(together, row_times(inverse, cross, i, s.force, s.turned))
+                z[m + i] += change
+                squares += change * change * (1.0 / (scale[m + i] * scale[m + i]))
+                if i < m:
+                    moved = _times(gain, change)
+                    z[i] += moved
+                    squares += moved * moved * (1.0 / (scale[i] * scale[i]))
+            size = math.sqrt((lane(squares, 0) + lane(squares, 1) + lane(squares, 2)) / (3 * n))
             if not size < 1e100:
                 return False, iteration + 1, 1.0
             if (
@@ -249,22 +249,22 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
         n = len(y)
         new_jacobian = False
         for trial in range(2):
-            if s.memory[FACTORED] == 0.0:
+            if s.memory[INVERTED] == 0.0:
                 jacobian(problem, t, y, s.mass, s.jacobian)
                 s.memory[CURRENT] = 1.0
                 new_jacobian = True
-            if s.memory[FACTORED] != h and not _factorise(s, h):
-                s.memory[FACTORED] = 0.0
+            if s.memory[INVERTED] != h and not _invert(s, h):
+                s.memory[INVERTED] = 0.0
                 return math.inf, 0.5
             converged, iterations, rate = newton(problem, s, t, h, y, exact)
             if converged:
                 break
             if trial == 0 and not new_jacobian and s.memory[CURRENT] == 0.0:
-                s.memory[FACTORED] = 0.0
+                s.memory[INVERTED] = 0.0
                 continue
             return math.inf, 0.5
         for i in range(n):
-            s.new[i] = y[i] + s.z[2, i]
+            s.new[i] = y[i] + lane(s.z[i], 2)
         if exact:
             rhs(problem, t + h, s.new, s.f1)
             s.memory[COUNT] += 1
@@ -273,8 +273,8 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
         safety = 0.9 * (2 * _ITERATIONS + 1) / (2 * _ITERATIONS + iterations)
         if error > 1.0:
             for i in range(n):
-                s.trial[i] = y[i] + s.r1[i]
-            rhs(problem, t, s.trial, s.f1)
+                s.trial[0, i] = y[i] + s.error[i]
+            rhs(problem, t, s.trial[0], s.f1)
             s.memory[COUNT] += 1
             error = _estimate(s, h, s.f1)
         factor = min(8.0, max(0.1, safety * error**-0.25)) if error > 0.0 else 8.0
@@ -286,7 +286,7 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
             trend = h / s.memory[LAST] * (s.memory[ERROR] / error) ** 0.25
             factor = min(factor, factor * trend)
         if iterations > 2 and rate > _FRESH:
-            s.memory[FACTORED] = 0.0  # the next step gets a new Jacobian
+            s.memory[INVERTED] = 0.0  # the next step gets a new Jacobian
         elif 1.0 <= factor < _KEEP:
             factor = 1.0
         rhs(problem, t + h, s.new, s.f1)

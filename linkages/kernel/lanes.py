@@ -112,6 +112,17 @@ def _with_lane(typing: Any, lanes: Any, place: Any, value: Any) -> Any:
     return _lanes(_lanes, types.int64, types.float64), code
 
 
+@intrinsic
+def _side_by_side(typing: Any, first: Any, second: Any, third: Any, fourth: Any) -> Any:
+    def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        vector = ir.Constant(ir.VectorType(ir.DoubleType(), WIDTH), ir.Undefined)
+        for place, value in enumerate(values):
+            vector = builder.insert_element(vector, value, ir.IntType(32)(place))
+        return vector
+
+    return _lanes(*[types.float64] * WIDTH), code
+
+
 def _lanes_in(context: Any, builder: Any, kind: Any, array: Any, indices: Any) -> Any:
     structure = context.make_array(kind)(context, builder, value=array)
     pointer = cgutils.get_item_pointer(context, builder, kind, structure, indices)
@@ -135,6 +146,8 @@ def _put_lanes(typing: Any, array: Any, i: Any, k: Any, lanes: Any) -> Any:
     return types.void(array, types.int64, types.int64, _lanes), code
 
 
+#: ``lanes(a, b, c, d)``: these numbers, side by side.
+lanes: Callable[[float, float, float, float], Any] = cast(Any, _side_by_side)
 #: ``lane(lanes, place)``: the number in a lane.
 lane: Callable[[Any, int], float] = cast(Any, _lane)
 #: ``with_lane(lanes, place, number)``: lanes with a number in one of them, the others as given.

@@ -41,10 +41,9 @@ def check_residual(problem, t, y, mass):
     right, n = np.zeros(len(y)), len(y) - len(mass)
     right_hand_side(problem, t, y, right)
     lack = np.random.default_rng(1).normal(size=len(y)) * (1.0 + np.abs(right))
-    expected = np.concatenate([lack[:n], mass @ lack[n:]])
-    size = np.concatenate([np.abs(lack[:n]), np.abs(mass) @ (np.abs(lack[n:]) + np.abs(right[n:]))])
+    size = np.abs(mass) @ (np.abs(lack[n:]) + np.abs(right[n:]))
     assert np.all(
-        np.abs(left(problem, t, y, right - lack) - expected) < 1e-11 * size
+        np.abs(left(problem, t, y, right - lack) - mass @ lack[n:]) < 1e-11 * size
     )  # stiff modes and films lose some
 
 

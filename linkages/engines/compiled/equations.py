@@ -97,28 +97,27 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 
 @kernel
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Fill ``out`` with what is left of the equations of motion if dy/dt is ``dy``; see `linkages.integrate.radau`.
+    """Fill ``out`` with what is left of the equations of rates and bristles if their derivatives are ``dy``.
 
-    Without loops that are closed by multipliers that is, for the rates, the balance of forces on the free coordinates
-    [N, N m], their mass times f - dy: no mass need be known for it.
+    See `linkages.integrate.radau`. Without loops that are closed by multipliers that is, for the rates, the balance of
+    forces on the free coordinates [N, N m], their mass times f - dy: no mass need be known for it.
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     if len(model.rows):
-        derivatives(equations, t, y, out)
-        for i in range(len(dy)):
-            out[i] -= dy[i]
-        return
-    set_state(model, work, t, y)
-    for i in range(n):
-        w.a[model.free[i]] = dy[n + i]
-    _add_forces(equations, t)
-    balance(model.bodies, model.gravity, w)
-    for i in range(n):
-        out[i] = y[n + i] - dy[i]
-        out[n + i] = w.tau[model.free[i]]
+        solve(equations, t, y)
+        for i in range(n):
+            out[i] = w.a[model.free[i]] - dy[i]
+    else:
+        set_state(model, work, t, y)
+        for i in range(n):
+            w.a[model.free[i]] = dy[i]
+        _add_forces(equations, t)
+        balance(model.bodies, model.gravity, w)
+        for i in range(n):
+            out[i] = w.tau[model.free[i]]
     for k in range(len(model.bristles)):
-        out[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[2 * n + k]
+        out[n + k] = work.contacts[model.bristles[k], BRISTLE_RATE] - dy[n + k]
 
 
 @kernel
