@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from llvmlite import binding
+from llvmlite import binding, ir
 from numba.core.cgutils import normalize_ir_text
 from numba.core.codegen import JITCodeLibrary
 from numba.core.funcdesc import default_mangler
@@ -30,13 +30,32 @@ class _Library(JITCodeLibrary):
 
     def add_ir_module(self, ir_module: Any) -> None:
         """Take over what was compiled, not yet optimised."""
-        text = str(ir_module)
+        text = _with_short_loops(ir_module)
         if ir_module.name == "cfunc_wrapper":  # the only code that numba asks to leave apart
             text = text.replace(" noinline", "")
         module = binding.parse_assembly(normalize_ir_text(text))
         module.name = ir_module.name
         module.data_layout = self._codegen._data_layout
         self._final_module.link_in(module)
+
+
+def _with_short_loops(module: Any) -> str:
+    """Text of a module whose loops LLVM leaves as they are, unless it knows how often they are gone through.
+
+    Loops over bodies, coordinates and modes are gone through a few times: eight rounds at once, and what is to be found
+    out before them, cost more than they gain, in compiling too.
+    """
+    hint = module.add_metadata([ir.MetaDataString(module, "llvm.loop.unroll.runtime.disable")])
+    loop = module.add_metadata([hint])
+    for function in module.functions:
+        before = set()
+        for block in function.blocks:
+            before.add(block)
+            jump = block.terminator
+            if isinstance(jump, ir.Branch | ir.ConditionalBranch) and not before.isdisjoint(jump.operands):
+                jump.set_metadata("llvm.loop", loop)
+    known, own = (each.get_reference() for each in (hint, loop))
+    return str(module).replace(f"{own} = !{{ {known} }}", f"{own} = distinct !{{ {own}, {known} }}")
 
 
 class UnitLibrary(_Library):
@@ -48,7 +67,7 @@ class UnitLibrary(_Library):
         for name, function in functions.items():
             if f"cfunc.{name}" in functions and not function.is_declaration:
                 function.linkage = binding.Linkage.internal
-        manager, builder = self._codegen._module_pass_manager()
+        manager, builder = self._codegen._module_pass_manager(loop_vectorize=False)
         manager.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, Records, kernel, record_type
+from linkages.kernel import Array, Records, clear, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
 from linkages.planar.bending import beam_energy
 from linkages.planar.contacts import WIDTH, contact_motion
-from linkages.planar.dynamics import Workspace, clear, inertial_load, make_workspace
+from linkages.planar.dynamics import Workspace, inertial_load, make_workspace
 from linkages.planar.internal_forces import beam_state, deflection
 from linkages.planar.kinematics import body_accelerations, body_states, term_rate
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches

@@ -21,17 +21,21 @@ from typing import TYPE_CHECKING, Any
 from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.kernel.lanes import lane, lanes_at, put_lanes, with_lane
 from linkages.planar.bodies import DAMPING, ELASTIC, LOCK, MATRIX, MOTION, POINTS, POSE, REST, SHAPE, STIFFNESS, Bodies
-from linkages.planar.markers import turned
+from linkages.planar.markers import arm, turned
 
 if TYPE_CHECKING:
     from linkages.planar.dynamics import Workspace
 
 
+_SMALL = 0.05  # rad
+
+
 @late_kernel
-def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[float, float, float]:
-    """Displacements of a section along and across its beam, and turn; fills how each mode moves it."""
-    shapes, p = bodies.shapes[i], bodies.records[i].mount.body
+def bend(bodies: Bodies, i: int, pose: Array) -> None:
+    """Fill the line of a section; its beam's is known."""
+    section, shapes, p = bodies.records[i], bodies.shapes[i], bodies.records[i].mount.body
     nb, nm = bodies.records[p].bends, shapes.shape[1]
+    ux, uy = turned(pose, p, section.ux, section.uy)
     stretch, deflection, turn = 0.0, 0.0, 0.0
     for k in range(bodies.records[p].modes):
         shape, eta = shapes[SHAPE, k], pose[p, POSE + k]
@@ -45,7 +49,23 @@ def bend(bodies: Bodies, i: int, ux: float, uy: float, pose: Array) -> tuple[flo
         pose[i, POSE + k] = slope
         pose[i, POSE + nm + k] = psi * ux - b * uy
         pose[i, POSE + 2 * nm + k] = psi * uy + b * ux
-    return stretch, deflection, turn
+    rx, ry = arm(pose, section.mount)
+    c, s = _direction(turn)
+    pose[i, 0] = pose[p, 0] + rx + (ux * stretch - uy * deflection)
+    pose[i, 1] = pose[p, 1] + ry + (uy * stretch + ux * deflection)
+    pose[i, 2] = pose[p, 2] + turn
+    pose[i, 3] = pose[p, 3] * c - pose[p, 4] * s
+    pose[i, 4] = pose[p, 4] * c + pose[p, 3] * s
+
+
+@inlined_kernel
+def _direction(angle: float) -> tuple[float, float]:
+    """Cosine and sine of an angle that is most often small: by their series, to the last digit."""
+    if abs(angle) > _SMALL:
+        return math.cos(angle), math.sin(angle)
+    x = angle * angle
+    cosine = 1.0 - x * (1 / 2 - x * (1 / 24 - x * (1 / 720 - x * (1 / 40320))))
+    return cosine, angle * (1.0 - x * (1 / 6 - x * (1 / 120 - x * (1 / 5040))))
 
 
 @inlined_kernel
@@ -288,15 +308,19 @@ def two_accelerations(
     Puts the force on each mode that the motion of modes takes besides into the line of `rest` (nb, 3 + nm).
     """
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
-    x, y, al, w = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], acc[i, 0], vel[i, 0]
+    x, y, al, w, shapes = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], acc[i, 0], vel[i, 0], bodies.shapes[i]
     rates, seconds, curls = 0.0, 0.0, 0.0
     for k in range(bodies.records[i].modes):
         moved, rate, second = moved_by(bodies, i, k, pose), vel[i, 3 + k], acc[i, 3 + k]
-        turning, pushed = product(bodies, i, k, vel, 3), product(bodies, i, k, acc, 3)
+        turning, pushed = 0.0, 0.0
+        for m in range(bodies.records[i].modes):
+            entry = shapes[MATRIX + k, m]
+            turning += entry * vel[i, 3 + m]
+            pushed += lane(entry, 1) * acc[i, 3 + m]
         rates += moved * rate
         seconds += moved * second
         curls += turning * rate
-        rest[i, 3 + k] = lane(pushed, 1) + 2.0 * w * lane(turning, 3)
+        rest[i, 3 + k] = pushed + 2.0 * w * lane(turning, 3)
     gx0, gy0, gx1, gy1 = lane(rates, 0), lane(rates, 1), lane(rates, 2), lane(rates, 3)
     ax0 = x * ux + y * uy - al * y0 - w * (w * x0 + 2.0 * gy0) + (lane(seconds, 0) + lane(curls, 0))
     ay0 = y * ux - x * uy + al * x0 - w * (w * y0 - 2.0 * gx0) + lane(seconds, 1)

@@ -6,9 +6,8 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, clear, kernel
 from linkages.planar.contacts import Motion, contact_action
-from linkages.planar.dynamics import clear
 from linkages.planar.record_types import CORNER, JOURNAL, STOP
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.integrate.factor import solve_semidefinite
-from linkages.kernel import Array, Records, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, Records, clear, inlined_kernel, kernel, late_kernel
 from linkages.planar.bending import add_to_modes, beam_inertia, beam_load, eliminate, hang, moved_modes, pushed_modes
 from linkages.planar.bodies import POSE, Bodies, new_poses
 from linkages.planar.kinematics import (
@@ -73,14 +73,6 @@ def make_workspace(nb: int, n: int, nr: int, nm: int = 0) -> Workspace:
 
 #: The same for compiled callers.
 workspace = kernel(make_workspace)
-
-
-@inlined_kernel
-def clear(matrix: Array) -> None:
-    """Fill with zeros; compiles in a fraction of the time that numba's assignment takes."""
-    for i in range(matrix.shape[0]):
-        for j in range(matrix.shape[1]):
-            matrix[i, j] = 0.0
 
 
 @kernel
@@ -195,6 +187,9 @@ def _own_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Arr
         beam_load(bodies, i, work, gravity, load)
         for k in range(3):
             load[i, k] -= wrench[i, k]
+        return
+    if body.type == SECTION:  # without mass
+        load[i, 0], load[i, 1], load[i, 2] = -wrench[i, 0], -wrench[i, 1], -wrench[i, 2]
         return
     cx, cy = turned(work.pose, i, body.cx, body.cy)
     m, al, w2 = body.mass, acc[i, 0], vel[i, 0] * vel[i, 0]

@@ -23,8 +23,6 @@ from linkages.planar.markers import (
 )
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE, SECTION
 
-_SMALL = 0.05  # rad
-
 
 @kernel
 def body_positions(bodies: Bodies, q: Array, pose: Array) -> None:
@@ -68,6 +66,9 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     """Fill the line of body i; its parent's is known."""
     body = bodies.records[i]
     p = body.mount.body
+    if body.type == SECTION:
+        bend(bodies, i, pose)
+        return
     rx, ry = arm(pose, body.mount)
     x, y = pose[p, 0] + rx, pose[p, 1] + ry
     angle, cosine, sine = pose[p, 2], pose[p, 3], pose[p, 4]
@@ -78,28 +79,10 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
         ux, uy = turned(pose, p, body.ux, body.uy)
         x += ux * q[body.dof]
         y += uy * q[body.dof]
-    elif body.type == SECTION:
-        ux, uy = turned(pose, p, body.ux, body.uy)
-        stretch, deflection, turn = bend(bodies, i, ux, uy, pose)
-        x += ux * stretch - uy * deflection
-        y += uy * stretch + ux * deflection
-        angle += turn
-        c, s = _direction(turn)
-        cosine, sine = cosine * c - sine * s, sine * c + cosine * s
     pose[i, 0], pose[i, 1] = x, y
     pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
     if body.modes > 0:
         deform(bodies, i, q, pose)
-
-
-@inlined_kernel
-def _direction(angle: float) -> tuple[float, float]:
-    """Cosine and sine of an angle that is most often small: by their series, to the last digit."""
-    if abs(angle) > _SMALL:
-        return math.cos(angle), math.sin(angle)
-    x = angle * angle
-    cosine = 1.0 - x * (1 / 2 - x * (1 / 24 - x * (1 / 720 - x * (1 / 40320))))
-    return cosine, angle * (1.0 - x * (1 / 6 - x * (1 / 120 - x * (1 / 5040))))
 
 
 @inlined_kernel

@@ -1,8 +1,8 @@
 """Markers: points fixed to bodies, to which joints, contacts, loads, springs and outputs attach.
 
 A `linkages.planar.record_types.MARKER` names a body and a place in its frame. Whatever a marker does is written here
-and nowhere else: where it is, how fast it moves, how that changes, and what a force at it does to its body. On a body
-that bends, modal coordinates will add to each of these.
+and nowhere else: where it is, how fast it moves, how that changes, and what a force at it does to its body. On a link
+that bends it is fixed to one of its cross-sections, which are bodies of their own.
 
 An *arm* r points from the origin of the body's frame to the marker, in plane axes. A *gap* d = p_b - p_a points from
 marker a to marker b. Directions of change are given as in `linkages.planar.tangent`: bodies turn and move by

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel, late_kernel
+from linkages.kernel import Array, Records, clear, kernel, late_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
 from linkages.planar.contacts import add_contact
-from linkages.planar.dynamics import Workspace, clear, generalized_force, solve_rows
+from linkages.planar.dynamics import Workspace, generalized_force, solve_rows
 from linkages.planar.kinematics import add_row_wrench, along
 from linkages.planar.markers import arm, gap, turned
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE

@@ -6,7 +6,7 @@ import math
 
 from linkages.engines.compiled.entry_points import loads, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import balance
@@ -46,8 +46,7 @@ def _add_forces(equations: Equations, t: float) -> None:
     """Fill the wrenches on the bodies of a state that is set: those of contacts and applied loads."""
     model, work = equations.model, equations.work
     w = work.dynamics
-    for i in range(len(w.wrench)):
-        w.wrench[i, 0], w.wrench[i, 1], w.wrench[i, 2] = 0.0, 0.0, 0.0
+    clear(w.wrench)
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
         loads(equations, t)

@@ -13,13 +13,13 @@ from typing import Any
 from linkages.engines.compiled.entry_points import loads_tangent, solve
 from linkages.engines.compiled.equations import is_solved
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, clear, kernel
 from linkages.kernel.lanes import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import Workspace, clear, inertial_load, loop_responses, mass_matrix, respond, solve_rows
+from linkages.planar.dynamics import Workspace, inertial_load, loop_responses, mass_matrix, respond, solve_rows
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
