@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 from linkages import System
 from linkages.kernel.by_reference import reference as reference_to
-from linkages.planar.bodies import Bodies
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.dynamics import accelerate, workspace
 from linkages.planar.kinematics import body_states
@@ -35,10 +34,10 @@ class FreeMotion(NamedTuple):
 def free_motion(system: System) -> FreeMotion:
     """Set up the equations of motion and compile them.
 
-    The mechanism is a constant of the compiled function: arrays given as arguments would cost more than the dynamics.
+    What it takes is a constant of the compiled function, or a reference: arrays given as arguments would cost more than
+    the dynamics.
     """
     tree, assembly = system.tree, system.assembly
-    records, shapes = tree.bodies.records, tree.bodies.shapes
     rows, rank, ends, driven = tree.loop_rows, system.arrays.rank, tree.ends, tree.driven_dofs
     laws, tables, gravity = system.laws, system.film_tables, system.gravity
     memory = np.zeros((len(ends), 2))
@@ -47,9 +46,9 @@ def free_motion(system: System) -> FreeMotion:
     nf, nd, n = len(free), len(driven), tree.size
 
     @njit
-    def evaluate(t, y):
-        bodies = reference_to(Bodies(records, shapes))
-        work = workspace(len(records), n, len(rows), shapes.shape[2])
+    def evaluate(given, t, y):
+        bodies = reference_to(given)
+        work = workspace(len(bodies.records), n, len(rows), bodies.shapes.shape[2])
         joints, rate = np.empty((len(ends), WIDTH)), np.empty(2 * nf)
         value, speed, acceleration = np.empty(nd), np.empty(nd), np.empty(nd)
         evaluate_motions(curves, t, value, speed, acceleration)
@@ -64,13 +63,12 @@ def free_motion(system: System) -> FreeMotion:
             rate[k], rate[nf + k] = work.v[free[k]], work.a[free[k]]
         return rate, joints
 
-    @njit
     def rates(t, y):
-        return evaluate(t, y)[0]
+        return evaluate(tree.bodies, t, y)[0]
 
     start = np.concatenate([assembly.q[free], assembly.v[free]])
     rates(0.0, start)
-    return FreeMotion(rates, start, lambda t, y: evaluate(t, y)[1][:, :2])
+    return FreeMotion(rates, start, lambda t, y: evaluate(tree.bodies, t, y)[1][:, :2])
 
 
 def reference(system: System) -> Callable[[Array], Array]:
