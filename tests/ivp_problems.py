@@ -22,6 +22,7 @@ import numpy as np
 from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, driver
 from linkages.integrate.radau import radau
+from linkages.integrate.shifted import row_times
 from linkages.integrate.stepper import accept
 from linkages.kernel import kernel
 from linkages.kernel.by_reference import reference
@@ -307,3 +308,10 @@ def take_steps(implicit, problem, stepper, t, y, sizes, scale, exact):
     if implicit:
         return _steps_implicit(problem, s, t, y, sizes, scale, exact)
     return _steps_explicit(problem, s, t, y, sizes, scale, exact)
+
+
+@kernel
+def multiply(inverse, cross, x, turned, y):
+    """Product of a vector and two inverses side by side."""
+    for i in range(len(y)):
+        y[i] = row_times(inverse, cross, i, x, turned)

@@ -6,7 +6,7 @@ import numpy as np
 
 from linkages.kernel import kernel
 from linkages.kernel.by_reference import packed, reference
-from linkages.kernel.lanes import WIDTH, LaneArray, lane, lane_array, with_lane
+from linkages.kernel.lanes import WIDTH, LaneArray, lane, lane_array, lanes, lanes_at, put_lanes, with_lane
 
 
 class Given(NamedTuple):
@@ -44,6 +44,21 @@ def test_operations_are_numpys():
         inserted[place] = 1.7
         expected = [(1.7 * a - a * b / 1.7).sum(axis=(0, 1)), -a[0, 0] / b[0], 1.7 * b[1], inserted, before[4] - b[0]]
         np.testing.assert_allclose(given.out, expected, rtol=1e-14)
+
+
+@kernel
+def carry(array, row, column, to):
+    """Multiply four numbers of an array, and put them elsewhere."""
+    x = lanes_at(array, row, column) * lanes(1.0, 2.0, 3.0, 4.0)
+    put_lanes(array, row, to, x)
+
+
+def test_lanes_are_taken_from_and_put_into_arrays():
+    array = np.arange(24.0).reshape(2, 12)
+    expected = array.copy()
+    expected[1, 7:11] = array[1, 2:6] * [1.0, 2.0, 3.0, 4.0]
+    carry(array, 1, 2, 7)
+    np.testing.assert_array_equal(array, expected)
 
 
 def test_numbers_of_lanes_are_those_of_the_last_axis():

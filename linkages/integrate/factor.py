@@ -1,36 +1,29 @@
-"""Small matrices: LU factorisation, real or complex; semi-definite systems, with their rank; singular values."""
+"""Small matrices: LU factorisation; semi-definite systems, with their rank; singular values."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel, late_kernel
 
 _ORTHOGONAL = 2.2e-16  # cosine of the angle of orthogonal vectors, by rounding, per entry
 _SWEEPS = 30  # at most; six are usual
 
 
-@inlined_kernel
-def _size(value: Any) -> float:
-    """Size of a number, real or complex, to compare pivots by: without a root."""
-    return abs(value.real) + abs(value.imag)
-
-
 @kernel
-def factorise(matrix: Any, pivots: Any) -> bool:
+def factorise(matrix: Array, pivots: Indices) -> bool:
     """Overwrite a matrix (n, n) by its LU factors with row interchanges; False if it is singular.
 
     The diagonal has one over the pivots.
     """
     n = len(matrix)
     for k in range(n):
-        best, size = k, _size(matrix[k, k])
+        best, size = k, abs(matrix[k, k])
         for i in range(k + 1, n):
-            if _size(matrix[i, k]) > size:
-                best, size = i, _size(matrix[i, k])
+            if abs(matrix[i, k]) > size:
+                best, size = i, abs(matrix[i, k])
         pivots[k] = best
         if not size > 0.0:
             return False
@@ -49,7 +42,7 @@ def factorise(matrix: Any, pivots: Any) -> bool:
 
 
 @kernel
-def back_substitute(factors: Any, pivots: Any, x: Any) -> None:
+def back_substitute(factors: Array, pivots: Indices, x: Array) -> None:
     """Solve for a right-hand side x (n,), in place."""
     n = len(x)
     for k in range(n):

@@ -41,7 +41,7 @@ def _collocation() -> tuple[Array, Array, Array]:
 
 
 _C, _A, _ERROR = _collocation()
-_SLOPE = np.linalg.inv(_A)  # from what stages gain in a step to its size times the slopes there
+_SLOPE = np.linalg.inv(_A).astype(np.float64)  # from what stages gain in a step to its size times the slopes there
 _values, _vectors = np.linalg.eig(_SLOPE)
 _real, _complex = int(np.argmin(np.abs(_values.imag))), int(np.argmax(_values.imag))
 _MU = float(_values[_real].real)

@@ -30,7 +30,7 @@ class _Library(JITCodeLibrary):
 
     def add_ir_module(self, ir_module: Any) -> None:
         """Take over what was compiled, not yet optimised."""
-        text = _with_short_loops(ir_module)
+        text = with_short_loops(ir_module)
         if ir_module.name == "cfunc_wrapper":  # the only code that numba asks to leave apart
             text = text.replace(" noinline", "")
         module = binding.parse_assembly(normalize_ir_text(text))
@@ -39,7 +39,7 @@ class _Library(JITCodeLibrary):
         self._final_module.link_in(module)
 
 
-def _with_short_loops(module: Any) -> str:
+def with_short_loops(module: Any) -> str:
     """Text of a module whose loops LLVM leaves as they are, unless it knows how often they are gone through.
 
     Loops over bodies, coordinates and modes are gone through a few times: eight rounds at once, and what is to be found

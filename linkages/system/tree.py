@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.kernel.by_reference import packed
+from linkages.kernel.lanes import LaneArray
 from linkages.model.functions import OF_JOINTS
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
@@ -224,7 +225,7 @@ class Tree:
 
     def acting_bodies(self, bodies: Bodies) -> Bodies:
         """Return bodies without the sections on which nothing acts."""
-        return packed(Bodies(bodies.records[: self.acting], bodies.shapes[: self.acting]))
+        return packed(Bodies(bodies.records[: self.acting], bodies.shapes[: self.acting].view(LaneArray)))
 
     @cached_property
     def unbent_bodies(self) -> Bodies:
