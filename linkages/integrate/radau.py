@@ -23,7 +23,7 @@ from linkages.kernel.lanes import lane, lanes
 ORDER = 5
 _ITERATIONS = 7  # of Newton's method; beyond, a shorter step is cheaper
 _EXACT_ITERATIONS = 30  # where a shorter step is no choice
-_KEEP = 1.2  # the factors are kept if the step would not grow by more
+_KEEP = 1.2  # the inverses are kept if the step would not grow by more
 _FRESH = 1e-3  # rate of convergence below which the Jacobian is kept
 # What Newton's method leaves, in parts of the tolerance, and of a step of given size. Tuned: where masses change within
 # the step, 0.01 let the press's energy err four times as much as the steps themselves do, 0.003 and 0.001 did not.
@@ -180,12 +180,8 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
         """Solve for the stages; returns whether it converged, the iterations, the rate of convergence."""
         n, m, k = len(y), len(y) - len(s.mass), len(s.mass)
         z, trial, slope, lack, scale, inverse, cross = s.z, s.trial, s.slope, s.lack, s.scale, s.inverse, s.cross
-        gain, rates, apart, together = (
-            _columns(_A, h),
-            _columns(_SLOPE, 1.0 / h),
-            _columns(_APART, 1.0),
-            _columns(_TOGETHER, 1.0),
-        )
+        gain, rates = _columns(_A, h), _columns(_SLOPE, 1.0 / h)
+        apart, together = _columns(_APART, 1.0), _columns(_TOGETHER, 1.0)
         _predict(s, h)
         goal = _REST if exact else _NEWTON
         iterations = _EXACT_ITERATIONS if exact else _ITERATIONS
@@ -215,9 +211,7 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
             size = math.sqrt((lane(squares, 0) + lane(squares, 1) + lane(squares, 2)) / (3 * n))
             if not size < 1e100:
                 return False, iteration + 1, 1.0
-            if (
-                iteration > 0
-            ):  # of two iterations where there are: stiff directions that turn undo one's gain in the next
+            if iteration > 0:  # by two at once: stiff directions that turn undo one iteration's gain in the next
                 rate = size / before if iteration == 1 else math.sqrt(size / earlier)
             if iteration > 1:
                 left = iterations - 1 - iteration
