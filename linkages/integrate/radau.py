@@ -28,6 +28,9 @@ _FRESH = 1e-3  # rate of convergence below which the Jacobian is kept
 # What Newton's method leaves, in parts of the tolerance, and of a step of given size. Tuned: where masses change within
 # the step, 0.01 let the press's energy err four times as much as the steps themselves do, 0.003 and 0.001 did not.
 _NEWTON, _REST = 0.003, 1e-5
+# Rate of convergence up to which steps grow, as if it grew with them. Tuned: from 0.1 to 0.15 runs with thin films take
+# the fewest evaluations, an eighth to a quarter less than without it, when a third of the attempts failed there.
+_RATE = 0.12
 
 
 def _collocation() -> tuple[Array, Array, Array]:
@@ -279,6 +282,8 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
         if s.memory[LAST] > 0.0 and s.memory[ERROR] > 0.0 and error > 0.0:  # Gustafsson: the trend of the error
             trend = h / s.memory[LAST] * (s.memory[ERROR] / error) ** 0.25
             factor = min(factor, factor * trend)
+        if iterations > 1 and rate > 0.0:
+            factor = min(factor, max(1.0, _RATE / rate))
         if iterations > 2 and rate > _FRESH:
             s.memory[INVERTED] = 0.0  # the next step gets a new Jacobian
         elif 1.0 <= factor < _KEEP:
