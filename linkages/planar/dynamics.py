@@ -25,6 +25,7 @@ from linkages.planar.kinematics import (
     add_to_parent,
     along,
     body_acceleration,
+    body_accelerations,
     modal_motion,
     row_acceleration,
 )
@@ -304,7 +305,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     float
         How far the rows are from dependent, see `solve_rows`; 1 without rows.
     """
-    pose, vel, acc, change = work.pose, work.vel, work.acc, work.change
+    pose, vel, acc = work.pose, work.vel, work.acc
     _accelerate_tree(bodies, gravity, work)
     nr = len(rows)
     if nr == 0:
@@ -313,11 +314,10 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
         work.error[k] = -row_acceleration(rows[k], pose, vel, acc)
     loop_responses(bodies, rows, work)
     margin = solve_rows(rows, rank, work.response, work.error, work.reaction)
-    clear(work.load)
     for k in range(nr):
-        add_row_wrench(rows[k], pose, -work.reaction[k], work.load)
-    respond(bodies, work, work.load, work.rest, work.a)
-    add_change(bodies, change, acc)
+        for i in range(len(work.a)):
+            work.a[i] += work.reaction[k] * work.row_a[k, i]
+    body_accelerations(bodies, pose, vel, work.v, work.a, acc)
     return margin
 
 
@@ -443,15 +443,6 @@ def solve_rows(rows: Records, rank: int, response: Array, error: Array, reaction
     for k in range(len(rows)):
         reaction[k] *= rows[k].scale
     return margin
-
-
-@inlined_kernel
-def add_change(bodies: Bodies, change: Array, acc: Array) -> None:
-    """Add what `respond` found to the bodies' accelerations."""
-    for i in range(1, len(bodies.records)):
-        if bodies.records[i].moving:
-            for k in range(3 + bodies.records[i].modes):
-                acc[i, k] += change[i, k]
 
 
 @kernel
