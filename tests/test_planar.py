@@ -213,10 +213,10 @@ def test_redundant_rows_are_dropped():
     base = RNG.normal(size=(5, 3))
     matrix = base @ base.T  # rank 3
     rhs = matrix @ RNG.normal(size=5)
-    x = np.empty(5)
-    assert solve_semidefinite(matrix.copy(), rhs.copy(), 3, x) > 1e-3
+    x, room = np.empty(5), np.zeros((2, 5), np.int64)
+    assert solve_semidefinite(matrix.copy(), rhs.copy(), 3, room, x) > 1e-3
     np.testing.assert_allclose(matrix @ x, rhs, atol=1e-10)
-    assert solve_semidefinite(matrix.copy(), rhs.copy(), 4, np.empty(5)) == 0.0
+    assert solve_semidefinite(matrix.copy(), rhs.copy(), 4, room, np.empty(5)) == 0.0
     assert np.count_nonzero(x) == 3
 
 

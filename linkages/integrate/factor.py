@@ -60,16 +60,17 @@ def back_substitute(factors: Array, pivots: Indices, x: Array) -> None:
 
 
 @late_kernel
-def solve_semidefinite(matrix: Array, rhs: Array, rank: int, x: Array) -> float:
+def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: Array) -> float:
     """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
 
-    `matrix` and `rhs` are used up; zeros cost next to nothing, whatever the order of the rows. Returns how far the
-    matrix, of which `rank` rows should be independent, is from having fewer: the square root of the pivot of that rank
-    in parts of the largest entry of the diagonal.
+    `matrix`, `rhs` and `room` (2, n) are used up; zeros cost next to nothing, whatever the order of the rows. Returns
+    how far the matrix, of which `rank` rows should be independent, is from having fewer: the square root of the pivot
+    of that rank in parts of the largest entry of the diagonal.
     """
     n = len(rhs)
-    order, filled, found, scale, last = np.arange(n), np.empty(n, np.int64), n, 0.0, 0.0
+    order, filled, found, scale, last = room[0], room[1], n, 0.0, 0.0
     for k in range(n):
+        order[k] = k
         scale = max(scale, matrix[k, k])
     for k in range(n):
         best = k

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.integrate.factor import solve_semidefinite
-from linkages.kernel import Array, Records, clear, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel, late_kernel
 from linkages.planar.bending import add_to_modes, beam_inertia, beam_load, eliminate, hang, moved_modes, pushed_modes
 from linkages.planar.bodies import POSE, Bodies, new_poses
 from linkages.planar.kinematics import (
@@ -57,6 +57,8 @@ class Workspace(NamedTuple):
     error: Array
     response: Array
     row_a: Array
+    room: Indices  # for `solve_rows`, (2, nr)
+    given: Array  # accelerations before they are found, (n,)
     passing: Array  # 1 where accelerations are those of a singular position that is passed, (1,)
 
 
@@ -68,7 +70,8 @@ def make_workspace(nb: int, n: int, nr: int, nm: int = 0) -> Workspace:
         new_poses(nb, nm), np.zeros(wide), np.zeros(wide), np.zeros(wide), np.zeros(nr),
         np.zeros((nb, 6 + 3 * nm + nm * nm)), np.zeros((nb, 8 + 4 * nm)),
         np.zeros(wide), np.zeros(wide), np.zeros(wide),
-        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros(1),
+        np.zeros(n), np.zeros(nr), np.zeros((nr, nr)), np.zeros((nr, n)), np.zeros((2, nr), np.int64),
+        np.zeros(n), np.zeros(1),
     )  # fmt: skip
 
 
@@ -313,7 +316,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     for k in range(nr):
         work.error[k] = -row_acceleration(rows[k], pose, vel, acc)
     loop_responses(bodies, rows, work)
-    margin = solve_rows(rows, rank, work.response, work.error, work.reaction)
+    margin = solve_rows(rows, rank, work.response, work.error, work.room, work.reaction)
     for k in range(nr):
         for i in range(len(work.a)):
             work.a[i] += work.reaction[k] * work.row_a[k, i]
@@ -430,7 +433,7 @@ def _feel(bodies: Bodies, i: int, pose: Array, row: int, wrench: tuple[float, fl
 
 
 @late_kernel
-def solve_rows(rows: Records, rank: int, response: Array, error: Array, reaction: Array) -> float:
+def solve_rows(rows: Records, rank: int, response: Array, error: Array, room: Indices, reaction: Array) -> float:
     """Solve ``response reaction = error`` (nr,) of the rows, using both up, as `solve_semidefinite`.
 
     Rows are compared multiplied by their scales: lengths with angles, gears with joints.
@@ -439,7 +442,7 @@ def solve_rows(rows: Records, rank: int, response: Array, error: Array, reaction
         error[k] *= rows[k].scale
         for m in range(len(rows)):
             response[k, m] *= rows[k].scale * rows[m].scale
-    margin = solve_semidefinite(response, error, rank, reaction)
+    margin = solve_semidefinite(response, error, rank, room, reaction)
     for k in range(len(rows)):
         reaction[k] *= rows[k].scale
     return margin

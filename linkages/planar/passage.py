@@ -41,7 +41,8 @@ def accelerate_through(bodies: Bodies, rows: Records, rank: int, size: float, gr
     if not len(rows):
         accelerate(bodies, rows, rank, gravity, work)
         return
-    given = work.a.copy()
+    for i in range(len(work.a)):
+        work.given[i] = work.a[i]
     margin = accelerate(bodies, rows, rank, gravity, work)
     if margin < _NEAR:
         q, v = work.q.copy(), work.v.copy()
@@ -49,8 +50,8 @@ def accelerate_through(bodies: Bodies, rows: Records, rank: int, size: float, gr
             work.passing[0] = 1.0
             _put(bodies, q, v, work)
             return
-        for i in range(len(given)):
-            work.a[i] = given[i]
+        for i in range(len(work.a)):
+            work.a[i] = work.given[i]
         _put(bodies, q, v, work)
         accelerate(bodies, rows, rank, gravity, work)  # the states beside have left their reactions
 

@@ -60,7 +60,7 @@ def correct(bodies: Bodies, rows: Records, rank: int, work: Workspace, x: Array)
     """Add to x (coordinates or rates) what takes the rows by `work`'s errors; returns as `solve_rows`."""
     articulate(bodies, work)
     loop_responses(bodies, rows, work)
-    margin = solve_rows(rows, rank, work.response, work.error, work.reaction)
+    margin = solve_rows(rows, rank, work.response, work.error, work.room, work.reaction)
     for k in range(len(rows)):
         for i in range(len(x)):
             x[i] += work.reaction[k] * work.row_a[k, i]

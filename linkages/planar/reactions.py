@@ -58,7 +58,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
             work.error[k] += jacobian[k, i] * rhs[i]
             for m in filled[:count]:
                 work.response[k, m] += jacobian[k, i] * jacobian[m, i]
-    solve_rows(rows, model.rank, work.response, work.error, work.reaction)
+    solve_rows(rows, model.rank, work.response, work.error, work.room, work.reaction)
 
 
 @kernel

@@ -134,7 +134,7 @@ def _close(model: Arrays, w: Workspace, s: Scratch, column: int) -> None:
         w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change) - lane(s.drows[k], column)
         for m in range(nr):
             s.response[k, m] = w.response[k, m]
-    solve_rows(model.rows, model.rank, s.response, w.error, s.sizes)
+    solve_rows(model.rows, model.rank, s.response, w.error, w.room, s.sizes)
     for k in range(nr):
         for i in range(len(s.da)):
             s.da[i] += s.sizes[k] * w.row_a[k, i]
