@@ -25,7 +25,6 @@ from linkages.planar.kinematics import (
     add_to_parent,
     along,
     body_acceleration,
-    body_accelerations,
     modal_motion,
     row_acceleration,
 )
@@ -292,7 +291,7 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     """Accelerations and loop reactions of a tree whose cut ideal joints are closed by multipliers.
 
     Takes `work`'s v, pose, vel, wrench, tau, and a with the prescribed accelerations and zero for free joints; fills a,
-    acc and reaction.
+    reaction, and acc, which is without the reactions: with rows, `body_accelerations` gives that of the bodies.
 
     Parameters
     ----------
@@ -320,7 +319,6 @@ def accelerate(bodies: Bodies, rows: Records, rank: int, gravity: Array, work: W
     for k in range(nr):
         for i in range(len(work.a)):
             work.a[i] += work.reaction[k] * work.row_a[k, i]
-    body_accelerations(bodies, pose, vel, work.v, work.a, acc)
     return margin
 
 

@@ -32,7 +32,7 @@ WEIGHTS = (4 / 5, -2 / 5, 4 / 35, -1 / 70)
 
 @kernel
 def accelerate_through(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
-    """Find accelerations as `linkages.planar.dynamics.accelerate`, through singular positions too.
+    """Find accelerations as `linkages.planar.dynamics.accelerate`, of coordinates, through singular positions too.
 
     Takes also `work`'s q; says in its passing whether accelerations are interpolated. Its reaction, response and what
     belongs to them mean nothing then.
@@ -100,6 +100,7 @@ def _put(bodies: Bodies, q: Array, v: Array, work: Workspace) -> None:
 def beside(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, work: Workspace) -> None:
     """Leave `work`, which passes a singular position, solved at a state beside it."""
     _solve_beside(bodies, rows, rank, size, gravity, _time(bodies, size, work), work)
+    body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
 
 
 @late_kernel

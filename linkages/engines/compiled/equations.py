@@ -10,7 +10,7 @@ from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import balance
-from linkages.planar.kinematics import body_states
+from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.passage import accelerate_through
@@ -58,7 +58,10 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     model, work = equations.model, equations.work
     set_state(model, work, t, y)
     _add_forces(equations, t)
-    accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, work.dynamics)
+    w = work.dynamics
+    accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+    if len(model.rows):
+        body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     work.solved[0] = t
     for i in range(len(y)):
         work.solved[1 + i] = y[i]
@@ -103,15 +106,15 @@ def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) ->
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
+    set_state(model, work, t, y)
+    _add_forces(equations, t)
     if len(model.rows):
-        solve(equations, t, y)
+        accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         for i in range(n):
             out[i] = w.a[model.free[i]] - dy[i]
     else:
-        set_state(model, work, t, y)
         for i in range(n):
             w.a[model.free[i]] = dy[i]
-        _add_forces(equations, t)
         balance(model.bodies, model.gravity, w)
         for i in range(n):
             out[i] = w.tau[model.free[i]]
