@@ -134,6 +134,13 @@ def test_states_between_steps_take_less_than_a_step(name):
     assert taken < 3 * 5 * len(times)
 
 
+def test_few_attempts_fail_where_films_are_thin():
+    """Steps do not grow beyond what Newton's method can solve: without that limit 101 attempts fail beside 177 steps."""
+    runner = Runner(shipped("slider_crank_flexible", duration=0.1, **{"solver.accuracy": 1e-5}))
+    run = runner.run(0.0, runner.start, runner.first_step, 10**6)
+    assert run.rejected < 0.2 * run.steps
+
+
 @pytest.mark.slow
 def test_an_edited_law_reaches_the_kernels_that_call_it(tmp_path):
     """A copy of the package, run, edited, and run again: nothing stale comes from the compiler's cache."""
