@@ -29,8 +29,8 @@ class Stepper(NamedTuple):
     lack: Array  # and what it finds there
     inverse: Lanes  # of the iteration's matrices, without positions, (k, k): see `linkages.integrate.shifted`
     cross: Lanes
-    order: Indices
-    force: Lanes  # (k,)
+    order: Indices  # of their rows, (k,)
+    force: Lanes  # what is found at the stages, for both systems, (k,)
     turned: Lanes
     memory: Array  # by the indices below, (6,)
 
