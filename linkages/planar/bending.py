@@ -22,6 +22,7 @@ from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.kernel.lanes import lane, lanes_at, put_lanes, with_lane
 from linkages.planar.bodies import DAMPING, ELASTIC, LOCK, MATRIX, MOTION, POINTS, POSE, REST, SHAPE, STIFFNESS, Bodies
 from linkages.planar.markers import arm, turned
+from linkages.planar.record_types import SECTION
 
 if TYPE_CHECKING:
     from linkages.planar.dynamics import Workspace
@@ -32,6 +33,12 @@ _SMALL = 0.05  # rad
 
 @late_kernel
 def bend(bodies: Bodies, i: int, pose: Array) -> None:
+    """Fill the line of a section that stands apart from its beam."""
+    _place(bodies, i, pose)
+
+
+@inlined_kernel
+def _place(bodies: Bodies, i: int, pose: Array) -> None:
     """Fill the line of a section; its beam's is known."""
     section, shapes, p = bodies.records[i], bodies.shapes[i], bodies.records[i].mount.body
     nb, nm = bodies.records[p].bends, shapes.shape[1]
@@ -111,12 +118,10 @@ def product(bodies: Bodies, i: int, k: int, rates: Array, first: int) -> Any:
 
 
 @late_kernel
-def deform(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
-    """Fill the line of a bending body's pose behind its frame's."""
+def deform(bodies: Bodies, i: int, pose: Array) -> None:
+    """Fill a bending body's line of poses behind its modal coordinates, and those of the sections right behind it."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     motion, rest = POSE + MOTION * nm, POSE + REST * nm
-    for k in range(body.modes):
-        pose[i, POSE + k] = q[body.eta + k]
     points = 0.0
     for k in range(body.modes):
         shape, more, eta = shapes[SHAPE, k], product(bodies, i, k, pose, POSE), pose[i, POSE + k]
@@ -127,6 +132,10 @@ def deform(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     put_lanes(pose, i, POSE + POINTS * nm, points)
     pose[i, POSE + POINTS * nm] += body.cx * body.ex + body.cy * body.ey
     pose[i, POSE + POINTS * nm + 2] += math.sqrt(body.inertia / body.mass)
+    for j in range(i + 1, len(bodies.records)):
+        if bodies.records[j].type != SECTION or bodies.records[j].mount.body != i:
+            break
+        _place(bodies, j, pose)
 
 
 @inlined_kernel
@@ -286,17 +295,18 @@ def beam_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Arr
     x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
     ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity, load)
     mass, al, w = body.mass, acc[i, 0], vel[i, 0]
-    moment = mass * (x0 * ay0 - y0 * ax0 + x1 * ay1 - y1 * ax1)
+    ax0, ay0, ax1, ay1 = mass * ax0, mass * ay0, mass * ax1, mass * ay1
+    moment, twice, square = x0 * ay0 - y0 * ax0 + x1 * ay1 - y1 * ax1, 2.0 * w, w * w
     motion, rest = POSE + MOTION * nm, POSE + REST * nm
     for k in range(body.modes):
         out, turn, rate, elastic = pose[i, rest + k], pose[i, rest + nm + k], vel[i, 3 + k], shapes[ELASTIC, k]
-        moment += (al * pose[i, POSE + k] + 2.0 * w * rate) * out + turn * acc[i, 3 + k]
-        j = motion + 4 * k
-        own = pose[i, j] * ax0 + pose[i, j + 1] * ay0 + pose[i, j + 2] * ax1 + pose[i, j + 3] * ay1
-        own = mass * own + load[i, 3 + k] + al * turn - w * w * out
-        load[i, 3 + k] = own + lane(elastic, STIFFNESS) * pose[i, POSE + k] + lane(elastic, DAMPING) * rate
+        eta, j = pose[i, POSE + k], motion + 4 * k
+        moment += (al * eta + twice * rate) * out + turn * acc[i, 3 + k]
+        own = pose[i, j] * ax0 + pose[i, j + 1] * ay0 + (pose[i, j + 2] * ax1 + pose[i, j + 3] * ay1)
+        own = own + (load[i, 3 + k] + (al * turn - square * out))
+        load[i, 3 + k] = own + (lane(elastic, STIFFNESS) * eta + lane(elastic, DAMPING) * rate)
     load[i, 0] = moment
-    load[i, 1], load[i, 2] = mass * (ax0 * ux - ay0 * uy), mass * (ax0 * uy + ay0 * ux)
+    load[i, 1], load[i, 2] = ax0 * ux - ay0 * uy, ax0 * uy + ay0 * ux
 
 
 @inlined_kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.planar.bending import add_to_modes, bend, deform, modal_motion, shortening
-from linkages.planar.bodies import Bodies
+from linkages.planar.bodies import POSE, Bodies
 from linkages.planar.markers import (
     add_pair,
     arm,
@@ -67,7 +67,8 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     body = bodies.records[i]
     p = body.mount.body
     if body.type == SECTION:
-        bend(bodies, i, pose)
+        if body.apart:  # else its beam has filled it
+            bend(bodies, i, pose)
         return
     rx, ry = arm(pose, body.mount)
     x, y = pose[p, 0] + rx, pose[p, 1] + ry
@@ -82,7 +83,9 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
     pose[i, 0], pose[i, 1] = x, y
     pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
     if body.modes > 0:
-        deform(bodies, i, q, pose)
+        for k in range(body.modes):
+            pose[i, POSE + k] = q[body.eta + k]
+        deform(bodies, i, pose)
 
 
 @inlined_kernel

@@ -22,6 +22,7 @@ BODY = record_type(
     driven="i8",  # index of the motion that prescribes it; -1 if free
     moving="i8",  # whether a free coordinate moves it, directly or through its parents
     carries="i8",  # whether it carries others
+    apart="i8",  # section: whether it stands elsewhere than right behind its beam and that one's other sections
     sign="f8",  # revolute: +1 if q turns the body counter-clockwise
     ux="f8",  # prismatic: unit direction in the parent's frame; section: that of the beam
     uy="f8",

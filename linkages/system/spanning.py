@@ -19,7 +19,8 @@ from linkages.system.tree import TYPES, Edge, Tree
 
 Array = NDArray[np.float64]
 
-_MOVING, _CARRIES, _ETA = (list(types.BODY.names or ()).index(name) for name in ("moving", "carries", "eta"))
+_NAMES = list(types.BODY.names or ())
+_MOVING, _CARRIES, _APART, _ETA = (_NAMES.index(name) for name in ("moving", "carries", "apart", "eta"))
 
 
 def spanning_tree(
@@ -205,7 +206,7 @@ class _Builder:
         if self.rows:
             self.rows[parent][_CARRIES] = 1
         self.rows.append(
-            [(parent, *at), kind, dof, motion, moving, 0, sign, *axis, modes, bends, 0, *beam, mass, *com, inertia]
+            [(parent, *at), kind, dof, motion, moving, 0, 0, sign, *axis, modes, bends, 0, *beam, mass, *com, inertia]
         )
 
     def bodies(self) -> Bodies:
@@ -217,6 +218,7 @@ class _Builder:
         for name, s in list(self.sections):
             if s not in self.bent[name].acting and self.bent[name].moves(s):
                 self._add_section(self.bent[name], s)
+                self.rows[-1][_APART] = 1
         pieces = [piece for link in self.pieces.values() for piece in link]
         nm = max((len(bent.modes.names) for bent in pieces), default=0)
         shapes = make_shapes(len(self.rows), nm)
