@@ -57,7 +57,7 @@ class Workspace(NamedTuple):
     response: Array
     row_a: Array
     room: Indices  # for `solve_rows`, (2, nr)
-    given: Array  # accelerations before they are found, (n,)
+    given: Array  # prescribed accelerations, while others are found, (n,)
     passing: Array  # 1 where accelerations are those of a singular position that is passed, (1,)
 
 
