@@ -33,7 +33,8 @@ def terminable() -> Iterator[list[int]]:
     """Let SIGTERM act as Ctrl-C does, in the background too; gives a list to which each signal that ends is added.
 
     Python drops a KeyboardInterrupt that strikes a callback (of a weak reference, of a compiler) with an "Exception
-    ignored" and goes on; here it is raised again soon after, without a word.
+    ignored" and goes on, and C code that imports something may print it and go on; here it is raised again soon after,
+    without a word.
     """
     came: list[int] = []
     if threading.current_thread() is not threading.main_thread():
@@ -51,14 +52,16 @@ def terminable() -> Iterator[list[int]]:
             came.append(number)
             signal.default_int_handler(number, frame)
 
-    def dropped(what: Any) -> None:
-        if not isinstance(what.exc_value, KeyboardInterrupt):
-            others(what)
-            return
+    def raised_again(problem: BaseException | None) -> bool:
+        if not isinstance(problem, KeyboardInterrupt):
+            return False
         again.append(threading.Timer(0.01, _thread.interrupt_main))
         again[-1].start()
+        return True
 
-    others, sys.unraisablehook = sys.unraisablehook, dropped
+    hooks = sys.unraisablehook, sys.excepthook
+    sys.unraisablehook = lambda what: raised_again(what.exc_value) or hooks[0](what)
+    sys.excepthook = lambda *what: raised_again(what[1]) or hooks[1](*what)
     before = {
         number: signal.signal(number, act) for number, act in ((signal.SIGTERM, terminate), (signal.SIGINT, interrupt))
     }
@@ -69,4 +72,4 @@ def terminable() -> Iterator[list[int]]:
             timer.cancel()
         for number, handler in before.items():
             signal.signal(number, handler)
-        sys.unraisablehook = others
+        sys.unraisablehook, sys.excepthook = hooks

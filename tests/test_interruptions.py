@@ -1,3 +1,4 @@
+import ctypes
 import json
 import os
 import random
@@ -111,6 +112,14 @@ def in_a_callback():
     return 0 if reference else 1
 
 
+def in_c_code():
+    """Ctrl-C strikes what C code asks Python for: it prints the exception, as a part of Numba does that imports another."""
+    ctypes.pythonapi.PyRun_SimpleString(b"import signal; signal.raise_signal(signal.SIGINT)")
+    for _ in range(500):  # the command goes on
+        time.sleep(0.01)
+    return 0
+
+
 def in_a_class():
     """Ctrl-C strikes where Python makes another exception of it."""
 
@@ -146,12 +155,12 @@ def test_ctrl_c_waits_until_llvm_has_its_code():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-@pytest.mark.parametrize("run", [in_a_callback, in_a_class, in_a_handler])
+@pytest.mark.parametrize("run", [in_a_callback, in_c_code, in_a_class, in_a_handler])
 def test_ctrl_c_that_python_drops_or_changes_ends_the_command_all_the_same(run, capsys):
-    hook = sys.unraisablehook
+    hooks = sys.unraisablehook, sys.excepthook
     assert exit_status(run) == 130
     assert capsys.readouterr().err == "interrupted\n"
-    assert sys.unraisablehook is hook
+    assert (sys.unraisablehook, sys.excepthook) == hooks
 
 
 def test_the_exit_status_is_kept_where_ctrl_c_strikes_a_text_being_executed(tmp_path):
