@@ -176,8 +176,14 @@ PROBLEMS = {
 
 # One right-hand side for all problems, so that each method is compiled once. A problem is (parameters, kind, event):
 # `event` (2,) holds the event function and its rate as of the last evaluation.
-ROBERTSON, VAN_DER_POL, HIRES, OREGONATOR, SMOOTH, BALL, COSINE, HOLE, POLE, TURNING = range(10)
+ROBERTSON, VAN_DER_POL, HIRES, OREGONATOR, SMOOTH, BALL, COSINE, HOLE, POLE, TURNING, WEAKER = range(11)
 KINDS = {"robertson": ROBERTSON, "van der pol": VAN_DER_POL, "hires": HIRES, "oregonator": OREGONATOR}
+
+
+@kernel
+def weaker(problem, t):
+    rate, when = problem[0]
+    return rate if t < when else 0.75 * rate
 
 
 @kernel
@@ -209,6 +215,8 @@ def rhs(problem, t, y, dy):
     elif kind == TURNING:  # pushed along x in a stiff damper across a line that turns: y -> sin t (cos t, sin t)
         across = parameters[0] * (np.cos(t) * y[1] - np.sin(t) * y[0])
         dy[0], dy[1] = 1.0 + np.sin(t) * across, -np.cos(t) * across
+    elif kind == WEAKER:  # y = sin t, held by a damper that loses a quarter of its rate once
+        dy[0] = np.cos(t) - weaker(problem, t) * (y[0] - np.sin(t))
 
 
 @kernel
@@ -237,6 +245,8 @@ def jacobian(problem, t, y, out):
         out[0, 0], out[0, 1] = -(np.sin(t) ** 2), np.sin(t) * np.cos(t)
         out[1, 0], out[1, 1] = np.sin(t) * np.cos(t), -(np.cos(t) ** 2)
         out *= parameters[0]
+    elif kind == WEAKER:
+        out[0, 0] = -weaker(problem, t)
 
 
 @kernel

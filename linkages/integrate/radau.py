@@ -286,7 +286,7 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
             factor = min(factor, factor * trend)
         if iterations > 1 and rate > 0.0:
             factor = min(factor, max(1.0, _RATE / rate))
-        if iterations > 2 and rate > _FRESH:
+        if rate > _RATE or (iterations > 2 and rate > _FRESH):
             s.memory[INVERTED] = 0.0  # the next step gets a new Jacobian
         elif 1.0 <= factor < _KEEP:
             factor = 1.0

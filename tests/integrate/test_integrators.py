@@ -11,6 +11,7 @@ from ivp_problems import (
     PROBLEMS,
     SMOOTH,
     TURNING,
+    WEAKER,
     drive,
     jacobian,
     multiply,
@@ -105,6 +106,14 @@ def test_a_stiff_direction_that_turns_does_not_look_like_divergence(tolerance):
     expected = np.sin(end) * along - 2.0 / rate * ((1.0 - np.cos(end)) * along + np.sin(end) * across)
     np.testing.assert_allclose(run.states[-1], expected, rtol=0, atol=10.0 * tolerance)
     assert run.rejected < run.steps
+
+
+def test_steps_grow_again_where_the_jacobian_has_changed():
+    """Newton's method converges in two iterations with an old Jacobian, but too slowly for longer steps."""
+    run = integrate(WEAKER, [0.0], 2.0, 1e-6, parameters=(1e4, 6e-4), first=3e-4)
+    assert run.status == DONE
+    assert abs(run.states[-1, 0] - np.sin(2.0)) < 1e-5
+    assert run.steps < 50  # 835 without a new Jacobian
 
 
 # --- order ------------------------------------------------------------------------------------------------------------
