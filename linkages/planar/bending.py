@@ -19,8 +19,21 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from linkages.kernel import Array, inlined_kernel, late_kernel
-from linkages.kernel.lanes import lane, lanes_at, put_lanes, with_lane
-from linkages.planar.bodies import DAMPING, ELASTIC, LOCK, MATRIX, MOTION, POINTS, POSE, REST, SHAPE, STIFFNESS, Bodies
+from linkages.kernel.lanes import lane, lanes, lanes_at, put_lanes, with_lane
+from linkages.planar.bodies import (
+    DAMPING,
+    ELASTIC,
+    LOCK,
+    MATRIX,
+    MOTION,
+    POINTS,
+    POSE,
+    REST,
+    SHAPE,
+    STIFFNESS,
+    STRAIGHT,
+    Bodies,
+)
 from linkages.planar.markers import arm, turned
 from linkages.planar.record_types import SECTION
 
@@ -122,7 +135,7 @@ def deform(bodies: Bodies, i: int, pose: Array) -> None:
     """Fill a bending body's line of poses behind its modal coordinates, and those of the sections right behind it."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     motion, rest = POSE + MOTION * nm, POSE + REST * nm
-    points = 0.0
+    points = shapes[STRAIGHT, 0]
     for k in range(body.modes):
         shape, more, eta = shapes[SHAPE, k], product(bodies, i, k, pose, POSE), pose[i, POSE + k]
         own = with_lane(with_lane(shape + more, 1, lane(shape, 1)), 3, lane(shape, 3))
@@ -130,8 +143,6 @@ def deform(bodies: Bodies, i: int, pose: Array) -> None:
         pose[i, rest + k], pose[i, rest + nm + k] = lane(more, 1), lane(more, 3)
         points += (shape + own) * (0.5 * eta)
     put_lanes(pose, i, POSE + POINTS * nm, points)
-    pose[i, POSE + POINTS * nm] += body.cx * body.ex + body.cy * body.ey
-    pose[i, POSE + POINTS * nm + 2] += math.sqrt(body.inertia / body.mass)
     for j in range(i + 1, len(bodies.records)):
         if bodies.records[j].type != SECTION or bodies.records[j].mount.body != i:
             break
@@ -139,11 +150,21 @@ def deform(bodies: Bodies, i: int, pose: Array) -> None:
 
 
 @inlined_kernel
-def two_points(bodies: Bodies, i: int, pose: Array) -> tuple[float, float, float, float, float, float]:
-    """Places of the two points of a bending body's mass along and across it, x0, y0, x1, y1; its direction."""
-    body, places = bodies.records[i], POSE + POINTS * bodies.shapes.shape[2]
-    ux, uy = turned(pose, i, body.ex, body.ey)
-    return pose[i, places], pose[i, places + 1], pose[i, places + 2], pose[i, places + 3], ux, uy
+def two_points(bodies: Bodies, i: int, pose: Array) -> Any:
+    """Places of the two points of a bending body's mass along and across it, x0, y0, x1, y1 in lanes."""
+    return lanes_at(pose, i, POSE + POINTS * bodies.shapes.shape[2])
+
+
+@inlined_kernel
+def _quarter(x: Any) -> Any:
+    """Two vectors in lanes, a quarter turn ahead."""
+    return lanes(lane(x, 1), lane(x, 0), lane(x, 3), lane(x, 2)) * lanes(-1.0, 1.0, -1.0, 1.0)
+
+
+@inlined_kernel
+def _sum(x: Any) -> float:
+    """Sum of lanes."""
+    return (lane(x, 0) + lane(x, 1)) + (lane(x, 2) + lane(x, 3))
 
 
 @inlined_kernel
@@ -166,21 +187,20 @@ def beam_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     """Put the inertia of a bending body into its line of ``inertia``."""
     pose, inertia = work.pose, work.inertia
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
-    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    points, (ux, uy) = two_points(bodies, i, pose), turned(pose, i, body.ex, body.ey)
     mass = body.mass
-    along, across, turning = mass * x0, mass * y0, mass * (x0 * x0 + y0 * y0 + x1 * x1 + y1 * y1)
+    ahead, turning = _quarter(points) * mass, mass * _sum(points * points)
+    along, across = mass * lane(points, 0), mass * lane(points, 1)
     rest = POSE + REST * nm
     for k in range(body.modes):
         moved = moved_by(bodies, i, k, pose)
-        psi0, b0, psi1, b1 = lane(moved, 0), lane(moved, 1), lane(moved, 2), lane(moved, 3)
+        psi, b = mass * lane(moved, 0), mass * lane(moved, 1)
         turning += pose[i, rest + k] * pose[i, POSE + k]
-        turn = mass * (x0 * b0 - y0 * psi0 + x1 * b1 - y1 * psi1)
-        inertia[i, 6 + 3 * k] = turn + pose[i, rest + nm + k]
-        inertia[i, 7 + 3 * k] = mass * (psi0 * ux - b0 * uy)
-        inertia[i, 8 + 3 * k] = mass * (psi0 * uy + b0 * ux)
+        inertia[i, 6 + 3 * k] = _sum(ahead * moved) + pose[i, rest + nm + k]
+        inertia[i, 7 + 3 * k] = psi * ux - b * uy
+        inertia[i, 8 + 3 * k] = psi * uy + b * ux
         for m in range(k + 1):
-            both = moved * moved_by(bodies, i, m, pose)
-            own = mass * (lane(both, 0) + lane(both, 1) + lane(both, 2) + lane(both, 3))
+            own = mass * _sum(moved * moved_by(bodies, i, m, pose))
             inertia[i, 6 + 3 * nm + k * nm + m] = own + lane(shapes[MATRIX + k, m], 1)
         inertia[i, 6 + 3 * nm + k * nm + k] += lane(shapes[ELASTIC, k], LOCK)
     inertia[i, 0], inertia[i, 1], inertia[i, 2] = turning, -(along * uy + across * ux), along * ux - across * uy
@@ -292,32 +312,26 @@ def beam_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Arr
     """Fill a bending body's line of ``load``: rate of change of momentum less weight, and its elastic forces."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     pose, vel, acc = work.pose, work.vel, work.acc
-    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
-    ax0, ay0, ax1, ay1 = two_accelerations(bodies, i, pose, vel, acc, gravity, load)
-    mass, al, w = body.mass, acc[i, 0], vel[i, 0]
-    ax0, ay0, ax1, ay1 = mass * ax0, mass * ay0, mass * ax1, mass * ay1
-    moment, twice, square = x0 * ay0 - y0 * ax0 + x1 * ay1 - y1 * ax1, 2.0 * w, w * w
-    motion, rest = POSE + MOTION * nm, POSE + REST * nm
+    points, (ux, uy) = two_points(bodies, i, pose), turned(pose, i, body.ex, body.ey)
+    force = two_accelerations(bodies, i, pose, vel, acc, gravity, load) * body.mass
+    fx, fy, al, w = lane(force, 0), lane(force, 1), acc[i, 0], vel[i, 0]
+    moment, twice, square, rest = _sum(_quarter(points) * force), 2.0 * w, w * w, POSE + REST * nm
     for k in range(body.modes):
         out, turn, rate, elastic = pose[i, rest + k], pose[i, rest + nm + k], vel[i, 3 + k], shapes[ELASTIC, k]
-        eta, j = pose[i, POSE + k], motion + 4 * k
+        eta = pose[i, POSE + k]
         moment += (al * eta + twice * rate) * out + turn * acc[i, 3 + k]
-        own = pose[i, j] * ax0 + pose[i, j + 1] * ay0 + (pose[i, j + 2] * ax1 + pose[i, j + 3] * ay1)
-        own = own + (load[i, 3 + k] + (al * turn - square * out))
+        own = _sum(moved_by(bodies, i, k, pose) * force) + (load[i, 3 + k] + (al * turn - square * out))
         load[i, 3 + k] = own + (lane(elastic, STIFFNESS) * eta + lane(elastic, DAMPING) * rate)
-    load[i, 0] = moment
-    load[i, 1], load[i, 2] = ax0 * ux - ay0 * uy, ax0 * uy + ay0 * ux
+    load[i, 0], load[i, 1], load[i, 2] = moment, fx * ux - fy * uy, fx * uy + fy * ux
 
 
 @inlined_kernel
-def two_accelerations(
-    bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array, rest: Array
-) -> tuple[float, float, float, float]:
-    """Accelerations of the two points of a bending body's mass less gravity, along and across it.
+def two_accelerations(bodies: Bodies, i: int, pose: Array, vel: Array, acc: Array, gravity: Array, rest: Array) -> Any:
+    """Accelerations of the two points of a bending body's mass less gravity, along and across it, in lanes.
 
     Puts the force on each mode that the motion of modes takes besides into the line of `rest` (nb, 3 + nm).
     """
-    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    points, (ux, uy) = two_points(bodies, i, pose), turned(pose, i, bodies.records[i].ex, bodies.records[i].ey)
     x, y, al, w, shapes = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], acc[i, 0], vel[i, 0], bodies.shapes[i]
     rates, seconds, curls = 0.0, 0.0, 0.0
     for k in range(bodies.records[i].modes):
@@ -331,26 +345,20 @@ def two_accelerations(
         seconds += moved * second
         curls += turning * rate
         rest[i, 3 + k] = pushed + 2.0 * w * lane(turning, 3)
-    gx0, gy0, gx1, gy1 = lane(rates, 0), lane(rates, 1), lane(rates, 2), lane(rates, 3)
-    ax0 = x * ux + y * uy - al * y0 - w * (w * x0 + 2.0 * gy0) + (lane(seconds, 0) + lane(curls, 0))
-    ay0 = y * ux - x * uy + al * x0 - w * (w * y0 - 2.0 * gx0) + lane(seconds, 1)
-    ax1 = -al * y1 - w * (w * x1 + 2.0 * gy1) + (lane(seconds, 2) + lane(curls, 2))
-    ay1 = al * x1 - w * (w * y1 - 2.0 * gx1) + lane(seconds, 3)
-    return ax0, ay0, ax1, ay1
+    frame = lanes(x * ux + y * uy, y * ux - x * uy, 0.0, 0.0) - points * (w * w)
+    return frame + _quarter(points * al + rates * (2.0 * w)) + (seconds + curls * lanes(1.0, 0.0, 1.0, 0.0))
 
 
 @late_kernel
 def beam_energy(bodies: Bodies, i: int, pose: Array, vel: Array, gravity: Array) -> tuple[float, float, float, float]:
     """Kinetic energy of a bending body, its potential energy, and that of strain [J]; power lost to damping [W]."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
-    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
-    rates = two_rates(bodies, i, pose, vel)
-    gx0, gy0, gx1, gy1 = lane(rates, 0), lane(rates, 1), lane(rates, 2), lane(rates, 3)
-    w, vx, vy = vel[i, 0], vel[i, 1], vel[i, 2]
-    gx0, gy0 = gx0 + vx * ux + vy * uy - w * y0, gy0 + vy * ux - vx * uy + w * x0
-    gx1, gy1 = gx1 - w * y1, gy1 + w * x1
-    kinetic, strain, lost = 0.5 * body.mass * (gx0 * gx0 + gy0 * gy0 + gx1 * gx1 + gy1 * gy1), 0.0, 0.0
-    px, py = pose[i, 0] + x0 * ux - y0 * uy, pose[i, 1] + x0 * uy + y0 * ux
+    points, (ux, uy) = two_points(bodies, i, pose), turned(pose, i, body.ex, body.ey)
+    x, y, w, vx, vy = lane(points, 0), lane(points, 1), vel[i, 0], vel[i, 1], vel[i, 2]
+    frame = lanes(vx * ux + vy * uy, vy * ux - vx * uy, 0.0, 0.0)
+    rates = frame + two_rates(bodies, i, pose, vel) + _quarter(points) * w
+    kinetic, strain, lost = 0.5 * body.mass * _sum(rates * rates), 0.0, 0.0
+    px, py = pose[i, 0] + x * ux - y * uy, pose[i, 1] + x * uy + y * ux
     potential, rest = -body.mass * (gravity[0] * px + gravity[1] * py), POSE + REST * nm
     for k in range(body.modes):
         eta, rate = pose[i, POSE + k], vel[i, 3 + k]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from linkages.kernel import Array, inlined_kernel, late_kernel
-from linkages.kernel.lanes import lane
+from linkages.kernel.lanes import lane, put_lanes
 from linkages.planar.bending import modal_motion, product, two_accelerations, two_points, two_rates
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, MOTION, POSE, REST, STIFFNESS, Bodies
 from linkages.planar.markers import acceleration_tangent, turned, velocity_tangent
@@ -35,16 +35,8 @@ def prepare(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None
     for i in range(len(bodies.records)):
         body = bodies.records[i]
         if body.modes > 0:
-            bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3] = two_accelerations(
-                bodies, i, pose, vel, acc, gravity, work.load
-            )
-            rates = two_rates(bodies, i, pose, vel)
-            bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7] = (
-                lane(rates, 0),
-                lane(rates, 1),
-                lane(rates, 2),
-                lane(rates, 3),
-            )
+            put_lanes(bent, i, 0, two_accelerations(bodies, i, pose, vel, acc, gravity, work.load))
+            put_lanes(bent, i, 4, two_rates(bodies, i, pose, vel))
             for k in range(body.modes):
                 of_rates, of_seconds = product(bodies, i, k, vel, 3), product(bodies, i, k, acc, 3)
                 line = bent[i, ONCE + k :]
@@ -105,7 +97,8 @@ def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
     pose, vel, acc, bent = work.pose, work.vel, work.acc, s.bent
     dpose, dvel, dacc, dload = s.dpose, s.dvel, s.dacc, s.dload
-    x0, y0, x1, y1, ux, uy = two_points(bodies, i, pose)
+    points, (ux, uy) = two_points(bodies, i, pose), turned(pose, i, body.ex, body.ey)
+    x0, y0, x1, y1 = lane(points, 0), lane(points, 1), lane(points, 2), lane(points, 3)
     ax0, ay0, ax1, ay1 = bent[i, 0], bent[i, 1], bent[i, 2], bent[i, 3]
     gx0, gy0, gx1, gy1 = bent[i, 4], bent[i, 5], bent[i, 6], bent[i, 7]
     x, y, dx, dy, turn = acc[i, 1] - gravity[0], acc[i, 2] - gravity[1], dacc[i, 1], dacc[i, 2], dpose[i, 0]

@@ -33,15 +33,16 @@ class Bodies(NamedTuple):
     """Bodies for kernels: nb of them, with up to nm modes each."""
 
     records: Records  # `linkages.planar.record_types.BODY`, (nb,)
-    shapes: LaneArray  # see `MATRIX`, (nb, 2 + nm, nm)
+    shapes: LaneArray  # see `MATRIX`, (nb, 3 + nm, nm)
 
 
 #: Rows of the shapes, four numbers side by side for each mode. Of a body that bends: (a0, b0, a1, b1); then stiffness
-#: [N/m], damping [N s/m], mass that locks the mode, 0 where it may move [kg], 0; then one row for each mode, of
-#: (-H0 [1/m], M [kg], -H1, T [kg]), with M and T the integrals of a a^T + b b^T and of b a^T - a b^T with the rest of a
-#: and b. Of a section: (a, b, b', 0); 0; then rows of (-H, 0, 0, 0). The modes that bend come first: H has entries for
-#: these alone, M for two of one kind, T for two of different kinds.
-SHAPE, ELASTIC, MATRIX = range(3)
+#: [N/m], damping [N s/m], mass that locks the mode, 0 where it may move [kg], 0; then, at the row's begin, the places
+#: of the two points of the straight beam (x0, y0, x1, y1) [m]; then one row for each mode, of (-H0 [1/m], M [kg], -H1,
+#: T [kg]), with M and T the integrals of a a^T + b b^T and of b a^T - a b^T with the rest of a and b. Of a section:
+#: (a, b, b', 0); two rows of 0; then rows of (-H, 0, 0, 0). The modes that bend come first: H has entries for these
+#: alone, M for two of one kind, T for two of different kinds.
+SHAPE, ELASTIC, STRAIGHT, MATRIX = range(4)
 STIFFNESS, DAMPING, LOCK = range(3)  #: within those of `ELASTIC`
 
 #: Entries of a pose: x, y [m], angle [rad], its cosine and sine. Of a body that bends there follow its modal

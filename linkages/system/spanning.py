@@ -13,7 +13,7 @@ from linkages.files.raw_model import Chains
 from linkages.kernel.by_reference import packed
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.planar import record_types as types
-from linkages.planar.bodies import Bodies, make_shapes
+from linkages.planar.bodies import STRAIGHT, Bodies, make_shapes
 from linkages.system.bent_link import BentLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
@@ -227,6 +227,8 @@ class _Builder:
             self.rows[body][_ETA] = len(self.coordinates)
             self.coordinates += bent.coordinates
             bent.fill(shapes[body])
+            ex, ey, mass, cx, cy, inertia = self.rows[body][-6:]
+            shapes[body, STRAIGHT, 0] = cx * ex + cy * ey, 0.0, np.sqrt(inertia / mass), 0.0
             for s in bent.abscissas:
                 if self.sections[bent.name, s] != body:
                     bent.fill_section(s, shapes[self.sections[bent.name, s]])
