@@ -110,18 +110,21 @@ def _lowest(a: float, da: float, b: float, db: float) -> float:
 
 
 @kernel
-def _longer(old: Array) -> Array:
-    new = np.empty(2 * len(old))
-    copy(old, new)
-    return new
-
-
-@kernel
 def _taller(old: Array) -> Array:
+    """Return the same lines with room for as many more."""
     new = np.empty((2 * len(old), old.shape[1]))
     for i in range(len(old)):
         copy(old[i], new[i])
     return new
+
+
+@inlined_kernel
+def _fitted(h: float, t: float, options: Options) -> tuple[float, bool]:
+    """Size of the next attempt, not beyond the end nor just short of it; whether it reaches the end."""
+    h = min(h, options.largest)
+    if t + 1.0001 * h >= options.end:
+        return options.end - t, True
+    return (0.5 * (options.end - t) if t + 2.0 * h > options.end else h), False
 
 
 def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
@@ -129,22 +132,17 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
 
     @kernel
     def land(
-        problem: Any,
-        s: Stepper,
-        t: float,
-        h: float,
-        y: Array,
-        modes: Indices,
-        landing: Array,
-        event: int,
-        fraction: float,
-        g1: Array,
-        d1: Array,
-    ) -> float:
-        """Shorten the step so that it ends just across an event; returns its size, negative if that fails.
+        problem: Any, s: Stepper, t: float, h: float, y: Array, modes: Indices, landing: Array,
+        g0: Array, d0: Array, g1: Array, d1: Array,
+    ) -> tuple[int, float]:  # fmt: skip
+        """Return the event within an accurate step of size h, and a size that ends just across it; -1 and h if none.
 
-        The steps are of given size, without error control: they are shorter than one that was accurate.
+        The shorter steps are of given size, without error control. If they fail the size is negative.
         """
+        signs(problem, g1, d1)
+        event, fraction = first_event(modes, landing, g0, d0, g1, d1, h)
+        if event < 0:
+            return event, h
         m, tiny = modes[event], landing[event]
         low, high = 0.0, h
         size = fraction * h
@@ -152,18 +150,25 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             size = min(max(size, low), high)
             error, _ = attempt(problem, s, t, size, y, True)
             if not error <= 1.0:
-                return -1.0
+                return event, -1.0
             signs(problem, g1, d1)
             value, rate = m * g1[event], m * d1[event]
             if -tiny <= value < 0.0 or high - low <= 4e-16 * (t + h):
-                return size
+                return event, size
             if value >= 0.0:
                 low = size
             else:
                 high = size
             guess = size - (value + 0.5 * tiny) / rate if rate < 0.0 else 0.5 * (low + high)
             size = guess if low < guess < high else 0.5 * (low + high)
-        return size
+        return event, size
+
+    @kernel
+    def note(problem: Any, t: float, y: Array, line: Array) -> None:
+        """Record a state: time, state, what is observed."""
+        line[0] = t
+        copy(y, line[1 : 1 + len(y)])
+        observe(problem, t, y, line[1 + len(y) :])
 
     @kernel
     def drive(
@@ -185,70 +190,51 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         s.memory[COUNT] = 0.0
         y = start.copy()
         g0, d0, g1, d1 = np.zeros(ne), np.zeros(ne), np.zeros(ne), np.zeros(ne)
-        times, states, observed = np.empty(256), np.empty((256, n)), np.empty((256, width))
-        event = -1
         rhs(problem, t, y, s.f0)
-        status, changed = settle(problem, t, y, event)
+        status, changed = settle(problem, t, y, -1)
         if changed:
             rhs(problem, t, y, s.f0)
         signs(problem, g0, d0)
-        observe(problem, t, y, observed[0])
-        times[0] = t
-        copy(y, states[0])
-        count, steps, rejected, stuck, failed = 1, 0, 0, 0, False
+        lines = np.empty((256, 1 + n + width))
+        note(problem, t, y, lines[0])
+        steps, rejected, stuck, failed = 0, 0, 0, False
         h = options.first
-        end = options.end
-        while status == DONE and t < end:
+        while status == DONE and t < options.end:
+            smallest = _SMALLEST * max(abs(t), options.first)
             if steps >= options.most:
                 status = PAUSED
                 break
-            smallest = _SMALLEST * max(abs(t), options.first)
             for i in range(n):
                 s.scale[i] = tolerance[i] + options.relative * abs(y[i])
-            h = min(h, options.largest)
-            last = t + 1.0001 * h >= end
-            if last:
-                h = end - t
-            elif t + 2.0 * h > end:
-                h = 0.5 * (end - t)
+            h, last = _fitted(h, t, options)
             error, factor = attempt(problem, s, t, h, y, False)
-            if not error <= 1.0:
+            event, size = -1, h
+            if error <= 1.0 and ne:
+                event, size = land(problem, s, t, h, y, modes, options.landing, g0, d0, g1, d1)
+            if not error <= 1.0 or size < 0.0:
                 rejected += 1
                 failed = failed or error == math.inf
-                h *= min(factor, 0.9)
+                h *= 0.5 if error <= 1.0 else min(factor, 0.9)
                 if h < smallest:
                     status = COLLAPSED
                 continue
             if failed:  # the equations of a longer step would most likely not be solved either
                 factor = min(factor, 1.0)
             failed = False
-            event = -1
-            if ne:
-                signs(problem, g1, d1)
-                event, fraction = first_event(modes, options.landing, g0, d0, g1, d1, h)
             if event >= 0:
-                landing = options.landing
-                landed = land(problem, s, t, h, y, modes, landing, event, fraction, g1, d1)
-                if landed < 0.0:
-                    rejected += 1
-                    h *= 0.5
-                    if h < smallest:
-                        status = COLLAPSED
-                    continue
-                stuck = stuck + 1 if landed < smallest else 0
+                stuck = stuck + 1 if size < smallest else 0
                 if stuck > _STUCK:
                     status = COLLAPSED
                     break
-                last = last and landed == h
-                factor = max(factor, 1.0) * h / landed if landed > smallest else 1.0
-                factor = min(factor, h / max(landed, smallest))
+                last = last and size == h
+                factor = max(factor, 1.0) * h / size if size > smallest else 1.0
+                factor = min(factor, h / max(size, smallest))
                 modes[event] = -modes[event]
-                accept(s, landed, error)
-                h = landed
             else:
-                accept(s, h, error)
                 stuck = 0
-            t = end if last else t + h
+            accept(s, size, error)
+            h = size
+            t = options.end if last else t + h
             copy(s.new, y)
             steps += 1
             status, changed = settle(problem, t, y, event)
@@ -260,13 +246,11 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             if ne:
                 signs(problem, g0, d0)
             h = max(h * factor, 2.0 * smallest)
-            if count == len(times):
-                times, states, observed = _longer(times), _taller(states), _taller(observed)
-            times[count] = t
-            copy(y, states[count])
-            observe(problem, t, y, observed[count])
-            count += 1
-        found = times[:count].copy(), states[:count].copy(), observed[:count].copy()
+            if steps == len(lines):
+                lines = _taller(lines)
+            note(problem, t, y, lines[steps])
+        lines = lines[: steps + 1]
+        found = lines[:, 0].copy(), lines[:, 1 : 1 + n].copy(), lines[:, 1 + n :].copy()
         return Record(*found, status, steps, rejected, int(s.memory[COUNT]), h)
 
     return drive

@@ -84,8 +84,9 @@ def _direction(angle: float) -> tuple[float, float]:
     if abs(angle) > _SMALL:
         return math.cos(angle), math.sin(angle)
     x = angle * angle
-    cosine = 1.0 - x * (1 / 2 - x * (1 / 24 - x * (1 / 720 - x * (1 / 40320))))
-    return cosine, angle * (1.0 - x * (1 / 6 - x * (1 / 120 - x * (1 / 5040))))
+    both = lanes(1 / 720, 1 / 120, 0.0, 0.0) - lanes(1 / 40320, 1 / 5040, 0.0, 0.0) * x
+    both = lanes(1 / 2, 1.0, 0.0, 0.0) - (lanes(1 / 24, 1 / 6, 0.0, 0.0) - both * x) * x
+    return 1.0 - lane(both, 0) * x, lane(both, 1) * angle
 
 
 @inlined_kernel
