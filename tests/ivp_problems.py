@@ -257,6 +257,12 @@ def residual(problem, t, y, dy, out):
 
 
 @kernel
+def arrive(problem, t, y, dy):
+    """Fill the event; derivatives stay as the collocation has them."""
+    rhs(problem, t, y, np.empty(len(dy)))
+
+
+@kernel
 def fill(problem, t, y, mass, out):
     jacobian(problem, t, y, out)
 
@@ -277,7 +283,7 @@ def observe(problem, t, y, row):
     pass
 
 
-IMPLICIT, EXPLICIT = radau(rhs, residual, fill), dormand_prince(rhs)
+IMPLICIT, EXPLICIT = radau(rhs, residual, fill, arrive), dormand_prince(rhs)
 _drive_implicit, _drive_explicit = (driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT))
 
 

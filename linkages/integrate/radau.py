@@ -166,7 +166,7 @@ def _estimate(s: Stepper, h: float, f: Array) -> float:
     return math.sqrt(square / n)
 
 
-def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
+def radau(rhs: Any, residual: Any, jacobian: Any, arrive: Any) -> Any:
     """Make the method's ``attempt`` for a problem's compiled functions.
 
     Parameters
@@ -178,6 +178,9 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
     jacobian : function
         ``jacobian(problem, t, y, mass, out)``, called with f known, fills M, without positions, if it is not 1, and
         M df/dy.
+    arrive : function
+        ``arrive(problem, t, y, dy)`` is called at the end of a step with the derivatives y' of its collocation, which
+        are f but for what Newton's method left, and makes the problem ready for `jacobian` there; it may change dy.
     """
 
     @kernel
@@ -290,7 +293,10 @@ def radau(rhs: Any, residual: Any, jacobian: Any) -> Any:
             s.memory[INVERTED] = 0.0  # the next step gets a new Jacobian
         elif 1.0 <= factor < _KEEP:
             factor = 1.0
-        rhs(problem, t + h, s.new, s.f1)
+        rates = _columns(_SLOPE, 1.0 / h)
+        for i in range(n):
+            s.f1[i] = lane(_times(rates, s.z[i]), 2)
+        arrive(problem, t + h, s.new, s.f1)
         s.memory[COUNT] += 1
         return error, factor
 

@@ -8,7 +8,7 @@ import numpy as np
 from numba import typeof
 
 from linkages.engines.compiled import entry_points
-from linkages.engines.compiled.equations import add_loads, derivatives, outside, residual, solve_state
+from linkages.engines.compiled.equations import add_loads, arrive, derivatives, outside, residual, solve_state
 from linkages.engines.compiled.jacobian import add_loads_tangent, jacobian
 from linkages.engines.compiled.model import Calls, Equations, make_work
 from linkages.engines.compiled.projection import project_state
@@ -60,7 +60,7 @@ def observe(equations: Equations, t: float, y: Array, row: Array) -> None:
         row[k] = work.memory[k, 0]
 
 
-_attempt_radau = radau(derivatives, residual, entry_points.jacobian)
+_attempt_radau = radau(derivatives, residual, entry_points.jacobian, arrive)
 _attempt_explicit = dormand_prince(derivatives)
 _drive = driver(derivatives, entry_points.attempt, signs, settle, observe)
 

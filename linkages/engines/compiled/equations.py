@@ -62,6 +62,12 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
     if len(model.rows):
         body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
+    _mark_solved(work, t, y)
+
+
+@inlined_kernel
+def _mark_solved(work: Work, t: float, y: Array) -> None:
+    """Take note that the work is that of a state."""
     work.solved[0] = t
     for i in range(len(y)):
         work.solved[1 + i] = y[i]
@@ -95,6 +101,28 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
         dy[n + i] = work.dynamics.a[model.free[i]]
     for k in range(len(model.bristles)):
         dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+
+
+@kernel
+def arrive(equations: Equations, t: float, y: Array, dy: Array) -> None:
+    """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.radau`.
+
+    So no accelerations are solved for, unless loops are closed by multipliers, which are not known.
+    """
+    model, work = equations.model, equations.work
+    if len(model.rows):
+        derivatives(equations, t, y, dy)
+        return
+    w, n = work.dynamics, len(model.free)
+    set_state(model, work, t, y)
+    _add_forces(equations, t)
+    for i in range(n):
+        dy[i] = y[n + i]
+        w.a[model.free[i]] = dy[n + i]
+    body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
+    for k in range(len(model.bristles)):
+        dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
+    _mark_solved(work, t, y)
 
 
 @kernel
