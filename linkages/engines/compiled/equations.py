@@ -107,13 +107,14 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 def arrive(equations: Equations, t: float, y: Array, dy: Array) -> None:
     """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.radau`.
 
-    So no accelerations are solved for, unless loops are closed by multipliers, which are not known.
+    So no accelerations are solved for, unless a singular position is passed. Where loops are closed by multipliers the
+    work is not solved, as these are not known; the state will be moved to where the loops are closed anyway.
     """
     model, work = equations.model, equations.work
-    if len(model.rows):
+    w, n = work.dynamics, len(model.free)
+    if w.passing[0] > 0.0:
         derivatives(equations, t, y, dy)
         return
-    w, n = work.dynamics, len(model.free)
     set_state(model, work, t, y)
     _add_forces(equations, t)
     for i in range(n):
@@ -122,7 +123,8 @@ def arrive(equations: Equations, t: float, y: Array, dy: Array) -> None:
     body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     for k in range(len(model.bristles)):
         dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
-    _mark_solved(work, t, y)
+    if not len(model.rows):
+        _mark_solved(work, t, y)
 
 
 @kernel

@@ -8,6 +8,7 @@ and M is 1.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from linkages.engines.compiled.entry_points import loads_tangent, solve
@@ -44,7 +45,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     """
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
-    if len(model.rows) or not is_solved(work, t, y):
+    if not is_solved(work, t, y):
         solve(equations, t, y)
     s = work.scratch
     for k in range(len(model.ends)):
@@ -53,6 +54,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
         contact_partials(model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k])
     if w.passing[0] > 0.0:
         beside(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        work.solved[0] = math.nan
     inertial_load(model.bodies, w, model.gravity, s.force)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
