@@ -101,6 +101,38 @@ def test_bad_experiments_are_refused_in_one_line_with_exit_status_2(experiment_f
     assert message.startswith(("experiment.toml: ", "machine.sdf: ", "argument: "))
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "problem"),
+    [
+        ("links.coupler.mass", -1.0, '<link name="coupler">/<inertial>/<mass>: is -1 kg; it must be positive'),
+        ("links.coupler.inertia", 0.0, "is 0; it must be positive"),
+        ("links.couplr.mass", 1.0, 'there is no link "couplr"; did you mean "coupler"?'),
+    ],
+)
+def test_a_wrong_value_of_the_machine_is_said_to_stand_where_it_was_given(experiment_file, path, value, problem):
+    known = {"sdf.links.crank.mass": 0.5}
+    file = experiment_file(four_bar(), GOOD)
+    found = []
+    for refused in (
+        lambda: load(file, {**known, f"sdf.{path}": value}),
+        lambda: load(file, known).replaced({f"sdf.{path}": value}),
+    ):
+        with pytest.raises(InputError) as caught:
+            refused()
+        found.append(str(caught.value))
+    assert found == [f"argument: sdf.{path}: {problem}"] * 2
+    kind, name, key = path.split(".")
+    with pytest.raises(InputError) as caught:
+        load(experiment_file(four_bar(), f"{GOOD}\n[sdf.{kind}.{name}]\n{key} = {value}\n"))
+    assert str(caught.value) == f"experiment.toml: sdf.{path}: {problem}"
+
+
+def test_a_fault_of_the_machines_file_is_not_laid_on_a_value(experiment_file):
+    file = experiment_file(four_bar().replace("<mass>", "<mass>-", 1), GOOD)
+    with pytest.raises(InputError, match=r"machine\.sdf: <link name="):
+        load(file, {"sdf.links.coupler.mass": 0.5})
+
+
 def test_missing_files_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"none\.toml: cannot be read"):
         load(tmp_path / "none.toml")

@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
     """Draw; returns the exit status."""
     from linkages.files.shipped import find_file
     from linkages.model.experiment import COMMAND_LINE, nothing_done
-    from linkages.model.mechanism import load_mechanism
+    from linkages.model.mechanism import faults_of_values, load_mechanism
     from linkages.plots.drawing import draw, page, svg
     from linkages.plots.drawing.raster import picture
     from linkages.system import System, load
@@ -36,7 +36,8 @@ def run(options: argparse.Namespace) -> int:
     file, values = find_file(options.file, ".toml", ".sdf"), set_values(options)
     if file.suffix == ".sdf":
         experiment = nothing_done(file, values, COMMAND_LINE)
-        system = System(load_mechanism(file, experiment.sdf_overrides), experiment)
+        with faults_of_values(experiment):
+            system = System(load_mechanism(file, experiment.sdf_overrides), experiment)
     else:
         system = load(file, values, COMMAND_LINE)
     drawing, out = draw(system), output_folder(options, f"{file.stem}_drawing", "draw")

@@ -142,8 +142,7 @@ class Experiment(Table):
         """Values that replace those of the SDF file, by dotted path without the leading ``sdf.``."""
         result = {}
         for path, value in leaves(self.sdf):
-            given = self._sources.get(f"sdf.{path}")
-            source = given if given in (ARGUMENT, COMMAND_LINE) else self._source
+            source = self.origin(f"sdf.{path}")
             try:
                 number = read(value, _OF_MACHINE.get(path.rpartition(".")[2], ""))
             except ValueError as problem:
@@ -152,6 +151,11 @@ class Experiment(Table):
                 raise InputError(source, f"sdf.{path}", "must be a number")
             result[path] = float(number)
         return result
+
+    def origin(self, path: str) -> str | Path:
+        """Return where the value at a dotted path stands: in the file, on the command line, in an argument."""
+        given = self._sources.get(path)
+        return given if given in (ARGUMENT, COMMAND_LINE) else self._source
 
     @property
     def play(self) -> tuple[str, ...]:

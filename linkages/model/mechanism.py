@@ -9,10 +9,12 @@ they are y and z. Angles are counter-clockwise about n. SI units.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +24,9 @@ from linkages.files.beams import FOLLOWS
 from linkages.files.numbers import implausible
 from linkages.files.raw_model import Chains, RawJoint, RawLink, RawModel
 from linkages.files.sdf import read_sdf
+
+if TYPE_CHECKING:
+    from linkages.model.experiment import Experiment
 
 Array = NDArray[np.float64]
 
@@ -206,6 +211,25 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     inertias = {key: value for key, value in overrides.items() if _INERTIA.fullmatch(key)}
     raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias})
     return planar(path, raw, inertias)
+
+
+@contextmanager
+def faults_of_values(experiment: Experiment) -> Iterator[None]:
+    """Say what is wrong with a value that an experiment replaces in its machine of that value, not of the file."""
+    try:
+        yield
+    except InputError:
+        path, values = experiment.mechanism_path, experiment.sdf_overrides
+        for known in ({}, *({key: value} for key, value in values.items())):
+            try:
+                load_mechanism(path, known)
+            except InputError as problem:
+                if not known:
+                    break
+                where = f"sdf.{next(iter(known))}"
+                what = str(problem).removeprefix(f"{path.name}: ").removeprefix(f"{where}: ")
+                raise InputError(experiment.origin(where), where, what) from None
+        raise
 
 
 def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanism:

@@ -15,7 +15,7 @@ from linkages.files.raw_model import Bearing
 from linkages.laws import Registered, registered, restore
 from linkages.model.check import check, unbent
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
-from linkages.model.mechanism import Mechanism, load_mechanism
+from linkages.model.mechanism import Mechanism, faults_of_values, load_mechanism
 from linkages.model.tables import JointModel
 from linkages.planar.arrays import Arrays
 from linkages.planar.internal_forces import FIXED_COLUMNS
@@ -108,10 +108,11 @@ class System:
             return self
         experiment = self.experiment.replaced(values, origin)
         machine = {path.removeprefix("sdf."): path for path in values if path.startswith("sdf.")}
-        if "mechanism" in values or not all(map(_is_inertial, machine)):
-            mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-        else:
-            mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
+        with faults_of_values(experiment):
+            if "mechanism" in values or not all(map(_is_inertial, machine)):
+                mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
+            else:
+                mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
         experiment = unbent(mechanism, experiment, values)
         same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
@@ -353,7 +354,8 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
     0.5
     """
     experiment = load_experiment(path, overrides, origin)
-    mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
+    with faults_of_values(experiment):
+        mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
     return System(mechanism, unbent(mechanism, experiment, overrides or ()))
 
 
