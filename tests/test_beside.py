@@ -56,6 +56,20 @@ def test_work_whose_process_is_killed_is_done_here(tmp_path):
 
 
 @needs_fork
+def test_work_whose_process_does_not_end_is_done_here(tmp_path, monkeypatch):
+    def work():
+        if os.getpid() != here:
+            time.sleep(60.0)
+        (tmp_path / "done").touch()
+
+    here = os.getpid()
+    monkeypatch.setattr("linkages.cli.beside._PATIENCE", 0.2)
+    with beside([work]):
+        pass
+    assert (tmp_path / "done").exists()
+
+
+@needs_fork
 def test_where_no_process_can_be_made_the_work_is_done_here(tmp_path, monkeypatch):
     def refuse():
         raise OSError("no more processes")

@@ -9,13 +9,16 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
+_PATIENCE = 120.0  # s; more than plots take. A process that waits for a thread that it has not would never end
+
 
 @contextmanager
 def beside(works: Sequence[Callable[[], None]]) -> Iterator[None]:
     """Do work that leaves nothing but files, beside what the context holds; at its end all is done.
 
     What goes wrong there is done once more here, at the end, and so is all of it where processes cannot be split
-    safely. Ctrl-C is answered here alone: where it ends the context, it ends the work.
+    safely, or where the work does not end in time. Ctrl-C is answered here alone: where it ends the context, it ends
+    the work.
 
     Parameters
     ----------
@@ -37,7 +40,7 @@ def beside(works: Sequence[Callable[[], None]]) -> Iterator[None]:
     try:
         yield
         if started:
-            process.join()
+            process.join(_PATIENCE)
     finally:
         if started:
             process.kill()
