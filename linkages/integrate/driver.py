@@ -127,8 +127,8 @@ def _fitted(h: float, t: float, options: Options) -> tuple[float, bool]:
     return (0.5 * (options.end - t) if t + 2.0 * h > options.end else h), False
 
 
-def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
-    """Make the function that integrates, from compiled functions; see the table above."""
+def _lander(attempt: Any, signs: Any) -> Any:
+    """Make the function that shortens a step so that it ends on an event."""
 
     @kernel
     def land(
@@ -162,6 +162,13 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             guess = size - (value + 0.5 * tiny) / rate if rate < 0.0 else 0.5 * (low + high)
             size = guess if low < guess < high else 0.5 * (low + high)
         return event, size
+
+    return land
+
+
+def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
+    """Make the function that integrates, from compiled functions; see the table above."""
+    land = _lander(attempt, signs)
 
     @kernel
     def note(problem: Any, t: float, y: Array, line: Array) -> None:

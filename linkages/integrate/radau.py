@@ -166,22 +166,8 @@ def _estimate(s: Stepper, h: float, f: Array) -> float:
     return math.sqrt(square / n)
 
 
-def radau(rhs: Any, residual: Any, jacobian: Any, arrive: Any) -> Any:
-    """Make the method's ``attempt`` for a problem's compiled functions.
-
-    Parameters
-    ----------
-    rhs : function
-        ``rhs(problem, t, y, dy)`` fills the derivatives f.
-    residual : function
-        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - y'); y' in `dy`, and `out`, without positions.
-    jacobian : function
-        ``jacobian(problem, t, y, mass, out)``, called with f known, fills M, without positions, if it is not 1, and
-        M df/dy.
-    arrive : function
-        ``arrive(problem, t, y, dy)`` is called at the end of a step with the derivatives y' of its collocation, which
-        are f but for what Newton's method left, and makes the problem ready for `jacobian` there; it may change dy.
-    """
+def _solver(residual: Any) -> Any:
+    """Make the simplified Newton iterations for a problem's compiled residual, see `radau`."""
 
     @kernel
     def newton(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[bool, int, float]:
@@ -231,6 +217,27 @@ def radau(rhs: Any, residual: Any, jacobian: Any, arrive: Any) -> Any:
                 return True, iteration + 1, rate
             before, earlier = size, before
         return before < goal, iterations, rate
+
+    return newton
+
+
+def radau(rhs: Any, residual: Any, jacobian: Any, arrive: Any) -> Any:
+    """Make the method's ``attempt`` for a problem's compiled functions.
+
+    Parameters
+    ----------
+    rhs : function
+        ``rhs(problem, t, y, dy)`` fills the derivatives f.
+    residual : function
+        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - y'); y' in `dy`, and `out`, without positions.
+    jacobian : function
+        ``jacobian(problem, t, y, mass, out)``, called with f known, fills M, without positions, if it is not 1, and
+        M df/dy.
+    arrive : function
+        ``arrive(problem, t, y, dy)`` is called at the end of a step with the derivatives y' of its collocation, which
+        are f but for what Newton's method left, and makes the problem ready for `jacobian` there; it may change dy.
+    """
+    newton = _solver(residual)
 
     @kernel
     def attempt(problem: Any, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:

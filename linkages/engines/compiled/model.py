@@ -20,7 +20,6 @@ from linkages.system import System
 
 #: Clearances that count as the length of a linkage, at most: with oil, in dry contact.
 _FILM, _TOUCH = 1e4, 20.0
-_LARGEST = 0.1  # error of a point in parts of the smallest clearance: a journal that errs by all of it may be anywhere
 
 
 class Work(NamedTuple):
@@ -85,8 +84,8 @@ def start_state(system: System) -> Array:
     return np.concatenate([assembly.q[free], assembly.v[free], np.zeros(len(system.bristles))])
 
 
-def error_scale(system: System) -> tuple[Array, float]:
-    """Return what an error of each entry of the state is measured by, and the largest that makes sense, in parts of it.
+def error_scale(system: System) -> Array:
+    """Return what an error of each entry of the state is measured by.
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
@@ -94,14 +93,15 @@ def error_scale(system: System) -> tuple[Array, float]:
     """
     tree, free = system.tree, system.tree.free_dofs
     units = np.where(system.ends["kind"] == STOP, tree.extent, 1.0)
-    plays = [(joint.clearance or np.inf) * unit for joint, unit in zip(system.models, units, strict=True)]
-    times = [_TOUCH if joint.can_touch else _FILM for joint in system.models]
-    length = min([tree.extent, *(play * most for play, most in zip(plays, times, strict=True))])
+    lengths = [
+        (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
+        for joint, unit in zip(system.models, units, strict=True)
+    ]
+    length = min(tree.extent, *lengths) if lengths else tree.extent
     duration = system.experiment.duration
     rates = np.abs(system.motions(np.linspace(0.0, duration, 101))[1])
     fastest = rates.max(initial=0.0) or 2.0 * np.pi / duration
     turns = np.zeros(tree.size, dtype=bool)
     turns[tree.bodies.records["dof"][tree.bodies.records["type"] == REVOLUTE]] = True
     position = np.where(turns[free], length / tree.extent, length)
-    scale = np.concatenate([position, fastest * position, np.full(len(system.bristles), 1e-6)])
-    return scale, _LARGEST * min(plays, default=np.inf) / length
+    return np.concatenate([position, fastest * position, np.full(len(system.bristles), 1e-6)])

@@ -71,8 +71,8 @@ class Runner:
         if not everywhere:
             bodies, stiff = (tree.acting_bodies(each) for each in (self.model.bodies, self.model.stiff))
             self.model = self.model._replace(bodies=bodies, stiff=stiff)
-        self.start, (self.scale, loosest) = start_state(system), error_scale(system)
-        self.tolerance = min(solver.accuracy, loosest) * self.scale
+        self.start, self.scale = start_state(system), error_scale(system)
+        self.tolerance = solver.accuracy * self.scale
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
         self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
