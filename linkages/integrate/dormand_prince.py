@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.integrate.stepper import COUNT, ERROR, LAST, Stepper, copy
+from linkages.integrate.stepper import COUNT, ERROR, LAST, Stepper, copy, root_mean_square
 from linkages.kernel import Array, kernel
 
 ORDER = 5
@@ -62,7 +62,7 @@ def dormand_prince(rhs: Any) -> Any:
             for k in range(6):
                 total += _E[k] * s.stages[k, i]
             square += (h * total / s.scale[i]) ** 2
-        error = math.sqrt(square / n)
+        error = root_mean_square(square, n)
         if not error < 1e100:
             return math.inf, 0.1
         if error > 1.0:

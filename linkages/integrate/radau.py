@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from linkages.integrate.shifted import invert, row_times, swapped
-from linkages.integrate.stepper import COUNT, CURRENT, ERROR, INVERTED, LAST, Stepper
+from linkages.integrate.stepper import COUNT, CURRENT, ERROR, INVERTED, LAST, Stepper, root_mean_square
 from linkages.kernel import Array, Indices, inlined_kernel, kernel
 from linkages.kernel.lanes import lane, lanes
 
@@ -163,7 +163,7 @@ def _estimate(s: Stepper, h: float, f: Array) -> float:
             error[i] += total * time
     for i in range(n):
         square += (error[i] / s.scale[i]) ** 2
-    return math.sqrt(square / n)
+    return root_mean_square(square, n)
 
 
 def _solver(residual: Any) -> Any:
@@ -202,7 +202,7 @@ def _solver(residual: Any) -> Any:
                     moved = _times(gain, change)
                     z[i] += moved
                     squares += moved * moved * (1.0 / (scale[i] * scale[i]))
-            size = math.sqrt((lane(squares, 0) + lane(squares, 1) + lane(squares, 2)) / (3 * n))
+            size = root_mean_square(lane(squares, 0) + lane(squares, 1) + lane(squares, 2), 3 * n)
             if not size < 1e100:
                 return False, iteration + 1, 1.0
             if iteration > 0:  # by two at once: stiff directions that turn undo one iteration's gain in the next

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +59,12 @@ def copy(source: Array | Lanes, target: Array | Lanes) -> None:
     """Copy the entries of a vector; compiles in a fraction of the time that numba's assignment takes."""
     for i in range(len(source)):
         target[i] = source[i]
+
+
+@inlined_kernel
+def root_mean_square(squares: float, count: int) -> float:
+    """Root of the mean of ``count`` squares with this sum; zero if there are none: no state can err then."""
+    return math.sqrt(squares / max(count, 1))
 
 
 @inlined_kernel

@@ -6,7 +6,7 @@ from engines import slow_on_drake
 from machines import BEARING, PLANES, bar, four_bar, joint, model, slider_crank
 from shipped import run as run_shipped
 
-from linkages import InputError, ideal, impacts, simulate
+from linkages import InputError, ideal, impacts, simulate, simulate_batch
 from linkages.results.extremes import integral
 
 FILM = '[joints.{0}]\nmodel="lubricated"\nclearance=1e-4\nviscosity=0.1\n'
@@ -74,6 +74,48 @@ def test_a_falling_four_bar_keeps_its_energy(run):
     assert found["kinetic_energy"].max() > 0.05
     np.testing.assert_allclose(energy, energy[0], atol=1e-7)
     assert found.provenance["loop_error"] < 1e-8
+
+
+def arm_torques(times, load):
+    """Torques of shoulder and elbow (nt,) of `ARM`, turning by t^3 and sin(5 t): Lagrange's equations of two bars."""
+    m, a, b, bend = 0.2, 0.3, 0.2, 0.5
+    q2, w1, w2 = bend + np.sin(5.0 * times), 3.0 * times**2, 5.0 * np.cos(5.0 * times)
+    a1, a2 = 6.0 * times, -25.0 * np.sin(5.0 * times)
+    near, far, both = m * a**2 / 3 + m * a**2, m * b**2 / 3, m * a * b / 2
+    elbow = (far + both * np.cos(q2)) * a1 + far * a2 + both * np.sin(q2) * w1**2
+    shoulder = (near + both * np.cos(q2)) * a1 + both * (np.cos(q2) * a2 - np.sin(q2) * (w1 + w2) ** 2) + elbow
+    return shoulder - load, elbow - load
+
+
+ARM = model(
+    "arm",
+    bar("upper", 0.3, "__model__") + bar("lower", 0.2, "upper_tip", 0.5)
+    + joint("S", "world", "upper") + joint("E", "upper_tip", "lower"),
+)  # fmt: skip
+MOVED = """duration = 0.5
+[drives]
+S = {formula = "t**3"}
+E = {formula = "sin(5*t)"}
+[torques]
+screw = {link = "lower", formula = "0.5*sin(40*t)"}
+"""
+
+
+@pytest.mark.parametrize("integrator", ["runge_kutta5", "radau3"])
+def test_an_arm_whose_joints_are_all_driven_needs_the_torques_of_lagrange(run, integrator):
+    """Neither loops nor anything free: the state has no entries, and the load varies faster than the motion."""
+    found = run(ARM, MOVED + f'[solver]\nintegrator = "{integrator}"\naccuracy = 1e-10\n')
+    exact = arm_torques(found.time, 0.5 * np.sin(40.0 * found.time))
+    for name, torque in zip(("S.torque", "E.torque"), exact, strict=True):
+        np.testing.assert_allclose(found[name], torque, rtol=0, atol=1e-9 * np.abs(torque).max())
+    assert np.diff(found.time).max() < 0.1 * 2.0 * np.pi / 40.0  # extremes of the load are not stepped over
+
+
+def test_a_batch_of_an_arm_whose_joints_are_all_driven(system_of):
+    times = np.linspace(0.0, 0.5, 100_001)
+    exact = [np.abs(torque).max() for torque in arm_torques(times, 0.5 * np.sin(40.0 * times))]
+    batch = simulate_batch(system_of(ARM, MOVED), outputs=["S.torque", "E.torque"])
+    np.testing.assert_allclose(batch.peak[0, 0], exact, rtol=1e-6)
 
 
 STRUT = f"""

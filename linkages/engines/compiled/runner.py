@@ -27,7 +27,8 @@ from linkages.system import System
 STATUS = {DONE: Status.OK, COLLAPSED: Status.STEP_SIZE_COLLAPSE, LEFT: Status.JOURNAL_LEFT_BEARING}
 
 _FIRST = 1e-7  # first step, in parts of the duration
-_TRAVEL = 0.1  # of the fastest drive in a step [rad or m], at most
+_TRAVEL = 0.1  # of the fastest drive in a step of a prescribed motion [rad or m], at most
+_FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
 _LANDING = 1e-10  # how close to touching a contact is located, in parts of the clearance
 
 
@@ -113,10 +114,11 @@ class Runner:
 
     @cached_property
     def _longest(self) -> float:
-        """Longest step [s]: a motion that is prescribed needs no steps, but extremes are looked for between them."""
-        system = self.system
-        prescribed = system.determinate and not system.tree.play and not system.tree.bent and system.drive_rate > 0.0
-        return min(system.experiment.duration, _TRAVEL / system.drive_rate if prescribed else np.inf)
+        """Longest step [s]: a prescribed motion needs no steps, but extremes are looked for between them."""
+        system, duration = self.system, self.system.experiment.duration
+        if not system.determinate or system.tree.play or system.tree.bent:
+            return duration
+        return min(duration / _FEWEST, _TRAVEL / system.drive_rate if system.drive_rate > 0.0 else np.inf)
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
