@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
+from linkages.laws.contact.forces import GRAZING
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.planar.bodies import Bodies, new_motion, new_pose
@@ -25,6 +26,33 @@ Motion = tuple[float, float, float, float, float, float, float, float]
 
 #: What each joint remembers: the speed at which its contact began [m/s], LuGre's bristle state [m].
 MEMORY = ("approach", "bristle")
+
+_LANDING = 1e-10  # how close to touching the start and the end of a contact are located, in parts of the clearance
+_ROUNDING = 4e-16  # the same in parts of the linkage's length
+
+
+def landing(laws: Records, size: float) -> Array:
+    """Return how close to touching the start and the end of each contact are located, (nc,) [m; stop: rad]."""
+    return np.maximum(_LANDING * laws["clearance"], _ROUNDING * size)
+
+
+@kernel
+def approach_at_start(delta: float, closing: float, landing: float) -> float:
+    """Return the approach speed of a contact at the start of a run; infinite where no contact begins there.
+
+    A contact begins at the start if the bodies touch and do not part, or overlap and close in faster than `GRAZING`.
+    Bodies that overlap otherwise were in contact before: the speed at which that contact began is not known, and an
+    infinite one leaves it without damping.
+
+    Parameters
+    ----------
+    delta, closing : float
+        Penetration [m] and its rate [m/s] at the start.
+    landing : float
+        Of the contact, from `landing`.
+    """
+    least = GRAZING if delta > landing else -GRAZING
+    return max(closing, 0.0) if delta >= -landing and closing > least else np.inf
 
 
 @kernel

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from engines import slow_on_drake
 from machines import bar, joint, model
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from linkages import InputError, impacts, load, study, summarize
@@ -79,16 +80,56 @@ def test_a_damped_stop_returns_the_mass_at_the_speed_of_its_law(run, law):
     """m v dv = -K d^n (1 + chi v/v0) dd, over d from 0 to 0: v/c - ln(1 + c v)/c^2 is the same, c = chi/v0."""
     e, v0 = 0.7, 0.5
     chi = {"flores": 8 * (1 - e) / (5 * e), "lankarani-nikravesh": 0.75 * (1 - e * e), "hunt-crossley": 1.5 * (1 - e)}
-    c = chi[law] / v0
+    text = f"duration = 0.15\n[drives.slide0]\nforce = 0.0\nspeed = {v0}\n"
+    contact = f"law = '{law}'\nrestitution = {e}\nstiffness = 2e5\n"
+    found = run(block("1 0 0"), text + stop("end", "slide0", "upper", 0.05, contact) + EXACT)
+    assert found["block.vx"][-1] == pytest.approx(-returned(v0, chi[law]), rel=1e-6)
+
+
+def returned(v0, chi):
+    """Speed after an impact at v0 [m/s] with damping of the factor chi."""
+    c = chi / v0
 
     def path(v):
         return v / c - np.log1p(c * v) / c**2
 
-    back = brentq(lambda v: path(-v) - path(v0), 1e-3, min(v0, 1 / c - 1e-9))
-    text = f"duration = 0.15\n[drives.slide0]\nforce = 0.0\nspeed = {v0}\n"
-    contact = f"law = '{law}'\nrestitution = {e}\nstiffness = 2e5\n"
-    found = run(block("1 0 0"), text + stop("end", "slide0", "upper", 0.05, contact) + EXACT)
-    assert found["block.vx"][-1] == pytest.approx(-back, rel=1e-6)
+    return brentq(lambda v: path(-v) - path(v0), 1e-3 * v0, min(v0, (1 - 1e-9) / c))
+
+
+LANKARANI = "law = 'lankarani-nikravesh'\nrestitution = 0.3\nstiffness = 1e8\n"
+CHI = 0.75 * (1.0 - 0.3**2)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1e-12, 1e-12])
+def test_an_impact_at_the_start_is_damped_as_any_other(run, limit):
+    """The mass touches the stop at t = 0, or overlaps by rounding: it closes in, so the contact begins there."""
+    text = "duration = 5e-3\n[drives.slide0]\nforce = 0.0\nspeed = 0.5\n"
+    found = run(block("1 0 0"), text + stop("end", "slide0", "upper", limit, LANKARANI) + EXACT)
+    assert found["end.penetration"][-1] < 0.0
+    assert found["block.vx"][-1] == pytest.approx(-returned(0.5, CHI), rel=1e-6)
+
+
+def test_a_mass_set_down_on_the_ground_rests_there(run):
+    """The contact begins at t = 0 with no approach speed: the law's limit for a drop from a height that goes to zero."""
+    floor = FLOOR.format(angle=0.0, law=LANKARANI).replace("-0.2", "0.0")
+    found = run(block("0 1 0"), "duration = 6e-3\ngravity = [0.0, -9.81, 0.0]\n" + floor + EXACT.replace("-9", "-10"))
+
+    def load(depth, rate):
+        return 1e8 * max(depth, 0.0) ** 1.5 * (1.0 + CHI * np.clip(rate / 1e-6, -1.0, 1.0))  # approach of 1e-6 m/s
+
+    fall = solve_ivp(
+        lambda t, y: (y[1], 9.81 - load(*y) / 2.0), (0.0, 6e-3), (0.0, 0.0), "Radau", rtol=1e-9, atol=1e-13
+    )
+    assert -found["block.y"][-1] == pytest.approx(fall.y[0, -1], rel=1e-6)
+    assert found["foot.force"][-1] == pytest.approx(2.0 * 9.81, rel=1e-3)
+    assert found["foot.force"].max() == pytest.approx(2.5 * 2.0 * 9.81, rel=1e-6)  # by energy, at the largest depth
+
+
+def test_a_contact_under_way_at_the_start_is_not_damped(run):
+    """A mass is released at a depth of 10 um: its contact began before, nobody knows how fast; all energy returns."""
+    text = "duration = 0.02\n[drives.slide0]\nforce = 0.0\n"
+    found = run(block("1 0 0"), text + stop("end", "slide0", "upper", -1e-5, LANKARANI) + EXACT)
+    assert found["block.vx"][-1] == pytest.approx(-np.sqrt(2.0 * 1e8 * 1e-5**2.5 / 2.5 / 2.0), rel=1e-6)
 
 
 FLOOR = """[contacts.foot]

@@ -20,7 +20,7 @@ from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, addresses, kernel
 from linkages.kernel.by_reference import Reference
 from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.planar.contacts import CLEARANCE_OUTPUTS, approach_at_start
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3
@@ -84,9 +84,10 @@ def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: A
     if t == 0.0:
         entry_points.solve(equations, t, y)
         for k in range(len(model.ends)):
-            work.modes[k] = 1 if model.touching[k] and work.contacts[k, _PENETRATION] > 0.0 else -1
-            if work.modes[k] > 0:  # it did not begin: no damping
-                work.memory[k, 0] = np.inf
+            delta, closing = work.contacts[k, _PENETRATION], work.contacts[k, _CLOSING]
+            work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing > 0.0)) else -1
+            if work.modes[k] > 0:
+                work.memory[k, 0] = approach_at_start(delta, closing, options.landing[k])
     return _drive(equations, stepper, tolerance, t, y, work.modes, len(model.ends), options)
 
 

@@ -19,7 +19,7 @@ from linkages.kernel.ahead import expect
 from linkages.kernel.by_reference import packed
 from linkages.model.tables import IMPLICIT
 from linkages.outputs.values import OF_FORCES
-from linkages.planar.contacts import WIDTH
+from linkages.planar.contacts import WIDTH, landing
 from linkages.planar.ideal import Ideal
 from linkages.signals import held
 from linkages.system import System
@@ -29,7 +29,6 @@ STATUS = {DONE: Status.OK, COLLAPSED: Status.STEP_SIZE_COLLAPSE, LEFT: Status.JO
 _FIRST = 1e-7  # first step, in parts of the duration
 _TRAVEL = 0.1  # of the fastest drive in a step of a prescribed motion [rad or m], at most
 _FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
-_LANDING = 1e-10  # how close to touching a contact is located, in parts of the clearance
 
 
 def join(records: list[Record]) -> Steps:
@@ -76,7 +75,7 @@ class Runner:
         self.tolerance = solver.accuracy * self.scale
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
-        self._landing = np.maximum(_LANDING * self.model.laws["clearance"], 4e-16 * self.model.size)
+        self._landing = landing(self.model.laws, self.model.size)
         self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
         self._calls = bind(self.model, self._stepper, self.implicit)
         self._equations = packed(self._with(self.memory, self.modes))

@@ -19,7 +19,7 @@ from pydrake.systems.framework import (
 
 from linkages.engines.drake.forces import joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH
+from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
 from linkages.planar.record_types import WORN
 from linkages.system import System
 
@@ -70,7 +70,8 @@ class ClearanceJoints(LeafSystem):
     witness functions locate at the contact's start (they need the context's accuracy to be set). Each start and end
     is an event, so that no integration step lies across one. It is infinite between contacts: a step that is tried
     across a start meets the law without damping, which an approach speed of some other contact, or of none, would make
-    arbitrarily large. Where friction is LuGre's: the bristles are continuous state.
+    arbitrarily large. `begin` latches the speeds of contacts that begin at the start of a run, where no witness
+    function changes its sign. Where friction is LuGre's: the bristles are continuous state.
 
     Parameters
     ----------
@@ -86,6 +87,7 @@ class ClearanceJoints(LeafSystem):
         self.joints = tuple(label for _, label in system.contacts)
         self._ends, self._laws = system.ends, laws
         self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        self._landing = landing(laws, tree.extent)
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
         self._no_memory = np.zeros((len(laws), 2))
@@ -127,6 +129,15 @@ class ClearanceJoints(LeafSystem):
         return gaps
 
     # -- events and states -------------------------------------------------------------------------
+
+    def begin(self, context: Context) -> None:
+        """Latch the approach speeds of the contacts that begin at the state of a context, the start of a run."""
+        if not len(self._touching):
+            return
+        joints, speeds = self.evaluate(context), np.full(len(self._laws), np.inf)
+        for k in self._touching:
+            speeds[k] = approach_at_start(joints[k, _PENETRATION], joints[k, _CLOSING], self._landing[k])
+        context.SetDiscreteState(speeds)
 
     def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:  # noqa: N802
         """Drake asks for these after every step."""

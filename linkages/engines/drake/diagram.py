@@ -48,12 +48,14 @@ class Linkage:
     place: StatePlace
 
     def set_initial_state(self, root: Context) -> None:
-        """Put the assembled state at t = 0 into a context of the whole diagram."""
+        """Put the assembled state at t = 0, and what its contacts remember, into a context of the whole diagram."""
         context = self.plant.GetMyMutableContextFromRoot(root)
         q, v = self.plant.GetPositions(context).copy(), self.plant.GetVelocities(context).copy()
         q[self.place.positions], v[self.place.velocities] = self.system.assembly.q, self.system.assembly.v
         self.plant.SetPositions(context, q)
         self.plant.SetVelocities(context, v)
+        if self.clearance is not None:
+            self.clearance.begin(self.clearance.GetMyMutableContextFromRoot(root))
 
     def advance(
         self, simulator: Simulator, until: float, progress: Progress | None = None, limit: int | None = None
