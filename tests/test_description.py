@@ -1,7 +1,7 @@
 """Machines described in a few lines: those of the documentation, their geometry, mass and mobility; values with units."""
 
 import re
-from math import cos, hypot, pi, radians, sqrt
+from math import atan2, cos, hypot, pi, radians, sin, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,9 @@ from linkages import InputError, load
 from linkages.cli.main import main
 from linkages.cli.options import seconds
 from linkages.cli.sweep import parse_range
+from linkages.files.description import described
 from linkages.files.drafting import body
+from linkages.files.formula import parse
 from linkages.files.units import si, without_units
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
@@ -141,6 +143,20 @@ def test_a_machine_that_was_edited_takes_no_other_parameters(made):
         ("duration", "duratoin", 'did you mean "duration"'),
         ("density", "desnity", "desnity: unknown key"),
         ('O = [0, 0]', '"O{k=2..1}" = [0, 0]', "must count upwards"),
+        ('"a", 0]', '"a", 40]', r'points\.A: the angle 40 has no unit; write "40 deg" or "40 rad"'),
+        ('"a", 0]', '"a", "-40.5"]', r'points\.A: the angle -40.5 has no unit; write "-40.5 deg" or "-40.5 rad"'),
+        ('"a", 0]', '"a", "30 deg + 40"]', r"points\.A: the angle 30 deg \+ 40 has no unit"),
+        ('"a", 0]', '"a", "sin(30 deg)"]', r"points\.A: the angle sin\(30 deg\) has no unit"),
+        ('"a", 0]', '"a", "a"]', r"points\.A: the angle a has no unit"),
+        ('"a", 0]', '"a", "40 mm"]', r'points\.A: the angle is "40 mm"; it must be measured in rad or deg'),
+        ('bar = "O A"', 'bar = "O A", b = "A along bar at 40"', r'links\.b: the angle 40 has no unit'),
+        ('"100 mm"', '"a990", a0 = 0.1, "a{k=1..990}" = "a{k-1}"', "refer to one another in a chain"),
+        ('"a", 0]', '"30 deg", 0]', r'points\.A: is "30 deg"; it must be measured in m'),
+        ("[0.02, 0.01]", '["2 kg", 0.01]', r'section: is "2 kg"; it must be measured in m'),
+        ("7850.0", '"7850 kg"', r'density: is "7850 kg"; it must be measured in kg/m3'),
+        ('"a", 0]', '"a/2 mm", 0]', r'points\.A: "a/2 mm" can be read in two ways'),
+        ('"a", 0]', '"5 mm**2", 0]', r'points\.A: "5 mm\*\*2" can be read in two ways'),
+        ('O = [0, 0]', 'O = [0, 0], "B{k=0..1}" = ["{1/k}", 0]', "has no finite value where k is 0"),
     ],
 )  # fmt: skip
 def test_a_wrong_description_gets_one_line(old, new, problem, tmp_path, capsys):
@@ -171,6 +187,53 @@ def test_units_are_those_of_the_si_brochure_and_the_workshop(text, unit, value):
 def test_a_unit_of_another_kind_is_refused(text, unit):
     with pytest.raises(ValueError, match=r"must be measured in|is unknown|give a number"):
         si(text, unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("1/2 mm", 0.5e-3), ("100 mm - 1/4 mm", 99.75e-3), ("2*1/2 mm", 1e-3), ("-3/4 mm", -0.75e-3), ("5 mm/2", 2.5e-3),
+     ("a/(5 mm)", 20.0), ("(5 mm)**2", 25e-6), ("3 1/mm", 3000.0)],
+)  # fmt: skip
+def test_a_fraction_is_a_number_before_its_unit(text, value):
+    """As the SI brochure has it: the value of a quantity is a number times a unit."""
+    assert parse(without_units(text, {"a"}))({"a": 0.1}) == pytest.approx(value, rel=1e-14)
+
+
+def test_a_fraction_is_a_number_in_experiments_too(experiment_file):
+    assert load(experiment_file(four_bar(), 'duration = "1/4 s"\n')).experiment.duration == 0.25
+    assert si("1/3 mm", "m") == pytest.approx(1e-3 / 3.0, rel=1e-15)
+    with pytest.raises(ValueError, match="divided by 0"):
+        si("1/0 mm", "m")
+
+
+@pytest.mark.parametrize(
+    ("formula", "value"),
+    [("{k*0.123456789}", 1000001 * 0.123456789), ("{k}", 1000001.0), ("{k/3} mm", 1000001 / 3000.0),
+     ("{k-1000002}**2", 1.0), ("{k - 1e6 - 1.5} * 2", -1.0), ("{k*1e12}", 1000001e12)],
+)  # fmt: skip
+def test_a_counted_number_keeps_all_its_digits(formula, value):
+    points = {"O": [0, 0], "P{k=1000001..1000001}": [formula, 0]}
+    data = {"section": [0.02, 0.01], "points": points, "links": {"ground": "O", "bar": "O P1000001"}, "density": 1.0}
+    drawn = described(Path("m.toml"), "m", data)
+    place = drawn.model.frames["P1000001"][1].translation
+    assert place[0] == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("angle", "value"),
+    [("40 deg", radians(40)), ("0.7 rad", 0.7), ("0", 0.0), ("asin(0.5)", pi / 6), ("2*pi/7", 2 * pi / 7),
+     ("phi", radians(20)), ("3*phi - 30 deg", radians(30)), ("(a/0.2)*1 rad", 0.5), ("-atan2(1, 2)", -atan2(1, 2)),
+     ("max(phi, 0.1 rad)", radians(20))],
+)  # fmt: skip
+def test_an_angle_is_a_quantity_or_follows_from_angles(angle, value, made):
+    """The angle of a point and of a slider's way; the machine's file keeps it, whatever parameters it then has."""
+    text = SIMPLE.replace('a = "100 mm"', 'a = "100 mm", phi = "20 deg"').replace('"a", 0]', f'"a", "{angle}"]')
+    file = made(text.replace('bar = "O A"', f'bar = "O A", block = "A along ground at {angle}"'))
+    for length in (0.1, 0.2) if "a/" not in angle else (0.1,):
+        mechanism = load(file, {"sdf.parameters.a": length}).mechanism
+        assert mechanism.link["bar"].angle == pytest.approx(value, abs=1e-15)
+        assert mechanism.joint["A"].on_parent == pytest.approx([length * cos(value), length * sin(value)], abs=1e-15)
+        assert mechanism.joint["block_guide"].direction == pytest.approx([cos(value), sin(value)], abs=1e-15)
 
 
 def test_values_of_experiments_have_units(experiment_file):

@@ -79,7 +79,7 @@ class Described(NamedTuple):
     parameters: dict[str, float]
 
 
-def described(path: Path, name: str, data: Mapping[str, Any]) -> Described:
+def described(path: Path, name: str, data: Mapping[str, Any], stored: bool = False) -> Described:
     """Draw a machine from its description.
 
     Parameters
@@ -90,6 +90,8 @@ def described(path: Path, name: str, data: Mapping[str, Any]) -> Described:
         Of the machine.
     data : mapping
         Values of the keys `KEYS`.
+    stored : bool
+        Whether they come from a machine's file, whose angles are numbers in rad.
 
     Raises
     ------
@@ -97,13 +99,15 @@ def described(path: Path, name: str, data: Mapping[str, Any]) -> Described:
         With file, key and reason.
     """
     try:
-        plain = written_out(validate(Description, data, path).model_dump(exclude_unset=True))
+        plain = written_out(validate(Description, data, path).model_dump(exclude_unset=True), stored)
         description = validate(Description, plain, path)
         numbers = Numbers(description.parameters, description.points)
         model = _Drawing(name, description, numbers).model()
         values = {f"parameters.{key}": numbers.named(key, "parameters") for key in description.parameters}
     except DraftError as problem:
         raise InputError(path, *problem.args) from None
+    except RecursionError:
+        raise InputError(path, "parameters and points", "refer to one another in a chain that is too long") from None
     return Described(model, tomlkit.dumps(plain), values)
 
 
@@ -134,7 +138,7 @@ def redrawn(
         If there is no such parameter, nothing can be drawn with it, or the file has been changed since.
     """
     name, data = model.get("name", ""), tomlkit.parse(text).unwrap()
-    drawn = described(path, name, data)
+    drawn = described(path, name, data, stored=True)
     for key in overrides:
         if key not in drawn.parameters:
             raise InputError(path, f"sdf.{key}", f"there is no such parameter; {nearest(key, drawn.parameters)}")
@@ -144,7 +148,7 @@ def redrawn(
         problem = "the machine was changed since it was drawn; make it anew with `linkages new --from`"
         raise InputError(path, "<linkages:description>", f"{problem}, or replace values of its links instead")
     own = {key.partition(".")[2]: value for key, value in overrides.items()}
-    drawn = described(path, name, data | {"parameters": data.get("parameters", {}) | own})
+    drawn = described(path, name, data | {"parameters": data.get("parameters", {}) | own}, stored=True)
     return _element(path, drawn), drawn.parameters
 
 

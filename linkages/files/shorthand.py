@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from linkages.files.angles import check_angles
 from linkages.files.drafting import DraftError
 from linkages.files.formula import CONSTANTS, FUNCTIONS, parse
 from linkages.files.units import without_units
@@ -13,15 +15,28 @@ from linkages.files.units import without_units
 _RANGE = re.compile(r"\{(\w+)=(-?\d+)\.\.(-?\d+)\}")
 _MOST = 1000  # names that one line stands for
 _NAME = re.compile(r"[A-Za-z_]\w*")
+_INDEXED = re.compile(r"\{([^{}]*)\}(?=(\s*\*\*)?)")  # and the power that it may be raised to
+_EXACT = 2.0**53  # up to which every integer is a float
 
 
-def written_out(data: dict[str, Any]) -> dict[str, Any]:
+#: Unit of each key's quantities; a point's third value of three is an angle.
+_UNITS = {"points": "m", "section": "m", "bearing": "m", "density": "kg/m3", "mass": "kg", "inertia": "kg m2"}
+
+
+def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
     """Write out repetitions, and replace quantities by numbers in SI units.
+
+    Parameters
+    ----------
+    data : dict
+        A description.
+    stored : bool
+        Whether it comes from a machine's file, whose angles are numbers in rad.
 
     Raises
     ------
     DraftError
-        If a name, a repetition or a unit is wrong.
+        If a name, a repetition or a unit is wrong, or an angle has no unit.
     """
     for kind in ("parameters", "points", "links"):
         if kind in data:
@@ -34,13 +49,20 @@ def written_out(data: dict[str, Any]) -> dict[str, Any]:
     names = set(data.get("parameters", {}))
     if both := names & set(data["points"]):
         raise DraftError(f"points.{min(both)}", "is also a parameter; choose another name")
+    if not stored:
+        check_angles(data)
     links = {
-        name: {**link, **_si({k: v for k, v in link.items() if k != "points"}, names, f"links.{name}")}
+        name: {
+            key: value if key == "points" else _si(value, names, f"links.{name}.{key}", _UNITS.get(key, ""))
+            for key, value in link.items()
+        }
         if isinstance(link, dict)
         else link
         for name, link in data["links"].items()
     }
-    return {key: links if key == "links" else _si(value, names, key) for key, value in data.items()}
+    return {
+        key: links if key == "links" else _si(value, names, key, _UNITS.get(key, "")) for key, value in data.items()
+    }
 
 
 def _repeated(where: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -62,24 +84,29 @@ def _counted(value: Any, index: str, count: int, where: str) -> Any:
 
     def number(found: re.Match[str]) -> str:
         try:
-            return f"{parse(found[1])({index: count}):g}"
+            result = parse(found[1])({index: float(count)})
         except (ValueError, KeyError):
             raise DraftError(where, f'"{found[0]}" is no formula of {index}') from None
+        if math.isnan(result):
+            raise DraftError(where, f'"{found[0]}" has no finite value where {index} is {count}')
+        text = str(int(result)) if result.is_integer() and abs(result) < _EXACT else repr(result)
+        return f"({text})" if found[2] and result < 0.0 else text  # -2**2 is -4
 
     if isinstance(value, dict):
         return {key: _counted(item, index, count, where) for key, item in value.items()}
     if isinstance(value, list):
         return [_counted(item, index, count, where) for item in value]
-    return re.sub(r"\{([^{}]*)\}", number, value) if isinstance(value, str) else value
+    return _INDEXED.sub(number, value) if isinstance(value, str) else value
 
 
-def _si(value: Any, names: set[str], where: str) -> Any:
+def _si(value: Any, names: set[str], where: str, unit: str = "") -> Any:
     """Replace quantities by numbers."""
     if isinstance(value, dict):
-        return {key: _si(item, names, f"{where}.{key}") for key, item in value.items()}
+        return {key: _si(item, names, f"{where}.{key}", unit) for key, item in value.items()}
     if isinstance(value, list):
-        return [_si(item, names, where) for item in value]
+        units = [unit, unit, "rad"] if where.startswith("points.") and len(value) == 3 else [unit] * len(value)
+        return [_si(item, names, where, own) for item, own in zip(value, units, strict=True)]
     try:
-        return without_units(value, names) if isinstance(value, str) else value
+        return without_units(value, names, unit=unit) if isinstance(value, str) else value
     except ValueError as problem:
         raise DraftError(where, str(problem)) from None

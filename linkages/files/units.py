@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 _UNSIGNED = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"  # whole: 2e-4 is no 2 of the unit e-4
-_NUMBER = rf"[-+]?{_UNSIGNED}"
+_FRACTION = rf"(?:{_UNSIGNED}\s*/\s*)?{_UNSIGNED}"  # 1/2 mm is half a millimetre
+_NUMBER = rf"[-+]?{_FRACTION}"
 _NAME = r"[A-Za-zµμ°%]+"
 _FACTOR = rf"{_NAME}(?:\^?-?\d)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
-_IN_FORMULA = re.compile(rf"(?<![\w.])({_UNSIGNED})\s*({_FACTOR})(?![\w.(])")
+_IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
 
 #: What a sliding joint has where a turning one has this.
 SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m"}
@@ -35,7 +37,7 @@ def si(text: str, unit: str = "") -> float:
     Parameters
     ----------
     text : str
-        Such as "0.1 mm", "300 r/min", "7850 kg/m3"; a division is by the next unit alone.
+        Such as "0.1 mm", "1/2 mm", "300 r/min", "7850 kg/m3"; a division is by the next number or unit alone.
     unit : str
         What the number must be measured in, such as "rad/s"; default: whatever it is, in SI units. Angles are no
         pure numbers here: "50 Hz" is no speed of rotation, "50 r/s" is one.
@@ -60,8 +62,11 @@ def si(text: str, unit: str = "") -> float:
     if found is None:
         raise ValueError(f'is "{text}"; give a number, or a number with its unit such as "0.1 mm"')
     units = _registry()
+    above, _, below = found[1].partition("/")
     try:
-        given = units.Quantity(float(found[1]), units.parse_units(_for_pint(found[2])))
+        given = units.Quantity(float(above) / float(below or "1"), units.parse_units(_for_pint(found[2])))
+    except ZeroDivisionError:
+        raise ValueError(f'is "{text}"; nothing can be divided by 0') from None
     except AttributeError:  # pint's for a unit that it does not know
         raise ValueError(f'is "{text}"; the unit "{found[2]}" is unknown') from None
     try:
@@ -90,7 +95,7 @@ def read_either(value: Any, unit: str) -> Any:
             raise problem from None
 
 
-def without_units(formula: str, names: set[str]) -> str:
+def without_units(formula: str, names: set[str], write: Callable[[str], str] | None = None, unit: str = "") -> str:
     """Replace each ``5 mm`` in a formula by its number in SI units.
 
     Parameters
@@ -98,23 +103,37 @@ def without_units(formula: str, names: set[str]) -> str:
     formula : str
         With single units only, such as "2*a + 5 mm".
     names : set of str
-        Of the formula's values: "2 a" is a forgotten ``*`` where there is an ``a``, and not two years.
+        Names of the formula's values: "2 a" lacks a ``*`` if there is a value ``a``; it is not two years.
+    write : callable, optional
+        Text that replaces a quantity; default: its number in SI units.
+    unit : str
+        Unit in which a text that is one quantity must be measured, such as "m"; default: any.
 
     Raises
     ------
     ValueError
-        If a unit is unknown, or a ``*`` is missing.
+        If a unit is unknown or of another kind, a ``*`` is missing, or a quantity beside ``/`` or ``**`` can be read
+        in two ways.
+
+    Examples
+    --------
+    >>> from linkages.files.units import without_units
+    >>> without_units("2*a + 5 mm - 1/4 mm", {"a"})
+    '2*a + 0.005 - 0.00025'
     """
 
-    def number(found: re.Match[str]) -> str:
-        if re.match(_NAME, found[2])[0] in names:  # type: ignore[index]  # it begins with a name
+    def replaced(found: re.Match[str]) -> str:
+        if re.search(_NAME, found[2])[0] in names:  # type: ignore[index]  # it has a name
             raise ValueError(
                 f'"{found[0]}" is a quantity, or lacks a *; write {found[1]}*{found[2]}, or rename a value'
             )
-        return repr(si(found[0]))
+        before, after = formula[: found.start()].rstrip(), formula[found.end() :].lstrip()
+        if before.endswith(("/", "**")) or after.startswith("**"):
+            raise ValueError(f'"{formula}" can be read in two ways; put its quantity in parentheses: ({found[0]})')
+        return write(found[0]) if write else repr(si(found[0], unit if whole else ""))
 
     whole = _QUANTITY.fullmatch(formula)
-    return number(whole) if whole else _IN_FORMULA.sub(number, formula)
+    return replaced(whole) if whole else _IN_FORMULA.sub(replaced, formula)
 
 
 def _for_pint(unit: str) -> str:
