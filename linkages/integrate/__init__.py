@@ -7,4 +7,5 @@
 | radau          | Radau IIA of order 5, for stiff equations                                          |
 | dormand_prince | Dormand and Prince's explicit pair 5(4)                                            |
 | factor         | LU factorisation of small matrices                                                 |
+| parabola       | the top of a parabola, for every search of an extreme                              |
 """

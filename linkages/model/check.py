@@ -13,7 +13,7 @@ from linkages.files.units import SLIDING, read
 from linkages.laws import CONTACTS
 from linkages.model.bending import check_links
 from linkages.model.contact_tables import LineContact, Stop
-from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, WHOLE_LINK, Experiment
+from linkages.model.experiment import BENDING_QUANTITIES, FRAME_BENDING, LINK_BENDING, QUANTITIES, Experiment
 from linkages.model.functions import OF_JOINTS, OF_POINTS
 from linkages.model.gear import Gear
 from linkages.model.load_tables import Force, Function, JointFriction, Spring, Torque, TorsionSpring
@@ -247,8 +247,9 @@ class _Check:
             self.refuse(
                 "", f'is that of a link that bends, and "{link}" is rigid; set links.{link}.model, or leave it out'
             )
-        known = {*QUANTITIES, *BENDING_QUANTITIES} if link in self.experiment.flexible else QUANTITIES
-        if quantity not in known or (quantity in WHOLE_LINK and point != link):
+        bending = LINK_BENDING if point == link else FRAME_BENDING
+        known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
+        if quantity not in known:
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
 
     def covers(self, times: list[float] | None) -> None:

@@ -55,15 +55,21 @@ QUANTITIES = {
     "acceleration": "size of the point's acceleration [m/s2]",
 }
 
-#: And of a link that bends: at its frames, and as a whole.
-BENDING_QUANTITIES = {
-    "deflection": "a frame's distance from the line between the beam's ends, to its left, less that unbent [m]",
+#: And of a frame on a link that bends.
+FRAME_BENDING = {
+    "deflection": "a frame's distance from the line between the beam's ends, to its left, less that unbent [m]"
+}
+
+#: And of a link that bends, as a whole.
+LINK_BENDING = {
+    "deflection": "largest distance of the link from the line between the beam's ends, its magnitude [m]",
+    "deflection_place": "where that is, from the beam's first end [m]",
     "bending": "largest bending moment in the link, its magnitude [N m]",
     "stress": "largest normal stress in the link, its magnitude [Pa]",
     "stress_place": "where that is, from the beam's first end [m]",
     "compression": "largest compressive force in the link, zero in tension [N]",
 }
-WHOLE_LINK = ("bending", "stress", "stress_place", "compression")
+BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
 
 #: SI units of a machine's values, by the end of their paths.

@@ -23,7 +23,7 @@ import numpy as np
 
 from linkages.errors import AssemblyError, InputError, nearest
 from linkages.kernel import Records
-from linkages.model.experiment import BENDING_QUANTITIES, QUANTITIES, WHOLE_LINK
+from linkages.model.experiment import FRAME_BENDING, LINK_BENDING, QUANTITIES
 from linkages.model.segments import HINGE
 from linkages.outputs.values import (
     BEND,
@@ -89,7 +89,6 @@ _CONTACT = _described(
         "load": "normal load of the contact, without the film's [N]",
     }
 )
-_BENDING = _described(BENDING_QUANTITIES)
 _PASSED = Quantity("power that passes to the second joint", "W", 1)
 _POWER = Quantity("power that the load delivers to the linkage", "W", 2)
 
@@ -140,7 +139,7 @@ def _deflection(system: System, name: str) -> tuple[Any, ...]:
     beam = system.mechanism.link[point.link].beam
     if beam is None:
         raise AssertionError("a link that bends has a beam")
-    first, last = (tree.marker(point.link, end)[0] for end in (beam.start, beam.end))
+    first, last = tree.beam_ends(point.link)
     (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
     return first, last, tree.named_marker(name), float(dx * y - dy * x)
 
@@ -294,12 +293,10 @@ OWNERS = (
     ),
     Owner(
         BEND, "FRAME (flexible link)", False,
-        lambda s: [frame.name for frame in s.mechanism.point.values() if frame.link in s.tree.pieces],
-        _deflection, _some(_BENDING, *WHOLE_LINK),
+        lambda s: [frame.name for frame in s.mechanism.frames if frame.link in s.tree.pieces],
+        _deflection, _described(FRAME_BENDING),
     ),
-    Owner(
-        WITHIN, "LINK (flexible)", False, lambda s: s.tree.pieces, _within, _some(_BENDING, "deflection"),
-    ),
+    Owner(WITHIN, "LINK (flexible)", False, lambda s: s.tree.pieces, _within, _described(LINK_BENDING)),
     Owner(COORDINATE, "q", False, lambda s: (), lambda s, name: (), {}),
     Owner(
         LINKAGE, "", False, lambda s: ("",), lambda s, name: (0, 0, _NOWHERE, 0.0),
@@ -343,6 +340,11 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
         return COORDINATE, 0, system.tree.coordinates.index(thing), 0, 0, _NOWHERE, 0.0
     at, other, marker, constant = owner.record(system, thing)
     return owner.kind, quantity.code, at, other, jitter, marker, constant
+
+
+def has_jitter(system: System, name: str) -> bool:
+    """Tell whether an output, by its name, has a jitter: it is a point's, and the drives determine the ideal motion."""
+    return _look_up(system, name, ideal=False)[0].kind == POINT and _determinate(system)
 
 
 def unit(system: System, name: str) -> str:

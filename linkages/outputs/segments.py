@@ -38,10 +38,10 @@ def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[
     found = {name: table[name] for name in ("time", *kept)}
     found["strain_energy"], found["damping_power"] = np.zeros((2, len(table["time"])))
     for row in system.rows.values():
-        for name, frame in system.whole.mechanism.point.items():
+        for frame in system.whole.mechanism.frames:
             if frame.link == row.link.name:
-                found[f"{name}.deflection"] = _deflection(row, name, frame.origin, table)
-        found |= _within(row, table)
+                found[f"{frame.name}.deflection"] = _deflection(row, frame.name, frame.origin, table)
+        found |= _within(row, table) | _largest_deflection(row, table)
         turns = np.array([table[f"q.{name}"] for name in row.joints])
         rates = np.diff([table[f"{name}.omega"] for name in row.pieces], axis=0)
         found["strain_energy"] = found["strain_energy"] + 0.5 * row.stiffnesses @ turns**2
@@ -56,6 +56,19 @@ def _deflection(row: Row, name: str, drawn: Array, table: Columns) -> Array:
     (ux, uy), (rx, ry) = (row.beam.end - row.beam.start) / row.beam.length, drawn - row.beam.start
     distance: Array = (dx * (y - y0) - dy * (x - x0)) / np.hypot(dx, dy) - (ux * ry - uy * rx)
     return distance
+
+
+def _largest_deflection(row: Row, table: Columns) -> Columns:
+    """Largest distance of a hinge from the line between the beam's ends, and its place."""
+    edges = np.array([0.0, *row.hinges, row.beam.length])
+    angles, lengths = np.array([table[f"{name}.angle"] for name in row.pieces]), np.diff(edges)[:, None]
+    x, y = np.cumsum(lengths * np.cos(angles), axis=0), np.cumsum(lengths * np.sin(angles), axis=0)
+    distances = np.abs(x[-1] * y - y[-1] * x) / np.hypot(x[-1], y[-1])
+    name = row.link.name
+    return {
+        f"{name}.deflection": distances.max(axis=0),
+        f"{name}.deflection_place": edges[1 + distances.argmax(axis=0)],
+    }
 
 
 def _within(row: Row, table: Columns) -> Columns:

@@ -11,10 +11,11 @@ from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Records, clear, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
+from linkages.planar.beam_deflection import deflection, largest_deflection
 from linkages.planar.bending import beam_energy
 from linkages.planar.contacts import WIDTH, contact_motion
 from linkages.planar.dynamics import Workspace, inertial_load, make_workspace
-from linkages.planar.internal_forces import beam_state, deflection
+from linkages.planar.internal_forces import BENDING, beam_state
 from linkages.planar.kinematics import body_accelerations, body_states, term_rate
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
@@ -93,6 +94,9 @@ def output_value(output: np.record, view: View) -> float:
 @kernel
 def _within_beam(what: int, first: int, last: int, view: View) -> float:
     model, w = view.model, view.state
+    if what < BENDING:
+        found = largest_deflection(model.beams[first:last], model.bodies, model.stations, w.pose)
+        return found[0] if what == 0 else found[1]
     return beam_state(
         what, model.beams[first:last], model.bodies, model.stations, model.gravity, w.pose, w.vel, w.acc, w.load
     )

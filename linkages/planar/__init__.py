@@ -22,6 +22,7 @@
 | closure          | Newton's method on the closure rows; consistent rates and accelerations           |
 | ideal            | the ideal linkage at the time and near the state of a run                         |
 | internal_forces  | axial force, bending moment and stress within links that bend                     |
+| beam_deflection  | deflections of links that bend, and the largest along them                        |
 | reactions        | forces in all joints, efforts of all drives                                       |
 
 Arguments have the same names everywhere:

@@ -8,8 +8,6 @@ does not jump at loads.
 
 from __future__ import annotations
 
-import math
-
 from linkages.kernel import Array, Records, late_kernel
 from linkages.planar.bodies import POSE, Bodies
 from linkages.planar.markers import turned
@@ -17,13 +15,11 @@ from linkages.planar.record_types import SECTION
 
 #: What is known of a beam at a state: largest bending moment [N m], largest normal stress [Pa] and its place from the
 #: beam's first end [m], largest compressive force [N].
-BENDING, STRESS, PLACE, COMPRESSION = 1, 2, 3, 4
+BENDING, STRESS, PLACE, COMPRESSION = 2, 3, 4, 5
 
 #: Columns of a station's line: abscissa; mass, first and second moment of mass beyond it; integrals of a, b, s a, s b
 #: beyond it, one of each for every mode; a and b there.
 FIXED_COLUMNS = 4
-
-_ROUNDING = 1e-14  # deflection in parts of the length that is none
 
 
 @late_kernel
@@ -101,12 +97,3 @@ def beam_state(
     if what == COMPRESSION:
         return compression
     return stress if what == STRESS else place
-
-
-@late_kernel
-def deflection(first: int, last: int, x: float, y: float, unbent: float, pose: Array) -> float:
-    """Distance [m] of a point from the line through two sections' origins, positive on its left, less that unbent."""
-    dx, dy = pose[last, 0] - pose[first, 0], pose[last, 1] - pose[first, 1]
-    length = math.hypot(dx, dy)
-    distance = (dx * (y - pose[first, 1]) - dy * (x - pose[first, 0])) / length - unbent
-    return distance if abs(distance) > _ROUNDING * length else 0.0

@@ -85,7 +85,7 @@ SIGNAL = record_type(
     rate="i8",  # 1 for the rate
 )
 
-#: A link that bends, or a piece of one, for the forces within it.
+#: A link that bends, or a piece of one, for the forces within it and its deflection.
 BEAM = record_type(
     body="i8",
     first="i8",  # its first station, see `linkages.planar.internal_forces`
@@ -93,6 +93,9 @@ BEAM = record_type(
     area="f8",  # of the section [m2]
     leverage="f8",  # stress at its edges over the bending moment [1/m3]
     origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
+    start="i8",  # body of the section at its own first end
+    first_end="i8",  # and of those at the ends of the link's beam
+    last_end="i8",
 )
 
 #: One applied load. A force acts at marker a, a torque on b's body and against a's; their values are the functions

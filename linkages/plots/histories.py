@@ -32,6 +32,7 @@ _LABELS = {
     "bending": "largest bending moment",
     "stress": "largest stress",
     "stress_place": "place of the largest stress",
+    "deflection_place": "place of the largest deflection",
 }
 
 
@@ -99,19 +100,27 @@ def torques_figure(study: Study) -> Figure:
 
 
 def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
-    """Draw columns of the ideal motion and of the run, and below each the difference."""
+    """Draw columns of the ideal motion and of the run, and below each the difference.
+
+    An ideal linkage that is integrated has rigid links, and no column of their bending.
+    """
     run, ideal = study.run, study.ideal
-    times = run.time[run.time <= ideal.time[-1]]
-    exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in labels}
+    times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
+    exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
     axes = figure.subplots(2 * len(labels), 1, sharex=True, height_ratios=[3, 1] * len(labels))
     for (name, label), top, bottom in zip(labels.items(), axes[::2], axes[1::2], strict=True):
-        drawn, factor = _shown(study, name, np.concatenate([run[name], ideal[name]]))
+        drawn, factor = _shown(study, name, np.concatenate([run[name], ideal[name] if name in both else []]))
         played = "with clearance" if study.system.experiment.play else "integrated"
-        top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
+        if name in both:
+            top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
         top.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=played)
         top.set_ylabel(axis_label(label, drawn))
         if name.endswith(".force"):
             top.set_ylim(0.0, None)
+        if name not in both:
+            bottom.text(0.5, 0.5, "none with ideal joints: links are rigid", ha="center", transform=bottom.transAxes)
+            bottom.set(yticks=[], ylabel="difference")
+            continue
         difference = run[name][: len(times)] - exact[name]
         low, high = _limits_after_start(times, difference)
         drawn, factor = _shown(study, name, np.array([low, high]))

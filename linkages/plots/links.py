@@ -22,16 +22,15 @@ def links_figure(study: Study) -> Figure:
     left = [strain]
     for k, name in enumerate(names):
         deflection, stress = (figure.add_subplot(grid[2 * k + row, 0], sharex=strain) for row in (0, 1))
-        frames = [point.name for point in system.mechanism.point.values() if point.link == name]
-        moved = {frame: run[f"{frame}.deflection"] for frame in frames}
-        largest = max(float(np.abs(values).max()) for values in moved.values())
-        unit, factor = engineering("m", largest)
+        frames = [frame.name for frame in system.mechanism.frames if frame.link == name]
+        moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
+        unit, factor = engineering("m", float(most.max()))
+        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest, its magnitude")
         for (frame, values), color in zip(moved.items(), COLORS * len(moved), strict=False):
-            if np.abs(values).max() > 1e-6 * largest:  # not the ends, which lie on the chord
+            if np.abs(values).max() > 1e-6 * most.max():  # not the ends, which lie on the chord
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
         deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
-        if deflection.lines:
-            add_legend(deflection)
+        add_legend(deflection)
         values, place = run[f"{name}.stress"], run[f"{name}.stress_place"]
         unit, factor = engineering("Pa", float(values.max()))
         stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)

@@ -103,7 +103,7 @@ def links(results: Results) -> Table | None:
     rows, shown = [], reported(results.summary)
     for name, entry in shown.get("links", {}).items():
         rigid = shown["ideal"].get("links", {}).get(name, {})
-        for column in link_columns(name, entry):
+        for column in link_columns(name):
             what, key = column.rpartition(".")[2], f"{column}.peak"
             exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
             values = map(number, (exact, entry[what]["peak"], entry[what]["time"], entry[what].get("place")))

@@ -75,7 +75,7 @@ def format_table(summary: dict[str, Any]) -> str:
         rows += [("", ""), row("link", ("ideal peak", "peak", "at [s]", "at [m]"))]
     for name, entry in shown.get("links", {}).items():
         rigid = ideal.get("links", {}).get(name, {})
-        for column in link_columns(name, entry):
+        for column in link_columns(name):
             what, found = column.rpartition(".")[2], entry[column.rpartition(".")[2]]
             exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
             cells = exact, found["peak"], found["time"], found.get("place", "")

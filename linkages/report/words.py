@@ -37,8 +37,7 @@ def beyond(summary: dict[str, Any], key: str) -> str:
     for numbers in (shown, summary):
         entry = numbers["outputs"].get(f"{owner}.{effort}")
         kinds = [numbers[kind].get(owner, {}) for kind in ("joints", "drives", "loads") if kind in numbers]
-        bent = numbers.get("links", {}).items()
-        kinds += [link for name, link in bent if owner in (name, link["deflection"]["frame"])]
+        kinds.append(numbers.get("links", {}).get(owner, {}))
         found.append(entry or next((each[effort] for each in kinds if effort in each), {"peak": None}))
     inside, whole = found
     if inside["peak"] is None or whole["peak"] is None or "time" not in whole:

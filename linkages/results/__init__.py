@@ -6,7 +6,6 @@
 | extremes      | smallest and largest values over continuous time, integrals              |
 | numbers       | extremes, forces, torques, work and contacts of a run or a part of it     |
 | settling      | what kind of motion a run ends in, and its steady cycle                   |
-| parabola      | the top of a parabola, for every search of an extreme                    |
 | akima         | values between samples                                                   |
 | impacts       | contacts one by one; flight, impact and sustained contact                |
 | singular      | singular positions that a motion passes or comes near                    |

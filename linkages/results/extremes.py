@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.results.parabola import parabola_top
+from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
 Array = NDArray[np.float64]

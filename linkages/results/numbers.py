@@ -32,11 +32,9 @@ def numbers(
         *(f"{name}.{effort}" for name, effort in efforts if f"{name}.{effort}" in trajectory.columns),
     ]
     bent = [name for name in experiment.flexible if f"{name}.stress" in trajectory.columns]
-    links: dict[str, dict[str, Any]] = {
-        name: {"deflection": {"frame": _most_deflected(system, name, trajectory)}} for name in bent
-    }
-    judged += [column for name, link in links.items() for column in link_columns(name, link)]
-    extreme = extremes(trajectory, [name for name in experiment.outputs if name not in meaningless])
+    judged += [column for name in bent for column in link_columns(name)]
+    there = [name for name in experiment.outputs if name in trajectory.columns]  # rigid links have none of bending
+    extreme = extremes(trajectory, [name for name in there if name not in meaningless])
     peak = peaks(trajectory, [name for name in judged if name not in meaningless])
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
     for name in experiment.outputs:
@@ -64,25 +62,21 @@ def numbers(
         value, when = peak.get(f"{name}.{effort}", (None, None))
         work = None if value is None else integral(trajectory, trajectory[f"{name}.power"])
         result.setdefault("loads", {})[name] = {effort: {"peak": value, "time": when}, "work": work}
-    for name, link in links.items():
-        for column in link_columns(name, link):
+    for name in bent:
+        link: dict[str, dict[str, Any]] = {}
+        for column in link_columns(name):
             value, when = peak.get(column, (None, None))
-            link.setdefault(column.rpartition(".")[2], {}).update(peak=value, time=when)
-        places = trajectory[f"{name}.stress_place"]
-        link["stress"]["place"] = None if when is None else float(places[_nearest(trajectory, when)])
+            link[column.rpartition(".")[2]] = entry = {"peak": value, "time": when}
+            if f"{column}_place" in trajectory.columns:
+                places = trajectory[f"{column}_place"]
+                entry["place"] = None if when is None else float(places[_nearest(trajectory, when)])
         result.setdefault("links", {})[name] = link
     return result
 
 
-def link_columns(name: str, link: Mapping[str, Any]) -> tuple[str, str, str]:
-    """Name the columns by which a link that bends is judged, from its entry in ``links``."""
-    return f"{link['deflection']['frame']}.deflection", f"{name}.bending", f"{name}.stress"
-
-
-def _most_deflected(system: System, name: str, trajectory: Trajectory) -> str:
-    """Name the frame of a link that bends which is deflected most; the first of several."""
-    frames = [frame.name for frame in system.mechanism.point.values() if frame.link == name]
-    return max(frames, key=lambda frame: float(np.abs(trajectory[f"{frame}.deflection"]).max()))
+def link_columns(name: str) -> tuple[str, str, str]:
+    """Name the columns of a flexible link whose peaks are in ``links``."""
+    return f"{name}.deflection", f"{name}.bending", f"{name}.stress"
 
 
 def _nearest(trajectory: Trajectory, time: float) -> int:
@@ -121,6 +115,6 @@ def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
                 if key in entry:
                     result[f"{name}.{key}.peak"] = entry[key]["peak"]
     for name, entry in numbers.get("links", {}).items():
-        for column in link_columns(name, entry):
+        for column in link_columns(name):
             result[f"{column}.peak"] = entry[column.rpartition(".")[2]]["peak"]
     return result

@@ -65,18 +65,14 @@ class _Load(_Part):
     work: _Number
 
 
-class _Deflection(_Peak):
-    frame: str
-
-
-class _Stress(_Peak):
+class _Placed(_Peak):
     place: _Number
 
 
 class _Link(_Part):
-    deflection: _Deflection
+    deflection: _Placed
     bending: _Peak
-    stress: _Stress
+    stress: _Placed
 
 
 class _Numbers(_Part):

@@ -82,7 +82,10 @@ class BentLink:
 
     def abscissa(self, point: Array) -> float:
         """Abscissa of the section that carries a point drawn at a joint or frame of the link [m]."""
-        s = float((point - self.origin) @ self.direction)
+        return self.nearest(float((point - self.origin) @ self.direction))
+
+    def nearest(self, s: float) -> float:
+        """Abscissa of the section nearest to one [m]."""
         return min(self.abscissas, key=lambda other: abs(other - s))
 
     def moves(self, s: float) -> bool:

@@ -303,11 +303,15 @@ class System:
         """Pieces of links that bend, and their stations, for the forces within them."""
         nm = self.tree.bodies.shapes.shape[2]
         records, stations = [], [np.zeros((0, FIXED_COLUMNS + 6 * nm))]
-        for name, link in self.tree.bent.items():
-            beam, own, first = link.beam, link.stations(nm), sum(map(len, stations))
-            leverage = 0.5 * beam.height / beam.second_moment
-            records.append((self.tree.index[name], first, len(own), beam.area, leverage, link.first))
-            stations.append(own)
+        for link, pieces in self.tree.pieces.items():
+            ends = self.tree.beam_ends(link)
+            for piece in pieces:
+                beam, own, first = piece.beam, piece.stations(nm), sum(map(len, stations))
+                leverage = 0.5 * beam.height / beam.second_moment
+                start = self.tree.sections[piece.name, piece.nearest(piece.ends[0])]
+                whole = self.tree.index[piece.name], first, len(own), beam.area, leverage, piece.first
+                records.append((*whole, start, *ends))
+                stations.append(own)
         return np.array(records, BEAM), np.concatenate(stations)
 
     @cached_property

@@ -274,6 +274,12 @@ class Tree:
         x, y = point + beside - self.drawn[body]
         return body, float(x), float(y)
 
+    def beam_ends(self, link: str) -> tuple[int, int]:
+        """Bodies of the sections at the first and the last end of the beam of a link that bends."""
+        beam = self.mechanism.link[link].beam
+        assert beam is not None  # it bends
+        return self.marker(link, beam.start)[0], self.marker(link, beam.end)[0]
+
     def named_marker(self, name: str) -> tuple[int, float, float]:
         """Marker of a link's or frame's origin."""
         point = self.mechanism.point[name]

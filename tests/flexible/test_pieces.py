@@ -62,7 +62,8 @@ def elastica(across, along):
 def at_rest(system, *names):
     """Outputs of a linkage at rest at its start."""
     q, none = system.assembly.q[None], np.zeros((1, system.tree.size))
-    return [columns(system, np.zeros(1), q, none, none, np.zeros((1, 0, WIDTH)), names)[name][0] for name in names]
+    found = columns(system, np.zeros(1), q, none, none, np.zeros((1, 0, WIDTH)))
+    return [found[name][0] for name in names]
 
 
 def bent(system):
@@ -97,6 +98,19 @@ def test_pieces_become_the_elastica(system_of, across, along):
     order = np.log2(np.array(error[:-1]) / error[1:])
     assert np.all((order > 2.6) & (order < 3.4))
     assert error[-1] < 1e-3 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize(("count", "bound"), [(1, 3e-4), (4, 1e-5)])
+def test_the_largest_deflection_is_that_along_the_beam(system_of, count, bound):
+    """A cantilever under P across has no frame where it bends most: P L3 / (9 sqrt(3) E I) from its chord, at L (1 - 1 / sqrt(3))."""
+    system = system_of(CANTILEVER, HELD.format(0.0, 1e-3 * UNIT, count))
+    largest, place = at_rest(system, "rod.deflection", "rod.deflection_place")
+    assert largest == pytest.approx(1e-3 * LENGTH / (9 * np.sqrt(3)), rel=bound)
+    assert place == pytest.approx(LENGTH * (1 - 1 / np.sqrt(3)), abs=LENGTH / (16 * count) ** 2)
+    pieces = segmented(system.replaced({"links.rod.segments": 32}))
+    largest, place = at_rest(pieces, "rod.deflection", "rod.deflection_place")
+    assert largest == pytest.approx(1e-3 * LENGTH / (9 * np.sqrt(3)), rel=1e-2)
+    assert place == pytest.approx(LENGTH * (1 - 1 / np.sqrt(3)), abs=LENGTH / 32)
 
 
 #: A beam of twice the length, held in its middle by a joint that a drive keeps.

@@ -287,11 +287,11 @@ def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
     """Largest deflection and stress of the columns, when and where; the figure's marks stand there too."""
     found = study(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
     link, run = summarize(found)["links"]["rod"], found.run
-    assert link["deflection"]["frame"] == "middle"
-    for column, entry in {"middle.deflection": "deflection", "rod.bending": "bending", "rod.stress": "stress"}.items():
+    for column, entry in {"rod.deflection": "deflection", "rod.bending": "bending", "rod.stress": "stress"}.items():
         assert link[entry]["peak"] == pytest.approx(np.abs(run[column]).max(), rel=1e-3)
         assert link[entry]["time"] == pytest.approx(run.time[np.abs(run[column]).argmax()], abs=2e-4)
-    assert link["stress"]["place"] in run["rod.stress_place"]
+    for entry in ("deflection", "stress"):
+        assert link[entry]["place"] in run[f"rod.{entry}_place"]
     # the beam's edges: M height / (2 I), and N / A of the largest force at its ends
     bending = link["bending"]["peak"] * 0.004 / (0.008**4 / 12.0)
     assert bending <= link["stress"]["peak"] <= bending + 1100.0 / 6.4e-5
@@ -300,6 +300,21 @@ def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
     assert [line.get_xdata()[0] for line in marks] == pytest.approx(
         [link["stress"]["time"], link["stress"]["place"]], 0.02
     )
+
+
+@pytest.mark.parametrize("engine", ["compiled", "drake"])
+def test_outputs_of_bending_without_a_prescribed_motion(tmp_path, engine):
+    """The ideal linkage is then a run of rigid links, which has none; the run has, in numbers, figures and report."""
+    path = bent_machine(tmp_path, "slider_crank", duration=1e-3).experiment.source
+    torque = '[torques.push]\nlink = "crank"\ntorque = 20.0\n'
+    path.write_text(path.read_text().replace("[drives.O]\nspeed = 150\n", torque))
+    options = ["--engine", engine, "--no-error-estimate", "--no-animation", "--out", str(tmp_path / "out")]
+    assert main(["simulate", str(path), "--set", "links.rod.segments=4", *options]) == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["ideal"]["outputs"]["middle.deflection"]["peak"] is None
+    assert summary["outputs"]["middle.deflection"]["peak"] == pytest.approx(3e-4, rel=0.1)
+    assert (tmp_path / "out" / "output_middle.deflection.png").exists()
+    assert "middle.deflection" in render(load_results(tmp_path / "out"))
 
 
 def test_the_table_of_links_that_bend(tmp_path):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from linkages.engines.compiled.entry_points import solve
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
+from linkages.integrate.parabola import parabola_top
 from linkages.integrate.stepper import Stepper, copy, make_stepper
 from linkages.kernel import Array, Records, kernel
 from linkages.kernel.by_reference import reference
@@ -19,7 +20,6 @@ from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import Ideal, ideal_state
 from linkages.planar.loads import load_outputs
 from linkages.planar.reactions import joint_forces
-from linkages.results.parabola import parabola_top
 
 #: What is filled for each window and output. To add one: its name here, at the end, and its formula in `_averages`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")

@@ -15,7 +15,7 @@ from linkages.errors import InputError, Status
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.laws.wear.archard import SAMPLE, fill_moments
 from linkages.laws.wear.profile import depth_of
-from linkages.outputs.registry import JITTER, names
+from linkages.outputs.registry import JITTER, has_jitter
 from linkages.system import System
 
 Array = NDArray[np.float64]
@@ -197,13 +197,14 @@ def depths_of(joint: Wearing, removed: Array) -> Array:
 
 
 def watched(system: System) -> list[str]:
-    """Name outputs whose peaks are kept: forces in joints, drives' torques, jitter of the experiment's own outputs."""
+    """Name outputs whose peaks are kept: forces in joints, drives' torques, the experiment's own outputs.
+
+    The peak of an output of a point is that of its jitter, where the drives determine the ideal motion.
+    """
     drives = system.experiment.drives
     found = [f"{name}.force" for name in system.tree.journals] + [f"{name}.torque" for name in drives]
-    if system.determinate:
-        known = set(names(system))
-        found += [f"{name}{JITTER}" for name in system.experiment.outputs if name in known]
-    return found
+    found += [f"{name}{JITTER}" if has_jitter(system, name) else name for name in system.experiment.outputs]
+    return list(dict.fromkeys(found))
 
 
 class _Cycle(NamedTuple):

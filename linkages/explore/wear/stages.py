@@ -129,7 +129,7 @@ class Life:
         ----------
         quantity : str
             ``JOINT.depth`` or ``JOINT.play`` [m], or an output that the blocks have the peaks of, in its unit:
-            ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter``.
+            ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter`` (of a point), ``OUTPUT``.
         limit : float
 
         Raises
