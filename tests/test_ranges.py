@@ -7,6 +7,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from machines import BEARING, joint, model
 from shipped import shipped
 
 from linkages import InputError, Status, find_file, load, study, summarize
@@ -25,7 +26,11 @@ def run_of(system, omega=0.0, ratio=0.5):
     """A run of two steps in which links turn at these rates [rad/s], eccentricity ratios are one number."""
     turning = {f"{name}.omega": np.array([0.0, omega.get(name, 0.0)]) for name in system.mechanism.link}
     eccentric = {f"{name}.eccentricity_ratio": np.array([0.1, ratio]) for name in system.tree.play}
-    return Trajectory(np.array([0.0, 0.25]), turning | eccentric, Status.OK)
+    deep = {
+        f"{label}.penetration": (np.array([0.1, ratio]) - 1.0) * law["clearance"]
+        for (_, label), law in zip(system.contacts, system.laws, strict=True)
+    }
+    return Trajectory(np.array([0.0, 0.25]), turning | eccentric | deep, Status.OK)
 
 
 def found(system, impacts=(), ratio=0.5, **omega):
@@ -130,6 +135,55 @@ def test_a_contact_yields_at_its_largest_pressure(part, count):
     entries = found(system, [hit])
     assert len(entries) == count
     assert all(f"{part * 1.67:.3g} in B at 0.125 s" in entry["what"] for entry in entries)
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
+@pytest.mark.parametrize("given", [True, False], ids=["stiffness", "material"])
+def test_a_journal_lies_in_its_bearing_to_a_hundredth_of_its_radius(part, count, given):
+    """Whatever the stiffness of the contact comes from, and at the largest depth of the run."""
+    system = shipped("slider_crank_dry", **({"joints.B.contact.stiffness": 1e7} if given else {}))
+    clearance, journal = system.value("joints.B.clearance"), line(system)[2]
+    entries = found(system, ratio=1.0 + part * 0.01 * journal / clearance)
+    assert [entry["kind"] for entry in entries] == ["contact"] * count
+    for entry in entries:
+        assert f"{part * 0.01:.3g} in B at 0.25 s (small below 0.01 of the journal's radius)" in entry["what"]
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
+def test_a_block_lies_in_the_walls_of_its_slot_to_a_thousandth_of_its_height(part, count):
+    system = shipped("slider_crank_guide")
+    clearance, height = system.value("joints.guide.clearance"), system.mechanism.joint["guide"].slot.height
+    entries = found(system, ratio=1.0 + part * 0.001 * height / clearance)
+    assert [entry["kind"] for entry in entries] == ["contact"] * count
+    for entry in entries:
+        assert f"{part * 0.001:.3g} in guide at 0.25 s (small below 0.001 of the block's height)" in entry["what"]
+
+
+@pytest.mark.parametrize(("part", "count"), [(0.98, 0), (1.02, 1)])
+def test_a_journal_that_hangs_too_deep_in_its_bearing_is_said_to(system_of, part, count):
+    """At rest its weight is K delta: as a spring would hold it, at a depth near a hundredth of its radius."""
+    radius, mass = 0.01 - 1e-4, 0.2
+    stiffness = mass * 9.81 / (part * 0.01 * radius)
+    disc = f"""<link name="disc"><inertial><mass>{mass}</mass>
+<inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
+    text = f"""duration = 0.01
+gravity = [0.0, -9.81, 0.0]
+start = "equilibrium"
+[joints.J]
+model = "dry"
+clearance = 1e-4
+[joints.J.contact]
+law = "hertz"
+restitution = 1.0
+stiffness = {stiffness}
+exponent = 1.0
+"""
+    system = system_of(model("bowl", disc + joint("J", "world", "disc", inner=BEARING)), text)
+    entries = summarize(study(system, "compiled", error_estimate=False))["warnings"]
+    assert len(entries) == count
+    assert all(
+        "a contact is too soft" in entry["what"] and f"{part * 0.01:.3g} in J" in entry["what"] for entry in entries
+    )
 
 
 def test_a_yield_strength_needs_a_pressure():

@@ -36,6 +36,11 @@ HALF_WIDTH = 0.5
 #: Largest pressure of a line contact over the yield strength where it first yields, below the surface (Tresca).
 #: Johnson, Contact Mechanics, 1985, eq. (6.4).
 YIELD = 1.67
+#: Penetration of a contact over the journal's radius. Contact laws take bodies as half-spaces, so it has to be small.
+#: Assumed: at 1 %, circles overlap over 30 degrees to each side if the clearance is 6 % of the radius, else over more.
+DEPTH_OF_JOURNAL = 0.01
+#: Penetration of a block's corner over its height. Assumed: as large as the strain at which steel yields.
+DEPTH_OF_BLOCK = 0.001
 
 
 class Case(NamedTuple):
@@ -48,6 +53,16 @@ class Case(NamedTuple):
     film_end: float
     run: Trajectory
     impacts: Sequence[Impact]
+
+
+class Touch(NamedTuple):
+    """A joint with clearance that can touch, in one run: its contacts, and the length that limits their depths."""
+
+    contacts: Sequence[str]
+    size: float  # [m]
+    most: float  # depth in parts of that length
+    of: str  # name of that length
+    run: Trajectory
 
 
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
@@ -67,7 +82,8 @@ def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[
         As of `linkages.results.warnings.warning`.
     """
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
-    return [*broken(RULES, cases), *broken(BENT_RULES, bent_cases(system, run, impacts))]
+    touches = list(_touches(system, run))
+    return [*broken(RULES, cases), *broken(DEPTH_RULES, touches), *broken(BENT_RULES, bent_cases(system, run, impacts))]
 
 
 def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[Case]:
@@ -77,6 +93,21 @@ def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterat
             own = [impact for impact in impacts if impact.joint == name]
             viscosity, film_end = float(system.laws["viscosity"][k]), float(system.film_limits[k])
             yield Case(joint, joint.bearing, model, viscosity, film_end, run, own)
+
+
+def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
+    """Yield the clearance joints that can touch, each with its name."""
+    models = {name: model for (name, _), model in zip(system.tree.contacts, system.models, strict=False)}
+    for name, model in models.items():
+        joint = system.mechanism.joint[name]
+        contacts = [label for owner, label in system.tree.contacts if owner == name]
+        if not model.can_touch:
+            continue
+        if joint.bearing is not None:
+            radius = joint.bearing.radius - (model.clearance or 0.0)
+            yield name, Touch(contacts, radius, DEPTH_OF_JOURNAL, "the journal's radius", run)
+        elif joint.slot is not None:
+            yield name, Touch(contacts, joint.slot.height, DEPTH_OF_BLOCK, "the block's height", run)
 
 
 def _slenderness(case: Case) -> Finding | None:
@@ -175,6 +206,13 @@ def _hardest(case: Case, contact: Contact) -> tuple[float, float, float] | None:
     return half, 2.0 * line / (math.pi * half), impact.start
 
 
+def _depth(touch: Touch) -> Finding | None:
+    depth = np.max([touch.run[f"{label}.penetration"] for label in touch.contacts], axis=0)
+    deepest = int(np.argmax(depth))
+    value, limit = float(depth[deepest]) / touch.size, f"small below {touch.most} of {touch.of}"
+    return Finding(value, float(touch.run.time[deepest]), limit) if value > touch.most else None
+
+
 RULES = (
     Rule("film", "a film law is used at an L/D that it is not for", 'film = "finite" is for any L/D', _slenderness),
     Rule(
@@ -212,5 +250,14 @@ RULES = (
         "a contact yields: its largest pressure over the yield strength is",
         "bodies are elastic here: lower the speed of impact, or take a harder material or a longer bearing",
         _yield,
+    ),
+)
+
+DEPTH_RULES = (
+    Rule(
+        "contact",
+        "a contact is too soft, the bodies lie deep in each other: penetration over the size of a body",
+        "raise contact.stiffness, or take a stiffer material; or lower the speed of impact or the load",
+        _depth,
     ),
 )

@@ -26,8 +26,9 @@ def found(system, impacts=(), speed=150.0, compression=0.0, **eta):
     """Warnings of a run of two steps; in the second, modes of the rod, its load and the drive have these values."""
     modes = {f"q.rod.{name}": np.array([0.0, eta.get(name, 0.0)]) for name in system.tree.bent["rod"].modes.names}
     turning = {f"{name}.omega": np.zeros(2) for name in system.mechanism.link} | {"O.rate": np.array([0.0, -speed])}
-    ratio = {"B.eccentricity_ratio": np.full(2, 0.5), "rod.compression": np.array([0.0, compression])}
-    return outside(system, Trajectory(np.array([0.0, 0.25]), modes | turning | ratio, Status.OK), impacts)
+    rest = {"B.eccentricity_ratio": np.full(2, 0.5), "B.penetration": np.full(2, -2.5e-5)}
+    rest["rod.compression"] = np.array([0.0, compression])
+    return outside(system, Trajectory(np.array([0.0, 0.25]), modes | turning | rest, Status.OK), impacts)
 
 
 def hit(duration, joint="B"):
