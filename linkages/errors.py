@@ -27,6 +27,12 @@ class InputError(ValueError):
         super().__init__(" ".join(": ".join(parts).split()))
 
 
+class UnknownNameError(InputError, KeyError):
+    """A name that a table of results does not have; its text says which names are near."""
+
+    __str__ = Exception.__str__  # a KeyError's is that of a key in quotes
+
+
 class RunError(RuntimeError):
     """A run that cannot start; its text is one line that says why and what to try."""
 
@@ -46,6 +52,34 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if close:
         return f'did you mean "{close[0]}"?'
     return f"known are: {', '.join(known)}" if known else "none are known here"
+
+
+def nearest_names(name: str, known: Iterable[str], most: int = 3) -> str:
+    """Say which of many names were probably meant, as the end of a sentence; else which owners there are.
+
+    Parameters
+    ----------
+    name : str
+        ``OWNER.quantity``, misspelt.
+    known : iterable of str
+    most : int
+        Names to suggest.
+
+    Examples
+    --------
+    >>> nearest_names("A.forc", ["A.force", "A.ex", "O.torque"])
+    'did you mean "A.force"?'
+    """
+    known = sorted(known)
+    close = difflib.get_close_matches(name, known, n=most, cutoff=0.7)
+    if close:
+        *first, last = (f'"{one}"' for one in close)
+        return f"did you mean {', '.join(first)} or {last}?" if first else f"did you mean {last}?"
+    owner = name.partition(".")[0]
+    own = [one.partition(".")[2] for one in known if one.startswith(f"{owner}.")]
+    if own:
+        return f"{owner} has {', '.join(own)}"
+    return f"there are quantities of {', '.join(dict.fromkeys(one.partition('.')[0] for one in known))}"
 
 
 def listed(items: Iterable[str]) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.brief import Brief
 from linkages.engines.study import simulate
 from linkages.model.experiment import Experiment
 from linkages.results.impacts import Impact, impacts
@@ -43,8 +44,8 @@ class Difference:
         return self.max_difference / self.peak if self.peak > 0.0 else 0.0
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Brief):
     """Two engines on one experiment: runs and horizons by engine, differences by name of the column.
 
     An engine's horizon is the time up to which its runs at two tolerances stay together [s]; the run's end if
@@ -59,6 +60,13 @@ class Comparison:
     meaningless: frozenset[str]
     contacts: list[tuple[Impact, Impact]]
     warnings: dict[str, list[dict[str, Any]]]
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        line = f"{' and '.join(self.runs)}, compared up to {self.until:g} s"
+        rows = {f"run of {name}": run._facts()[0] for name, run in self.runs.items()}
+        for name, one in self.differences.items():
+            rows[name] = f"{one.relative:.1e} of the peak at {one.time:g} s"
+        return line, rows
 
     @property
     def until(self) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.system import System
@@ -22,12 +23,16 @@ _ACCURACY = 1e-4  # of the two trajectories, in parts of their distance
 _BLOCKS = 10  # of revolutions, for the standard error
 
 
-@dataclass(frozen=True)
-class Exponent:
+@dataclass(frozen=True, repr=False)
+class Exponent(Brief):
     """Largest Lyapunov exponent: natural rate of growth in each revolution (nr,) [1/s]; their period [s]."""
 
     growth: Array
     period: float
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        line = f"{self.value:.4g} ± {self.error:.2g} 1/s, {counted(len(self.growth), 'revolution')}"
+        return line, {"in a revolution": f"{self.per_revolution:.4g}", "period": f"{self.period:g} s"}
 
     @property
     def value(self) -> float:

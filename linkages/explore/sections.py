@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.brief import Brief, counted
 from linkages.errors import Status
 from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
@@ -24,8 +25,8 @@ _HALVINGS = 60
 _LOOKS = 50  # per revolution, at which two runs are compared
 
 
-@dataclass(frozen=True)
-class Section:
+@dataclass(frozen=True, repr=False)
+class Section(Brief):
     """What happened in each of nr revolutions, which last a period [s] and end at the times (nr,) [s].
 
     By name of the column, (nr,) arrays: `strobe` has the value at the end of each revolution, `low` and
@@ -39,6 +40,13 @@ class Section:
     low: dict[str, Array]
     high: dict[str, Array]
     status: Status
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        line = f"{counted(len(self.times), 'revolution')} of {self.period:g} s, {self.status.value}"
+        rows = {}
+        for name in self.strobe if len(self.times) else ():
+            rows[name] = f"{self.low[name].min():.5g} to {self.high[name].max():.5g}"
+        return line, rows
 
     def peaks(self, name: str) -> Array:
         """Largest magnitude in each revolution (nr,)."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from linkages.brief import Brief
 from linkages.errors import InputError
 from linkages.explore.compare import dense
 from linkages.results.trajectory import Trajectory
@@ -15,8 +16,8 @@ from linkages.results.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Spectrum:
+@dataclass(frozen=True, repr=False)
+class Spectrum(Brief):
     """One-sided power spectral density of a column: frequencies [Hz] and the density at them, (nf,) arrays.
 
     The unit of the density is that of the column squared, per Hz; its integral is the column's variance.
@@ -25,6 +26,11 @@ class Spectrum:
     name: str
     frequency: Array
     density: Array
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        count, last = len(self.frequency), self.frequency[-1] if len(self.frequency) else 0.0
+        strongest = self.frequency[self.density.argmax()] if count else 0.0
+        return f"{self.name}, {count:,} frequencies up to {last:g} Hz", {"largest density at": f"{strongest:g} Hz"}
 
 
 def spectrum(
@@ -71,11 +77,10 @@ def spectrum(
     end = float(run.time[-1])
     if not 0.0 <= start < end:
         raise InputError("argument", "start", f"is {start:g} s; the run lasts from 0 to {end:g} s")
-    if name not in run.columns:
-        raise InputError("output", name, "is unknown")
     if segments < 1 or samples < 8 * segments:
         raise InputError("argument", "samples", f"{samples} are too few for {segments} segments; 8 for each")
     times = np.linspace(start, end, samples, endpoint=False)
+    _ = run[name]  # raises if there is no such column
     values = dense(run)(times)[name]
     length = samples if segments == 1 else 2 * samples // (segments + 1)
     rate = samples / (end - start)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.brief import Brief, counted
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.explore.flow import period_of
 from linkages.explore.sections import Section, horizon, stroboscopic
@@ -33,8 +34,8 @@ class Point:
     horizon: float | None = None
 
 
-@dataclass(frozen=True)
-class Sweep:
+@dataclass(frozen=True, repr=False)
+class Sweep(Brief):
     """Sections of the named outputs at every value of the variable `path`, in the order of the values.
 
     `transient` revolutions were discarded before each.
@@ -44,6 +45,13 @@ class Sweep:
     names: tuple[str, ...]
     transient: int
     points: tuple[Point, ...]
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        values = [point.value for point in self.points]
+        span = f" from {min(values):g} to {max(values):g}" if values else ""
+        failed = sum(point.status is not Status.OK for point in self.points)
+        line = f"{self.path}, {counted(len(values), 'value')}{span}; {failed:,} failed"
+        return line, {"outputs": ", ".join(self.names), "transient": counted(self.transient, "revolution")}
 
 
 def sweep(

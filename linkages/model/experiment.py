@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr
 
+from linkages.brief import Brief
 from linkages.errors import InputError
 from linkages.files.beams import MATERIAL, SECTIONS
 from linkages.files.keys import bracketed, described_keys, table_keys
@@ -80,7 +81,7 @@ _OF_MACHINE = {
 }  # fmt: skip
 
 
-class Experiment(Table):
+class Experiment(Brief, Table):
     """Everything that is done with a mechanism. SI units."""
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
@@ -122,6 +123,17 @@ class Experiment(Table):
     _source: Path = PrivateAttr(Path("experiment"))
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
     _texts: dict[str, Any] = PrivateAttr(default_factory=dict)
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        rows = {"experiment": self.source.name, "mechanism": self.mechanism, "duration": f"{self.duration:g} s"}
+        rows["drives"] = ", ".join(self.drives) or "none"
+        for name, joint in self.joints.items():
+            clearance = f", clearance {joint.clearance:g} m" if joint.clearance else ""
+            rows[f"model of {name}"] = f"{joint.model}{clearance}"
+        tables = {"links": self.links} | {name: getattr(self, name) for name in (*LOADS, "gears", "stops", "contacts")}
+        rows |= {f"table {name}": ", ".join(table) for name, table in tables.items() if table}
+        rows["outputs"] = ", ".join(self.outputs) or "none"
+        return f"{self.title or self.source.stem}; {self.source.name}, {self.duration:g} s", rows
 
     @property
     def source(self) -> Path:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
 from linkages.files.numbers import implausible
@@ -86,8 +87,8 @@ class Frame:
     angle: float
 
 
-@dataclass(frozen=True)
-class Mechanism:
+@dataclass(frozen=True, repr=False)
+class Mechanism(Brief):
     """A planar linkage.
 
     Attributes
@@ -107,6 +108,13 @@ class Mechanism:
     joints: tuple[Joint, ...]
     frames: tuple[Frame, ...]
     values: Mapping[str, float]
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        line = f"{self.name}, {counted(len(self.links), 'link')}, {counted(len(self.joints), 'joint')}"
+        rows = {"file": self.source.name, "links": ", ".join(f"{link.name} {link.mass:.4g} kg" for link in self.links)}
+        for joint in self.joints:
+            rows[f"joint {joint.name}"] = f"{joint.type}, {joint.parent} and {joint.child}"
+        return line, rows
 
     @cached_property
     def link(self) -> dict[str, Link]:

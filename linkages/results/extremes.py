@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
@@ -239,18 +240,24 @@ def _drop_lower(searches: Sequence[_Search]) -> None:
         search.settled |= search.top[1] + _DOUBT * search.miss < highest[search.bracket.name, search.bracket.sign]
 
 
-def integral(trajectory: Trajectory, values: Array) -> float:
-    """Integral over time of values given at the trajectory's samples, by the parabolas through neighbouring ones.
+def integral(trajectory: Trajectory, values: str | Array) -> float:
+    """Integrate a column, or values at the trajectory's samples, over time by the parabolas through neighbours.
 
     Parameters
     ----------
     trajectory : Trajectory
-    values : (nt,) array
+    values : str or (nt,) array_like
+        Name of a column, or one value for each sample.
 
     Returns
     -------
     float
         [unit of the values times s]
+
+    Raises
+    ------
+    InputError
+        If there is no such column, or the values are not one number for each sample.
 
     Examples
     --------
@@ -259,13 +266,28 @@ def integral(trajectory: Trajectory, values: Array) -> float:
     >>> work = linkages.integral(motion, motion["O1.power"] + motion["O4.power"])
     >>> abs(work) < 1e-6  # J: over two periods without friction
     True
+    >>> abs(linkages.integral(motion, "O1.power") + linkages.integral(motion, "O4.power") - work) < 1e-12
+    True
     """
+    values = trajectory[values] if isinstance(values, str) else _sampled(trajectory, values)
     if len(values) < 3:
         return 0.0
     step = np.diff(trajectory.time)
     bend = np.diff(np.diff(values) / step) / (step[1:] + step[:-1])  # half the second derivative
     at_ends = np.concatenate([bend[:1], bend]) + np.concatenate([bend, bend[-1:]])
     return float((step * (values[1:] + values[:-1]) / 2.0 - step**3 * at_ends / 12.0).sum())
+
+
+def _sampled(trajectory: Trajectory, values: Array) -> Array:
+    """Return values as an array of one number for each sample, or raise InputError."""
+    wanted = f"give the name of a column, or an array of {len(trajectory.time)} numbers, one for each sample"
+    try:
+        found = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError("argument", "values", f"are not numbers; {wanted}") from None
+    if found.shape != trajectory.time.shape:
+        raise InputError("argument", "values", f"have the shape {found.shape}; {wanted}")
+    return found
 
 
 def _local_maxima(y: Array) -> list[int]:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from linkages.brief import Brief
 from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.planar.arrays import Arrays
@@ -28,8 +29,8 @@ from linkages.system.segments import system_of
 _COMPARED = 500  # times at which the run and the tighter one are compared
 
 
-@dataclass(frozen=True)
-class Study:
+@dataclass(frozen=True, repr=False)
+class Study(Brief):
     """A run with what is needed to judge it.
 
     Attributes
@@ -49,6 +50,12 @@ class Study:
     run: Trajectory
     ideal: Trajectory
     tighter: Trajectory | None
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        title = self.system.experiment.title or self.system.experiment.source.stem
+        parts = {"run": self.run, "ideal": self.ideal, "tighter": self.tighter}
+        rows = {name: part._facts()[0] if part is not None else "not computed" for name, part in parts.items()}
+        return f"{title}; {self.engine} engine, {self.run.status.value}", rows
 
     @cached_property
     def contacts(self) -> list[Impact]:

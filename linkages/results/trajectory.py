@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,8 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import InputError, RunError, Status
+from linkages.brief import Brief, counted
+from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
 from linkages.files import tables
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
@@ -29,9 +30,9 @@ _AT_ONCE = 10_000  # times at which a run is evaluated at once
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True)
-class Trajectory:
-    """A run, or an ideal motion.
+@dataclass(frozen=True, repr=False)
+class Trajectory(Brief):
+    """A run, or an ideal motion: ``run["A.force"]`` is a column, ``"A.force" in run`` says whether there is one.
 
     Attributes
     ----------
@@ -57,7 +58,30 @@ class Trajectory:
     units: dict[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self.columns:
+            raise UnknownNameError("trajectory", "", f'has no column "{name}"; {nearest_names(name, self.columns)}')
         return self.columns[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        engine, size = self.provenance.get("engine", "unknown"), len(self.time)
+        span = f"{self.time[0]:g} to {self.time[-1]:g} s" if size else "no time"
+        line = f"{engine} engine, {self.status.value}, {span}, {counted(size, 'sample')} of"
+        line += f" {counted(len(self.columns), 'column')}"
+        status = self.status.value if self.status is Status.OK else f"{self.status.value}: {self.status.remedy}"
+        rows = {"status": status}
+        for name in self.columns:
+            owner, dot, quantity = name.rpartition(".")
+            unit = self.units.get(name, "")
+            label = owner if dot else "of all"
+            shown = f"{quantity} [{unit}]" if unit else quantity
+            rows[label] = f"{rows[label]}, {shown}" if label in rows else shown
+        return line, rows
 
     def within(self, start: float, end: float) -> Trajectory:
         """Return the part of the trajectory between two times within it [s], with samples at both.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.brief import Brief, counted
 from linkages.files.raw_model import Bearing
 from linkages.laws import Registered, registered, restore
 from linkages.model.check import check, unbent
@@ -35,8 +36,8 @@ from linkages.system.tree import Tree
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class System:
+@dataclass(frozen=True, eq=False, repr=False)
+class System(Brief):
     """A mechanism and an experiment that fit each other, as plain arrays.
 
     Everything below is computed when it is first asked for, and then kept. nc contacts: a journal with play is one, a
@@ -61,6 +62,12 @@ class System:
     mechanism: Mechanism
     experiment: Experiment
     _twin: System | None = field(default=None, repr=False)
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        mechanism, experiment = self.mechanism._facts(), self.experiment._facts()
+        title = self.experiment.title or self.experiment.source.stem
+        parts = counted(len(self.mechanism.links), "link"), counted(len(self.mechanism.joints), "joint")
+        return f"{title}; {', '.join(parts)}, {self.experiment.duration:g} s", {**experiment[1], **mechanism[1]}
 
     def __post_init__(self) -> None:
         check(self.mechanism, self.experiment)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import Status
+from linkages.brief import Brief, counted
 from optim.problem.study import Array
 
 OK = Status.OK.value
@@ -21,8 +22,8 @@ def finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-@dataclass(frozen=True)
-class Evaluations:
+@dataclass(frozen=True, repr=False)
+class Evaluations(Brief):
     """Objectives and constraints of m designs, in the units of the study file; NaN where there is no value.
 
     Attributes
@@ -40,6 +41,11 @@ class Evaluations:
     constraints: Array
     status: tuple[str, ...]
     reason: tuple[str, ...]
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        rows = {f"designs: {one}": f"{self.status.count(one):,}" for one in dict.fromkeys(self.status)}
+        parts = counted(self.objectives.shape[1], "objective"), counted(self.constraints.shape[1], "constraint")
+        return f"{counted(len(self), 'design')}, {', '.join(parts)}; {int(self.failed.sum()):,} failed", rows
 
     def __len__(self) -> int:
         return len(self.objectives)

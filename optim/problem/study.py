@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages import System
+from linkages.brief import Brief, counted
 from linkages.files.formula import Formula
 from optim.problem.schema import Constraint, Objective, StudyFile
 
@@ -42,8 +43,8 @@ class OperatingPoint:
     windows: dict[str, Array]
 
 
-@dataclass(frozen=True)
-class Study:
+@dataclass(frozen=True, repr=False)
+class Study(Brief):
     """A checked design study.
 
     Attributes
@@ -76,6 +77,16 @@ class Study:
     points: tuple[OperatingPoint, ...]
     formulas: dict[str, Formula]
     designs: dict[str, Array]
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        objectives, constraints = self.file.objectives, self.file.constraints
+        parts = counted(len(self.names), "variable"), counted(len(objectives), "objective")
+        rows = {"file": self.source.name, "experiment": self.file.experiment}
+        for name, path, low, high in zip(self.names, self.paths, self.lower, self.upper, strict=False):
+            rows[f"variable {name}"] = f"{path}, {low:g} to {high:g}"
+        rows |= {"objectives": ", ".join(map(self.label, objectives))}
+        rows |= {"constraints": ", ".join(map(self.label, constraints)) or "none"}
+        return f"{self.title}; {', '.join(parts)}, {counted(len(constraints), 'constraint')}", rows
 
     @property
     def title(self) -> str:

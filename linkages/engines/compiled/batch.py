@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from linkages.brief import Brief, counted
 from linkages.engines.budget import most
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@dataclass(frozen=True)
-class Batch:
+@dataclass(frozen=True, repr=False)
+class Batch(Brief):
     """Summaries of m runs: nw windows, no outputs.
 
     Attributes
@@ -56,6 +57,17 @@ class Batch:
     status: list[Status]
     reason: list[str]
     steps: Indices
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        runs, windows = counted(len(self.values), "run"), counted(len(self.windows), "window")
+        failed = sum(one is not Status.OK for one in self.status)
+        line = f"{runs}, {windows}, {counted(len(self.outputs), 'output')}; {failed:,} failed"
+        rows = {"outputs": ", ".join(self.outputs), "statistics": ", ".join([*self.statistics, "peak"])}
+        for name, column in zip(self.variables, self.values.T, strict=True):
+            rows[name] = f"{np.nanmin(column):g} to {np.nanmax(column):g}" if len(column) else "no values"
+        for one in dict.fromkeys(self.status):
+            rows[f"runs: {one.value}"] = f"{self.status.count(one):,}"
+        return line, rows
 
     def __getattr__(self, name: str) -> Array:
         if name not in STATISTICS:

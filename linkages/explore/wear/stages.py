@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from linkages.brief import Brief, counted
 from linkages.errors import InputError, Status, nearest
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, depths_of, watched, wearing
@@ -56,8 +57,8 @@ class Stage:
     rejected: int = 0
 
 
-@dataclass(frozen=True)
-class Life:
+@dataclass(frozen=True, repr=False)
+class Life(Brief):
     """How a machine wears.
 
     Attributes
@@ -76,6 +77,11 @@ class Life:
     status: Status
     tolerance: float
     scatter: float
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        joints = {one.name: f"depth {1e6 * self.depths(one.name)[-1].max():.4g} µm" for one in self.joints}
+        cycles = counted(int(self.cycles[-1]), "cycle")
+        return f"{cycles}, {counted(len(self.stages), 'stage')}, {self.status.value}", joints
 
     @property
     def joints(self) -> tuple[Wearing, ...]:

@@ -1,0 +1,51 @@
+"""Objects that show themselves in one line at a prompt, and as a small table in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+
+class Brief:
+    """Base class of results and models that hold more than a reader wants to see printed.
+
+    A subclass states its facts in `_facts`; a dataclass that inherits from it is declared with ``repr=False``.
+
+    Examples
+    --------
+    >>> class Run(Brief):
+    ...     def _facts(self):
+    ...         return "ok, 2 s", {"status": "ok", "duration": "2 s"}
+    >>> Run()
+    <Run: ok, 2 s>
+    """
+
+    def _facts(self) -> tuple[str, Mapping[str, str]]:
+        """Return one line of text, and the rows of a table: label and content."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self._facts()[0]}>"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        line, rows = self._facts()
+        cells = "".join(
+            f'<tr><th style="text-align: left">{escape(label)}</th>'
+            f'<td style="text-align: left">{escape(content)}</td></tr>'
+            for label, content in rows.items()
+        )
+        title = f"<b>{escape(type(self).__name__)}</b>: {escape(line)}"
+        return f'<div>{title}<table style="margin: 0.3em 0">{cells}</table></div>'
+
+
+def counted(count: int, noun: str) -> str:
+    """Write a number and its noun: ``1 run``, ``2 runs``.
+
+    Examples
+    --------
+    >>> counted(1, "run"), counted(3, "run")
+    ('1 run', '3 runs')
+    """
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
