@@ -114,6 +114,7 @@ class Status(enum.Enum):
     NO_ASSEMBLY = "no-assembly"
     SINGULAR = "singular"
     LOCKED = "locked"
+    LOOP_OPEN = "loop-open"
     JOURNAL_LEFT_BEARING = "journal-left-bearing"
     STEP_SIZE_COLLAPSE = "step-size-collapse"
     TOO_MANY_STEPS = "too-many-steps"
@@ -133,8 +134,10 @@ _REMEDY = {
     Status.NO_ASSEMBLY: "the loops cannot be closed at this position of the drives: check the link lengths,"
     " the drives' start angles and the initial poses in the SDF file",
     Status.SINGULAR: "the linkage starts in a singular position: drive another joint, or start elsewhere",
-    Status.LOCKED: "the drives reached a dead point of the linkage, beyond which its loops cannot be closed: shorten"
+    Status.LOCKED: "the linkage is at a dead point, beyond which its loops cannot be closed: shorten"
     " the motion of the drives, change the lengths, or drive another joint",
+    Status.LOOP_OPEN: "a loop that ideal joints close came apart by more than a millionth of the linkage's size: tighten"
+    " solver.accuracy; near a dead point change the lengths, or drive another joint",
     Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance (finite film: than"
     " a thousandth, where its map ends) and cannot carry the load: raise the viscosity,"
     ' lower the clearance or the speed, or allow contact with model = "mixed"',

@@ -10,6 +10,7 @@ from linkages.errors import AssemblyError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
+from linkages.results.loops import Loops
 from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
@@ -160,5 +161,6 @@ def ideal(system: System, engine: str = "drake") -> Trajectory:
         lambda times: columns(system, times, *motion.states(times)),
         motion.status,
         {"engine": "kinematics"},
+        Loops(system.tree, system.tree.closure_rows),
     )
     return _with_units(system, exact)

@@ -23,6 +23,8 @@ from linkages.planar.kinematics import (
 
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
+#: Largest loop error of a run whose numbers count, relative to the linkage's size.
+LOOSE = 1e-6
 _ITERATIONS = 50
 _PIVOT = 1e-8  # smallest pivot, in parts of the largest, with which a system counts as regular
 _DEPENDENT = 1e-11  # singular values below, in parts of the largest, are those of dependent rows
@@ -36,6 +38,25 @@ def closure_error(bodies: Bodies, rows: Records, offset: Array, q: Array, pose: 
     for k in range(len(rows)):
         error[k] = row_value(rows[k], pose) - offset[k]
     return error
+
+
+@kernel
+def loop_error(rows: Records, pose: Array) -> float:
+    """Largest magnitude of the closure rows at a pose [m, rad]; zero without rows."""
+    worst = 0.0
+    for k in range(len(rows)):
+        worst = max(worst, abs(row_value(rows[k], pose)))
+    return worst
+
+
+@kernel
+def loop_errors(bodies: Bodies, rows: Records, q: Array) -> Array:
+    """Compute `loop_error` (nt,) at each line of coordinates q (nt, n)."""
+    pose, errors = new_pose(bodies), np.empty(len(q))
+    for i in range(len(q)):
+        body_positions(bodies, q[i], pose)
+        errors[i] = loop_error(rows, pose)
+    return errors
 
 
 @kernel

@@ -3,6 +3,7 @@
 | module        | responsibility                                                           |
 |---------------|--------------------------------------------------------------------------|
 | trajectory    | outputs over time, a status, where they come from; save and load         |
+| loops         | how far the loops of a run are open, and up to where they hold           |
 | extremes      | smallest and largest values over continuous time, integrals              |
 | numbers       | extremes, forces, torques, work and contacts of a run or a part of it     |
 | settling      | what kind of motion a run ends in, and its steady cycle                   |

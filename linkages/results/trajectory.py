@@ -17,6 +17,7 @@ from linkages.errors import InputError, RunError, Status, UnknownNameError, near
 from linkages.files import tables
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
+from linkages.results.loops import Loops
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -192,9 +193,16 @@ def load_trajectory(path: str | Path) -> Trajectory:
 
 
 def sample(
-    steps: Array, evaluate: Callable[[Array], Columns], status: Status, provenance: dict[str, Any]
+    steps: Array,
+    evaluate: Callable[[Array], Columns],
+    status: Status,
+    provenance: dict[str, Any],
+    loops: Loops | None = None,
 ) -> Trajectory:
-    """Make a trajectory by evaluating a run at its steps; it ends before the first number that is not finite.
+    """Make a trajectory by evaluating a run at its steps.
+
+    The trajectory ends before the first number that is not finite and before the first open loop; its status is then
+    NOT_FINITE or LOOP_OPEN. The largest loop error is added to the provenance.
 
     Raises
     ------
@@ -209,8 +217,20 @@ def sample(
         count, status = int(np.argmin(finite)), Status.NOT_FINITE
         if count == 0:
             raise RunError(f"{status.value} at the start; {status.remedy}")
-        steps, columns = steps[:count], {name: column[:count] for name, column in columns.items()}
+        steps, columns = _first(count, steps, columns)
+    if loops is not None:
+        errors = loops.errors(columns)
+        count = max(loops.closed(errors), 1)
+        if count < len(steps):
+            status = Status.LOOP_OPEN if status is Status.OK else status
+            steps, columns = _first(count, steps, columns)
+        provenance = provenance | {"loop_error": float(errors[:count].max())}
     return Trajectory(steps, columns, status, provenance, evaluate)
+
+
+def _first(count: int, steps: Array, columns: Columns) -> tuple[Array, Columns]:
+    """Keep the first samples."""
+    return steps[:count], {name: column[:count] for name, column in columns.items()}
 
 
 def _in_parts(evaluate: Callable[[Array], Columns], times: Array) -> Columns:

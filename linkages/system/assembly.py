@@ -23,12 +23,14 @@ from linkages.system.tree import ROWS, Tree
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Ratio of singular values below which a position counts as singular.
-SINGULAR = 1e-8
+#: Ratio of singular values below which a position counts as singular. At a dead point itself the ratio found is about
+#: the root of `linkages.planar.closure.TOLERANCE`, as Newton's method knows such a position no better.
+SINGULAR = 1e-6
 _CONTINUATION = 0.05  # largest step of a drive from the drawn pose to its start angle [rad or m]
 _FARTHEST = 1e3  # start of a drive from the drawn pose [rad or m]
 _CLEAR, _CLEARLY = 1e-9, 1e-6  # singular values of independent rows in parts of the largest entry: at a pose, beside it
-_ASIDE, _TRIED = 0.05, 4  # how far beside it [rad, or in parts of the linkage's length], and how often
+_ASIDE, _TRIED = (0.05, 0.01), 4  # distances beside it [rad, or in parts of the linkage's length]; directions tried
+_ASTRAY = 0.1  # of such a distance: a position closed farther from the wanted one is no neighbour in that direction
 
 
 @dataclass(frozen=True)
@@ -86,8 +88,8 @@ def assemble(
         if not close(tree.bodies, rows, none, free, size, q):
             at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the drawn pose"
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
-        if fraction == 0.0 and _is_flat(tree, rows, q):
-            raise AssemblyError(Status.SINGULAR, "two ways to move meet in the drawn pose; draw it in another one")
+        if fraction == 0.0:
+            _check_drawn(tree, rows, q)
     mobility = _mobility(tree, tree.closure_rows, q)
     _check_count(tree, experiment, len(held), mobility)
     offset = np.zeros(len(rows))
@@ -148,6 +150,15 @@ def _mobility(tree: Tree, rows: NDArray[np.record], q: Array) -> int:
     return len(tree.joint_dofs) - independent(tree, rows, q)
 
 
+def _check_drawn(tree: Tree, rows: NDArray[np.record], q: Array) -> None:
+    """Refuse a drawn pose in which two motions cross, or which the links cannot leave as its Jacobian promises."""
+    if _is_flat(tree, rows, q):
+        raise AssemblyError(Status.SINGULAR, "two ways to move meet in the drawn pose; draw it in another one")
+    if not _explored(tree, rows, q, tree.joint_dofs)[1]:
+        problem = "the loops hold the links in the drawn pose, in which their lengths just suffice to close them"
+        raise AssemblyError(Status.LOCKED, problem)
+
+
 def _is_flat(tree: Tree, rows: NDArray[np.record], q: Array) -> bool:
     """Whether fewer rows are independent at q than beside it, as with all links of a four-bar on one line."""
     return _rank(_jacobian(tree, rows, q)[:, tree.joint_dofs], _CLEAR) < independent(tree, rows, q)
@@ -155,11 +166,23 @@ def _is_flat(tree: Tree, rows: NDArray[np.record], q: Array) -> bool:
 
 def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices | None = None) -> int:
     """Count the independent rows at q and where the linkage can go from there, in some coordinates; default joints'."""
+    return _explored(tree, rows, q, tree.joint_dofs if columns is None else columns)[0]
+
+
+def _explored(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices) -> tuple[int, bool]:
+    """Count the independent rows at q and beside it, where some are dependent at q.
+
+    Returns
+    -------
+    found : int
+        Most independent rows in these columns.
+    moves : bool
+        Whether the linkage can move in every direction that its Jacobian leaves open at q.
+    """
     jacobian = _jacobian(tree, rows, q)
-    columns = tree.joint_dofs if columns is None else columns
     found = _rank(jacobian[:, columns], _CLEAR)
     if found == min(len(rows), len(columns)):
-        return found
+        return found, True
     every = np.union1d(columns, tree.joint_dofs)
     still = np.linalg.svd(jacobian[:, every])[2][_rank(jacobian[:, every], _CLEAR) :]
     ways = np.zeros((len(still), tree.size))
@@ -167,12 +190,20 @@ def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices
     none, dice = np.zeros(len(rows)), np.random.default_rng(0)
     scale = np.ones(tree.size)
     scale[tree.bodies.records["dof"][tree.bodies.records["type"] == PRISMATIC]] = tree.extent
+    moves = True
     for _ in range(_TRIED if len(ways) else 0):
         way = dice.standard_normal(len(ways)) @ ways
-        beside = q + _ASIDE * way / np.abs(way / scale).max()
-        if close(tree.bodies, rows, none, every, tree.extent, beside):
+        reached = False
+        for distance in _ASIDE:
+            aside = distance * way / np.abs(way / scale).max()
+            beside = q + aside
+            if not close(tree.bodies, rows, none, every, tree.extent, beside):
+                continue
             found = max(found, _rank(_jacobian(tree, rows, beside)[:, columns], _CLEARLY))
-    return found
+            astray = ways @ (beside - q - aside)
+            reached = reached or bool(np.linalg.norm(astray) < _ASTRAY * np.linalg.norm(aside))
+        moves = moves and reached
+    return found, moves
 
 
 def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.record]:

@@ -165,13 +165,34 @@ class IdealMotion:
                 state[free] = found[free]
 
 
-def cause(status: Status, system: System, time: float) -> Status:
-    """Return what ended a run with a status at a time [s]: where a step collapses, the drives may have locked."""
-    if status is not Status.STEP_SIZE_COLLAPSE or not system.determinate or not system.drive_rate:
-        return status
+def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
+    """Find why a run ended, and up to which time its numbers count.
+
+    Where a step collapsed or a loop came apart, the drives may have reached a dead point. A run without play and
+    without flexible links counts up to there.
+
+    Parameters
+    ----------
+    status : Status
+        Of the engine.
+    system : System
+    time : float
+        At which the run ended [s].
+
+    Returns
+    -------
+    status : Status
+        LOCKED at a dead point, else the given one.
+    end : float
+        [s]
+    """
+    if status not in (Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN) or not system.determinate or not system.drive_rate:
+        return status, time
     motion = IdealMotion(system)
-    locked = motion.status is Status.LOCKED and time > motion.times[-1] - _GRID / system.drive_rate
-    return Status.LOCKED if locked else status
+    if motion.status is not Status.LOCKED or time <= motion.times[-1] - _GRID / system.drive_rate:
+        return status, time
+    exact = not system.tree.play and not system.experiment.flexible
+    return Status.LOCKED, min(time, float(motion.times[-1])) if exact else time
 
 
 def _predicted(step: Any, q: Array, v: Array, a: Array) -> Array:

@@ -222,9 +222,9 @@ def _run(
     except AssemblyError as problem:
         return problem.status, str(problem), 0
     record = runner.run(0.0, runner.start, runner.first_step, most(system))
-    status = cause(STATUS.get(record.status, Status.TOO_MANY_STEPS), system, float(record.times[-1]))
+    status, end = cause(STATUS.get(record.status, Status.TOO_MANY_STEPS), system, float(record.times[-1]))
     if status is not Status.OK:
-        where = f"ended at t = {record.times[-1]:.6g} s"
+        where = f"ended at t = {end:.6g} s"
         return status, f"{status.value}: {where}; {status.remedy}", record.steps
     tree = system.tree
     ideal = make_ideal(tree.closure_rows, tree.closing_dofs, tree.bodies, tree.size)

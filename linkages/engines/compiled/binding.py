@@ -20,10 +20,13 @@ from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, addresses, kernel
 from linkages.kernel.by_reference import Reference
 from linkages.planar.arrays import Arrays
+from linkages.planar.closure import LOOSE, loop_error
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, approach_at_start
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3
+#: Status of a run whose loops came apart; its last state is the first one with open loops.
+OPEN = 4
 
 _PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
 _CLOSING = CLEARANCE_OUTPUTS.index("closing")
@@ -42,13 +45,15 @@ def signs(equations: Equations, g: Array, dg: Array) -> None:
 
 @kernel
 def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, bool]:
-    """Latch the approach speed of a contact that starts, close the loops, see that all journals are in their films."""
+    """Latch the approach speed of a contact that starts, close the loops, check loops and films."""
     model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
         work.memory[event, 0] = work.contacts[event, _CLOSING]
     changed = False
     if len(model.rows):
         changed = entry_points.project(equations, y)
+        if loop_error(model.rows, work.dynamics.pose) > LOOSE * model.size:
+            return OPEN, changed
     return (LEFT if outside(model, work) >= 0 else DONE), changed
 
 

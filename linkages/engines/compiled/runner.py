@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.engines.compiled.binding import LEFT, bind, evaluate, run
+from linkages.engines.compiled.binding import LEFT, OPEN, bind, evaluate, run
 from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.statistics import make_sampler, summarise
@@ -24,7 +24,12 @@ from linkages.planar.ideal import Ideal
 from linkages.signals import held
 from linkages.system import System
 
-STATUS = {DONE: Status.OK, COLLAPSED: Status.STEP_SIZE_COLLAPSE, LEFT: Status.JOURNAL_LEFT_BEARING}
+STATUS = {
+    DONE: Status.OK,
+    COLLAPSED: Status.STEP_SIZE_COLLAPSE,
+    LEFT: Status.JOURNAL_LEFT_BEARING,
+    OPEN: Status.LOOP_OPEN,
+}
 
 _FIRST = 1e-7  # first step, in parts of the duration
 _TRAVEL = 0.1  # of the fastest drive in a step of a prescribed motion [rad or m], at most
@@ -90,7 +95,7 @@ class Runner:
         return _FIRST * self.system.experiment.duration
 
     def run(self, t: float, y: Array, first: float, most: int, end: float | None = None) -> Record:
-        """Run from a state.
+        """Run from a state, at most up to the last step with closed loops.
 
         Parameters
         ----------
@@ -109,7 +114,11 @@ class Runner:
         largest = self.system.experiment.solver.max_step or self._longest
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
         with held():
-            return run(self._equations, self._stepper, self.tolerance, t, y, options)
+            record = run(self._equations, self._stepper, self.tolerance, t, y, options)
+        if record.status == OPEN and len(record.times) > 1:
+            fields = record.times, record.states, record.observed
+            return Record(*(field[:-1] for field in fields), *record[3:])
+        return record
 
     @cached_property
     def _longest(self) -> float:

@@ -14,8 +14,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
 from linkages.outputs.columns import Columns, columns
-from linkages.planar.bodies import make_pose
-from linkages.planar.closure import closure_error
+from linkages.results.loops import Loops
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
@@ -66,8 +65,8 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         status = Status.INTERRUPTED
         if not parts:
             raise
-    status = cause(status, system, t)
     steps = join(parts)
+    status, end = cause(status, system, float(steps.times[-1]))
     wall = clock.perf_counter() - started
     replay = Replay(runner, steps)
     provenance = {
@@ -77,9 +76,9 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         "rejected": int(totals[1]),
         "evaluations": int(totals[2]),
         "wall_time": wall,
-        "loop_error": replay.loop_error(),
     }
-    return sample(np.unique(steps.times), replay, status, provenance)
+    times = np.unique(steps.times[steps.times <= end])
+    return sample(times, replay, status, provenance, Loops(system.tree, system.tree.loop_rows))
 
 
 class Replay:
@@ -92,19 +91,3 @@ class Replay:
         """All columns at the given times."""
         q, v, a, contacts = self.runner.evaluate(self.steps, times)
         return columns(self.runner.system, times, q, v, a, contacts)
-
-    def loop_error(self) -> float:
-        """Largest closure error of the cut ideal joints at the run's steps [m, rad]."""
-        tree = self.runner.system.tree
-        if not len(tree.loop_rows):
-            return 0.0
-        none, pose = np.zeros(len(tree.loop_rows)), make_pose(tree.bodies)
-        free = self.runner.model.free
-        times, states, _ = self.steps
-        worst, q = 0.0, np.zeros((len(times), tree.size))
-        q[:, free] = states[:, : len(free)]
-        q[:, tree.driven_dofs] = self.runner.system.motions(times)[0]
-        for line in q:
-            error = closure_error(tree.bodies, tree.loop_rows, none, line, pose)
-            worst = max(worst, float(np.abs(error).max()))
-        return worst

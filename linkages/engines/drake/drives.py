@@ -10,8 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSyste
 
 from linkages.engines.drake.forces import drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
-from linkages.planar.bodies import make_pose
-from linkages.planar.kinematics import body_positions, row_value
+from linkages.planar.closure import LOOSE, loop_errors
 from linkages.system import System
 
 Array = NDArray[np.float64]
@@ -91,11 +90,13 @@ class Drives(LeafSystem):
         """Output port ``torques``."""
         return self._torques
 
-    def loop_error(self, context: Context) -> float:
-        """Largest closure error of the loops that ideal joints close [m, rad]."""
-        pose = make_pose(self._tree.bodies)
-        body_positions(self._tree.bodies, self._state.Eval(context)[self._place.q], pose)
-        return max((abs(row_value(row, pose)) for row in self._tree.loop_rows), default=0.0)
+    def has_open_loop(self, root: Context) -> bool:
+        """Whether loops that ideal joints close are open, in the context of the whole diagram."""
+        if not len(self._tree.loop_rows):
+            return False
+        q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.q]
+        error = loop_errors(self._tree.bodies, self._tree.loop_rows, q[None, :])[0]
+        return bool(error > LOOSE * self._tree.extent)
 
     def _solve(self, context: Context) -> tuple[Array, Array]:
         """Compute forces on the plant and those of the drives: asked for at every evaluation of the derivatives."""

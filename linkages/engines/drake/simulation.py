@@ -17,6 +17,7 @@ from linkages.errors import Status
 from linkages.kernel.ahead import expect
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
+from linkages.results.loops import Loops
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
@@ -67,16 +68,16 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         status = Status.STEP_SIZE_COLLAPSE
     if watch.status is not Status.OK:
         status = watch.status
-    status = cause(status, system, watch.times[-1])
+    status, end = cause(status, system, watch.times[-1])
     provenance = {
         "engine": "drake",
         "steps": len(watch.times) - 1,
         "evaluations": watch.steps.evaluations,
         "wall_time": clock.perf_counter() - started,
-        "loop_error": watch.loop_error,
     }
     recorder = _Recorder(diagram, linkage, watch)
-    trajectory = sample(recorder.times, recorder, status, provenance)
+    times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
+    trajectory = sample(times, recorder, status, provenance, loops)
     if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # nor can its last steps be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
@@ -96,6 +97,9 @@ def advance(
         if budget.spent(root.get_time()):
             ended[0], steps.again = Status.TOO_MANY_STEPS, False
             return EventStatus.ReachedTermination(linkage.drives, "the end is out of reach")
+        if steps.kept and linkage.drives.has_open_loop(root):
+            ended[0], steps.again = Status.LOOP_OPEN, False
+            return EventStatus.ReachedTermination(linkage.drives, "a loop came apart")
         return steps.verdict()
 
     simulator.set_monitor(look)
@@ -118,13 +122,11 @@ class _Watch:
         self.linkage, self.steps, self.progress = linkage, steps, progress
         system = linkage.system
         self.status = Status.OK
-        self.loop_error = 0.0
         self.budget = Budget(system)
         self.times: list[float] = []
         self.states: list[Array] = []
         self.memories: list[Array | None] = []
         self._limit = system.laws["clearance"] * system.film_limits
-        self._has_loops = bool(len(system.tree.loop_rows))
         self._film_alone = ~system.touching
 
     def __call__(self, root: Context) -> EventStatus:
@@ -132,6 +134,8 @@ class _Watch:
         state = self.steps.take(root)
         if not self.steps.kept or (self.times and time == self.times[-1]):  # the latter where it begins anew
             return self.steps.verdict()
+        if self.times and self.linkage.drives.has_open_loop(root):
+            return self._end(Status.LOOP_OPEN, "a loop came apart")
         self.times.append(time)
         self.states.append(state)
         self.memories.append(
@@ -142,9 +146,6 @@ class _Watch:
         linkage = self.linkage
         if self.budget.spent(time):
             return self._end(Status.TOO_MANY_STEPS, "the end is out of reach")
-        if self._has_loops:
-            error = linkage.drives.loop_error(linkage.drives.GetMyContextFromRoot(root))
-            self.loop_error = max(self.loop_error, error)
         if linkage.clearance is not None:
             joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
             outside = self._film_alone & (np.hypot(joints[:, 0], joints[:, 1]) >= self._limit)

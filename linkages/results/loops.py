@@ -1,0 +1,41 @@
+"""The loops of a run, checked: how far its ideal joints come apart, and up to which sample they hold."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.outputs.columns import Columns
+from linkages.planar.closure import LOOSE, loop_errors
+from linkages.system.tree import Tree
+
+Array = NDArray[np.float64]
+
+
+class Loops(NamedTuple):
+    """Loops that a trajectory must keep closed.
+
+    Attributes
+    ----------
+    tree : Tree
+        Whose coordinates the trajectory has, as columns ``q.COORDINATE``.
+    rows : array of records
+        Closure rows of the ideal joints: `Tree.loop_rows` of a run, `Tree.closure_rows` if all joints are ideal.
+    """
+
+    tree: Tree
+    rows: NDArray[np.record]
+
+    def errors(self, columns: Columns) -> Array:
+        """Compute the largest loop error (nt,) at each sample [m, rad]."""
+        if not len(self.rows):
+            return np.zeros(len(columns["time"]))
+        q = np.stack([columns[f"q.{name}"] for name in self.tree.coordinates], axis=1)
+        return loop_errors(self.tree.bodies, self.rows, q)
+
+    def closed(self, errors: Array) -> int:
+        """Count the samples before the first one with open loops."""
+        loose = errors > LOOSE * self.tree.extent
+        return int(np.argmax(loose)) if loose.any() else len(errors)
