@@ -136,7 +136,7 @@ _REMEDY = {
     Status.SINGULAR: "the linkage starts in a singular position: drive another joint, or start elsewhere",
     Status.LOCKED: "the linkage is at a dead point, beyond which its loops cannot be closed: shorten"
     " the motion of the drives, change the lengths, or drive another joint",
-    Status.LOOP_OPEN: "a loop that ideal joints close came apart by more than a millionth of the linkage's size: tighten"
+    Status.LOOP_OPEN: "a loop of ideal joints came apart by more than a millionth of the linkage's size: tighten"
     " solver.accuracy; near a dead point change the lengths, or drive another joint",
     Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance (finite film: than"
     " a thousandth, where its map ends) and cannot carry the load: raise the viscosity,"
