@@ -116,8 +116,8 @@ class Runner:
         with held():
             record = run(self._equations, self._stepper, self.tolerance, t, y, options)
         if record.status == OPEN and len(record.times) > 1:
-            fields = record.times, record.states, record.observed
-            return Record(*(field[:-1] for field in fields), *record[3:])
+            times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
+            return record._replace(times=times, states=states, observed=observed)
         return record
 
     @cached_property
