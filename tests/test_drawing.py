@@ -325,6 +325,19 @@ def test_a_value_in_another_unit_is_asked_about(values, question):
     assert asked == [] if question is None else (len(asked) == 1 and asked[0].partition(": ")[2].startswith(question))
 
 
+def test_a_run_begins_with_the_questions_of_the_drawing(tmp_path, capsys):
+    """Each in a line of its own before the table; --quiet leaves them out."""
+    values = ["--set", "gravity=[0, -9810, 0]", "--set", "drives.O.speed=3000"]
+    assert main(["draw", "four_bar_dry.toml", *values, "--out", str(tmp_path / "drawing")]) == 0
+    asked = [line.strip() for line in capsys.readouterr().out.splitlines() if "is it in" in line]
+    options = ["--engine", "compiled", "--ideal", "--duration", "1e-4", "--no-plots", "--no-animation"]
+    options += ["--no-error-estimate", "--out", str(tmp_path / "run")]
+    assert main(["simulate", "four_bar_dry.toml", *values, *options]) == 0
+    assert capsys.readouterr().out.splitlines()[:2] == [f"warning: {question}" for question in asked]
+    assert main(["simulate", "four_bar_dry.toml", *values, *options, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
 def test_shipped_machines_raise_no_doubts():
     folder = find_file("seven_bar.toml").parent
     for file in set(folder.glob("*.toml")) - {folder / "three_rrr.toml", folder / "three_rrr_aluminium.toml"}:

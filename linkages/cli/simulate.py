@@ -56,6 +56,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     from linkages.cli.endings import report_failures
     from linkages.engines.study import estimate_error, study
+    from linkages.model.doubts import doubts
     from linkages.report.terminal import format_judgement, format_table
     from linkages.results.impacts import write_impacts
     from linkages.results.summary import judge, summarize
@@ -66,6 +67,8 @@ def run(options: argparse.Namespace) -> int:
     out = output_folder(options, system.experiment.source.stem, "simulate")
     progress = stages(options, system.experiment.duration, "s")
     say = (lambda text: None) if options.quiet else partial(print, flush=True)
+    for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
+        say(f"warning: {doubt}")
     result = study(system, options.engine, False, progress)
     summary = summarize(result)
     say(format_table(summary))
