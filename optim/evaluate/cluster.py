@@ -6,8 +6,9 @@ share the folder. The requests of a worker that dies go to the others.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 
 from linkages import InputError, RunError
@@ -31,7 +32,8 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
     InputError
         If Dask is not installed, or no scheduler answers.
     RunError
-        If there is no worker, or workers have other versions than this process.
+        If there is no worker, if a worker has other package versions than this process, or if the connection to the
+        scheduler is lost while the executor is in use.
     """
     try:
         from distributed import Client
@@ -54,4 +56,13 @@ def cluster(address: str) -> Iterator[tuple[Executor, int]]:
                         f"cluster {address}: worker {worker} has {package} {there[package]}, here is {here[package]};"
                         " install the same version"
                     )
-        yield client.get_executor(retries=_RETRIES), sum(client.nthreads().values())
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # the error below says it in one line
+        try:
+            yield client.get_executor(retries=_RETRIES), sum(client.nthreads().values())
+        except Exception as problem:
+            if client.status == "running" and not isinstance(problem, CancelledError):
+                raise
+            raise RunError(
+                f"cluster {address}: the connection to the scheduler is lost; the evaluations up to now are kept:"
+                " start the scheduler and its workers, and continue with --resume"
+            ) from None

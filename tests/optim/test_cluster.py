@@ -40,7 +40,7 @@ def address_of(process):
 
 @pytest.fixture
 def loopback():
-    """Address of a scheduler, and two worker processes by address."""
+    """Address of a scheduler, and its process with those of two workers."""
     scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     processes = [scheduler]
     try:
@@ -49,7 +49,7 @@ def loopback():
             processes.append(
                 start("distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
             )
-        yield address, processes[1:]
+        yield address, processes
     finally:
         for process in processes:
             process.kill()
@@ -69,7 +69,7 @@ def slow_worth(design):
 def test_a_killed_worker_loses_nothing(tmp_path, loopback):
     from optim.evaluate.cluster import cluster
 
-    address, workers = loopback
+    address, (_, *workers) = loopback
     expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
     calls, seen = [], []
     with cluster(address) as (executor, threads):
@@ -89,6 +89,31 @@ def test_a_killed_worker_loses_nothing(tmp_path, loopback):
     assert outcome.evaluations == expected.evaluations
     assert workers[0].pid in set().union(*seen[:4]), "the killed worker must have worked"
     assert set().union(*seen[5:]) == {workers[1].pid}
+
+
+@pytest.mark.slow
+def test_a_killed_scheduler_ends_the_study_in_one_line_and_resume_ends_it_well(tmp_path, loopback, capfd):
+    from linkages import RunError
+    from optim.evaluate.cluster import cluster
+
+    address, (scheduler, *_) = loopback
+    expected = run(toy.make_task(generations=8), tmp_path / "here.sqlite")
+    calls = []
+
+    def evaluate(designs):
+        calls.append(len(designs))
+        if len(calls) == 4:
+            scheduler.kill()
+        f, g, status, reason, _ = zip(*executor.map(slow_worth, designs), strict=True)
+        return Evaluations(np.array(f)[:, None], np.array(g)[:, None], status, reason)
+
+    store = tmp_path / "there.sqlite"
+    with pytest.raises(RunError, match=r"scheduler is lost.*--resume"), cluster(address) as (executor, _):
+        run(toy.make_task(generations=8, evaluate=evaluate), store)
+    assert capfd.readouterr().err == ""  # the error is the only message
+    outcome = run(toy.make_task(generations=8), store, resume=True)
+    assert outcome.result.x.tobytes() == expected.result.x.tobytes()
+    assert outcome.evaluations == expected.evaluations
 
 
 @pytest.mark.slow
