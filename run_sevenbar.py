@@ -8,6 +8,6 @@ from linkages.cli.simulate import add_run_options, run
 
 if __name__ == "__main__":
     parser = Parser(description=__doc__.split(":")[0])
-    parser.set_defaults(file="seven_bar.toml")
     add_run_options(parser)
+    parser.set_defaults(file="seven_bar.toml", engine="drake")
     sys.exit(exit_status(lambda: run(parser.parse_args())))

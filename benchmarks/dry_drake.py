@@ -32,7 +32,7 @@ def main() -> None:
         path = data_folder() / name
         speed = load(path).experiment.drives[drive].speed
         system = load(path, {"duration": turns * 2.0 * np.pi / abs(speed)})
-        contacts = impacts(simulate(system), touching(system))
+        contacts = impacts(simulate(system, "drake"), touching(system))
         runs = [one_run(system) for _ in range(options.repeat)]
         wall = statistics.median(run[0] for run in runs)
         _, evaluations, times, _ = runs[0]

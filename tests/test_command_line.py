@@ -1,11 +1,14 @@
 """Manners of the command line: errors, help, quiet and verbose, new, doctor, completion."""
 
+import argparse
 import importlib.metadata
 import io
+import json
 import os
 import re
 import subprocess
 import sys
+import time
 from contextlib import redirect_stdout
 from math import sqrt
 
@@ -14,7 +17,7 @@ from machines import four_bar
 
 from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
-from linkages.cli.main import main
+from linkages.cli.main import exit_status, main
 from linkages.engines import drop
 from linkages.kernel.cache import temporary_folder
 from linkages.outputs.registry import names
@@ -111,14 +114,16 @@ def test_quiet_prints_nothing_and_verbose_says_how(experiment_file, tmp_path, ca
     assert shown.err.splitlines() == ["run ...", "error estimate ..."]
     assert f"experiment {path}" in shown.out
     assert "joints cut to get a tree: A" in shown.out
-    assert "accuracy 1e-07, steps of at most 0.002 s" in shown.out
+    assert "accuracy 1e-07\n" in shown.out
+    assert main([*words, "--verbose", "--engine", "drake"]) == 0
+    assert "accuracy 1e-07, steps of at most 0.002 s" in capsys.readouterr().out
     assert main(["simulate", str(tmp_path / "none.toml"), "--quiet"]) == 2
     assert capsys.readouterr().err.startswith("error: ")  # errors are never quiet
 
 
 LOADED = """
 import sys
-from linkages.cli.main import main
+from linkages.cli.main import exit_status, main
 
 words = ["simulate", "seven_bar.toml", "--duration", "1e-3", "--engine", "compiled", "--no-plots", "--no-animation"]
 main([*words, "--out", sys.argv[1]])
@@ -165,18 +170,51 @@ def test_compilation_is_announced_once(tmp_path):
     assert done.stderr == "compiling, once after an installation: a quarter of a minute or so ...\n"
 
 
-def test_where_there_is_no_terminal_progress_is_lines_ever_rarer(monkeypatch, capsys):
-    now = [0]
+def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_then_every_ten(monkeypatch, capsys):
+    now = [0.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
+    progress._silence.begin(False)
     advance = progress.progress_bar("run", 2.0)
-    for now[0] in range(1, 101):
-        advance(0.01 * now[0])
+    for k in range(1, 101):
+        now[0] = 0.4 * k
+        advance(0.01 * k)
     assert capsys.readouterr().err.splitlines() == [
-        "run: 5.50% in 10 s, the rest takes 170 s",
-        "run: 10.50% in 20 s, the rest takes 170 s",
-        "run: 20.50% in 40 s, the rest takes 160 s",
-        "run: 40.50% in 80 s, the rest takes 120 s",
+        "run: 1.50% in 1 s, the rest takes 53 s",
+        "run: 13.00% in 10 s, the rest takes 67 s",
+        "run: 24.50% in 19 s, the rest takes 59 s",
+        "run: 36.00% in 28 s, the rest takes 50 s",
+        "run: 47.50% in 38 s, the rest takes 42 s",
     ]
+
+
+def test_a_command_that_says_nothing_shows_a_sign_of_life_unless_it_is_quiet(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "_FIRST", 0.0)
+    monkeypatch.setattr(progress, "_GRACE", 0.0)
+
+    def silent(quiet):
+        progress.be_quiet(argparse.Namespace(quiet=quiet))
+        progress.begin_stage("the long stage")
+        deadline = time.monotonic() + (0.5 if quiet else 60.0)
+        while progress._silence.patience == 0.0 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        return 0
+
+    for quiet in (False, True):
+        assert exit_status(silent, quiet) == 0
+        assert re.fullmatch("" if quiet else r"the long stage, \d+ s so far\n", capsys.readouterr().err)
+
+
+def test_the_first_line_of_a_run_names_its_engine(tmp_path, capsys):
+    """The compiled one unless another is asked for."""
+    words = ["simulate", "seven_bar.toml", "--duration", "1e-3", "--no-plots", "--no-animation"]
+    for engine, options in (("compiled", []), ("drake", ["--engine", "drake"])):
+        out = tmp_path / engine
+        assert main([*words, *options, "--out", str(out)]) == 0
+        told = capsys.readouterr().out
+        assert re.match(rf"engine: {engine}; --engine (?!{engine})\w+ runs the same", told)
+        assert json.loads((out / "summary.json").read_text())["engine"] == engine
+    assert main([*words, "--quiet", "--out", str(out)]) == 0
+    assert capsys.readouterr() == ("", "")
 
 
 def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
@@ -213,7 +251,7 @@ def test_new_files_run_at_once(model, tmp_path, capsys, monkeypatch):
     assert main(["simulate", "my-press.toml", *words]) == 0
     shown = capsys.readouterr().out
     assert "status ok" in shown
-    for section in shown.split("\n\n", 1)[1].split("\n\nwritten")[0].split("\n\n"):
+    for section in shown.split("\n\n", 2)[2].split("\n\nwritten")[0].split("\n\n"):
         # columns end where their heads do, however long the names
         assert len({len(line) for line in section.splitlines()}) == 1
 

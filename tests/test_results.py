@@ -242,7 +242,20 @@ def test_an_interrupted_run_is_written_and_its_exit_status_names_the_signal(
     before = signal.signal(signal.SIGINT, ctrl_c)
     request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     out = tmp_path / "out"
-    assert main(["simulate", str(experiment_file(four_bar(), TOML)), "--out", str(out), "--no-animation"]) == status
+    assert (
+        main(
+            [
+                "simulate",
+                str(experiment_file(four_bar(), TOML)),
+                "--out",
+                str(out),
+                "--no-animation",
+                "--engine",
+                "drake",
+            ]
+        )
+        == status
+    )
     assert signal.getsignal(signal.SIGINT) is ctrl_c
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     summary = json.loads((out / "summary.json").read_text())

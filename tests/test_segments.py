@@ -112,7 +112,7 @@ def test_drake_moves_the_same_pieces(tmp_path):
     """Its own plant, and the compiled engine with the same machine, to the tolerance; names are those of the modes'."""
     whole = bent_machine(tmp_path, "slider_crank", duration=5e-4, accuracy=1e-6)
     system = whole.replaced({"links.rod.segments": 4})
-    run, times = linkages.simulate(system), np.linspace(0.0, 5e-4, 11)
+    run, times = linkages.simulate(system, "drake"), np.linspace(0.0, 5e-4, 11)
     drake, compiled = run.evaluate(times), moved(in_pieces(whole, 4))(times)
     assert drake.keys() == compiled.keys()
     for name in ("middle.deflection", "slider.x", "rod.stress", "O.torque", "B.force", "strain_energy"):
@@ -134,7 +134,7 @@ def test_drakes_pieces_tend_to_the_modes_with_the_square_of_their_length(tmp_pat
     left = []
     for count in (8, 16) if law == "dry" else (4, 8):
         pieces = {f"links.{link}.segments": count for link in system.experiment.flexible}
-        run = linkages.simulate(system.replaced(pieces))
+        run = linkages.simulate(system.replaced(pieces), "drake")
         left.append(difference(run.evaluate(times), exact, "middle.deflection"))
     assert left[1] < 0.013
     assert 3.5 < left[0] / left[1] < 4.5
@@ -144,11 +144,11 @@ def test_what_segments_cannot_do_is_said(tmp_path):
     """Links that may stretch are warned of, by the engine that does not stretch them; no stiffening is refused."""
     keys = "bending = 4\nsegments = 2"
     system = bent_machine(tmp_path, "slider_crank", "ideal", 1e-4, keys, 1e-5)
-    found = linkages.study(system)
+    found = linkages.study(system, "drake")
     kinds = [one["kind"] for one in judge(found, linkages.summarize(found))["warnings"]]
     assert kinds.count("segments") == 1
     assert found.tighter.columns.keys() - found.run.columns.keys() == {"q.rod/hinge3", "q.rod/hinge4"}
     other = linkages.study(system, "compiled", error_estimate=False)
     assert "segments" not in [one["kind"] for one in judge(other, linkages.summarize(other))["warnings"]]
     with pytest.raises(linkages.InputError, match=r"links\.rod\.stiffening: is false, but Drake's rigid segments"):
-        linkages.simulate(system.replaced({"links.rod.stiffening": False}))
+        linkages.simulate(system.replaced({"links.rod.stiffening": False}), "drake")

@@ -20,8 +20,7 @@
 | parsing      | a parser whose errors name the nearest valid word                         |
 | options      | options that commands share, and the system they stand for                |
 | folders      | folders of results: whose they are, what a new run removes                |
-| beside       | work in a process beside                                                  |
-| progress     | progress bars                                                             |
+| progress     | how far a command is: bars, lines, a sign of life                         |
 | endings      | runs that failed: what is said, which exit status follows                 |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports

@@ -17,6 +17,7 @@ from functools import cache
 
 from linkages.cli import Command, commands
 from linkages.cli.parsing import Parser
+from linkages.cli.progress import be_quiet, heartbeat
 from linkages.errors import InputError, RunError, nearest
 from linkages.signals import terminable
 
@@ -65,6 +66,7 @@ def _run(words: list[str]) -> int:
     if words[0] not in first:
         raise InputError("linkages", words[0], f"is unknown; {nearest(words[0], first)}")
     options = command_line.parse_args(words)
+    be_quiet(options)
     return known[options.command].run(options)
 
 
@@ -90,7 +92,8 @@ def exit_status(run: Callable[..., int], *arguments: object) -> int:
     _collect_seldom()
     with terminable() as came:
         try:
-            status = run(*arguments)
+            with heartbeat():
+                status = run(*arguments)
             sys.stdout.flush()
         except BaseException as problem:  # after a signal: the interruption, or what the code it struck made of it
             if came or isinstance(problem, KeyboardInterrupt):

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from linkages.cli.beside import beside
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_settings, load_system, written
-from linkages.cli.progress import stages
-from linkages.engines import ENGINES
+from linkages.cli.progress import begin_stage, stages
+from linkages.engines import DEFAULT, ENGINES
 from linkages.errors import InputError
 from linkages.files.writing import json_text
 
@@ -27,6 +25,13 @@ _EXAMPLES = """examples:
 """
 
 
+#: The first line of a run.
+_ENGINE = {
+    "compiled": "engine: compiled; --engine drake runs the same model on Drake, ten to some hundred times slower",
+    "drake": "engine: drake; --engine compiled runs the same model ten to some hundred times faster",
+}
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
@@ -36,7 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that ``linkages simulate`` and ``run_sevenbar.py`` share."""
-    parser.add_argument("--engine", choices=tuple(ENGINES), default="drake", help="default: %(default)s")
+    parser.add_argument("--engine", choices=tuple(ENGINES), default=DEFAULT, help="default: %(default)s")
     add_settings(parser)
     parser.add_argument("--ideal", action="store_true", help="take every joint as ideal, whatever the file says")
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
@@ -69,11 +74,12 @@ def run(options: argparse.Namespace) -> int:
     say = (lambda text: None) if options.quiet else partial(print, flush=True)
     for doubt in doubts(system.mechanism, system.tree.extent, system.experiment):
         say(f"warning: {doubt}")
+    say(f"{_ENGINE[options.engine]}\n")
     result = study(system, options.engine, False, progress)
     summary = summarize(result)
     say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}
-    with (results := results_folder(out, "simulate")) as folder, beside(_drawings(result, folder, options)):
+    with (results := results_folder(out, "simulate")) as folder:
         if not options.no_error_estimate:
             result = estimate_error(result, progress)
             summary |= judge(result, summary)
@@ -88,20 +94,16 @@ def run(options: argparse.Namespace) -> int:
         result.ideal.save(folder / "ideal.npz")
         if system.touching.any():
             write_impacts(result.contacts, folder)
+        if not options.no_plots:
+            begin_stage("figures")
+            _draw(result, folder)
+        if not options.no_animation:
+            begin_stage("animation")
+            _animate(result, folder / "animation.html", options.exaggerate)
     say(f"\n{written(out, results.names)}")
     run = runs.pop("the run")
     report_failures(runs)  # first: where the ideal linkage does not close, the run can hardly go on
     return report_failures({"the run": run})
-
-
-def _drawings(result: Study, folder: Path, options: argparse.Namespace) -> list[Callable[[], None]]:
-    """Return what draws the pictures that are asked for."""
-    wanted: list[Callable[[], None]] = []
-    if not options.no_plots:
-        wanted.append(partial(_draw, result, folder))
-    if not options.no_animation:
-        wanted.append(partial(_animate, result, folder / "animation.html", options.exaggerate))
-    return wanted
 
 
 def _draw(result: Study, folder: Path) -> None:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:  # the command line reads the names of the engines, and must s
 
 #: Module of each engine.
 ENGINES = {"drake": "linkages.engines.drake.simulation", "compiled": "linkages.engines.compiled.simulation"}
+#: The engine of runs that name none.
+DEFAULT = "compiled"
 
 
 class Engine(Protocol):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.errors import AssemblyError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
@@ -20,7 +21,7 @@ from linkages.system.segments import system_of
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 
 
-def simulate(system: System, engine: str = "drake", progress: Progress | None = None) -> Trajectory:
+def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = None) -> Trajectory:
     """Run a system.
 
     Parameters
@@ -28,7 +29,7 @@ def simulate(system: System, engine: str = "drake", progress: Progress | None = 
     system : System
         From `linkages.load`.
     engine : str
-        "drake" or "compiled".
+        "compiled", the default, or "drake".
     progress : callable, optional
         Called with the simulated time [s] now and then.
 
@@ -64,7 +65,7 @@ def _with_units(system: System, run: Trajectory) -> Trajectory:
 
 def study(
     system: System,
-    engine: str = "drake",
+    engine: str = DEFAULT,
     error_estimate: bool = True,
     progress: Callable[[str], Progress] | None = None,
 ) -> Study:
@@ -74,7 +75,7 @@ def study(
     ----------
     system : System
     engine : str
-        "drake" or "compiled".
+        "compiled", the default, or "drake".
     error_estimate : bool
         Whether to repeat the run at a ten times tighter tolerance.
     progress : callable, optional
@@ -122,7 +123,7 @@ def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
     return replace(study, tighter=simulate(finer, study.engine, stage("error estimate")))
 
 
-def ideal(system: System, engine: str = "drake") -> Trajectory:
+def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     """Move the linkage with every joint ideal: exactly where its drives determine its motion, else by a run.
 
     Parameters

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -54,7 +54,12 @@ class Section(Brief):
 
 
 def stroboscopic(
-    system: System, names: Sequence[str], revolutions: int, transient: int = 0, drive: str | None = None
+    system: System,
+    names: Sequence[str],
+    revolutions: int,
+    transient: int = 0,
+    drive: str | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Section:
     """Poincare section once per revolution, with the extremes of each revolution.
 
@@ -67,6 +72,8 @@ def stroboscopic(
         Revolutions to keep, and before them to discard.
     drive : str, optional
         Whose revolutions; default: the first of constant speed.
+    progress : callable, optional
+        Called with the part of the revolutions that is done, 0 to 1.
 
     Returns
     -------
@@ -102,6 +109,8 @@ def stroboscopic(
         evaluate = partial(flow.columns, piece, names=names)
         run = sample(np.unique(piece.times), evaluate, Status.OK, {})
         times.append(flow.t)
+        if progress is not None:
+            progress((transient + len(times)) / (transient + revolutions))
         for name, extreme in extremes(run, names).items():
             found[name].append((float(run[name][-1]), extreme.min, extreme.max))
     table = {name: np.array(rows).reshape(-1, 3).T for name, rows in found.items()}

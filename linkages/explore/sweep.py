@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,8 @@ from linkages.outputs.registry import pack
 from linkages.system import System
 
 Array = NDArray[np.float64]
+
+_LOOK = 1.0  # s between two calls of the progress function
 
 
 @dataclass(frozen=True)
@@ -117,21 +119,34 @@ def sweep(
         period_of(case.experiment, drive)
         pack(case, names)
 
-    def work(value: float, case: System) -> Point:
+    part = np.zeros(len(cases))  # of each value that is done
+
+    def work(k: int, value: float, case: System) -> Point:
+        wanted = horizons and case.touching.any()
+        share = 0.5 if wanted else 1.0  # a horizon takes about as long again
+
+        def section_done(done: float) -> None:
+            part[k] = share * done
+
         try:
-            section = stroboscopic(case, names, revolutions, transient, drive)
-            wanted = horizons and case.touching.any()
+            section = stroboscopic(case, names, revolutions, transient, drive, section_done)
             found = horizon(case, transient + revolutions, drive) if wanted else None
         except AssemblyError as problem:
             return Point(value, None, problem.status)
+        finally:
+            part[k] = 1.0
         return Point(value, section, section.status, found)
 
     pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
     try:
-        jobs = [pool.submit(work, float(value), case) for value, case in zip(values, cases, strict=True)]
-        for done, _ in enumerate(as_completed(jobs), 1):
+        jobs = [
+            pool.submit(work, k, float(value), case) for k, (value, case) in enumerate(zip(values, cases, strict=True))
+        ]
+        pending = set(jobs)
+        while pending:
+            pending = wait(pending, timeout=_LOOK).not_done
             if progress is not None:
-                progress(done / len(jobs))
+                progress(float(part.mean()))
         points = tuple(job.result() for job in jobs)
     finally:
         pool.shutdown(cancel_futures=True)

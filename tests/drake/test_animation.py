@@ -41,7 +41,7 @@ def dry(tmp_path_factory):
     folder = tmp_path_factory.mktemp("animation")
     (folder / "machine.sdf").write_text(four_bar())
     (folder / "dry.toml").write_text('mechanism = "machine.sdf"\n' + DRY)
-    return study(load(folder / "dry.toml"), error_estimate=False)
+    return study(load(folder / "dry.toml"), "drake", error_estimate=False)
 
 
 AFTER = """
@@ -173,7 +173,7 @@ def test_below_each_force_stands_its_difference_from_the_ideal_one(dry):
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", [sliding_block, turning_slot])
 def test_a_block_in_its_slot_is_drawn_where_its_corners_are(machine, tmp_path):
-    found = study(machine(tmp_path), error_estimate=False)
+    found = study(machine(tmp_path), "drake", error_estimate=False)
     times = np.linspace(0.0, found.run.time[-1], 61)
     shown, moments = guide_frames(found, "guide", times), strongest(found.run, "guide", times)
     for k, (x, y) in enumerate([(1, 1), (-1, 1), (-1, -1), (1, -1)]):

@@ -147,7 +147,7 @@ def test_the_normal_part_of_the_peak_force_stands_in_file_and_page(results_folde
 def test_the_commands_repeat_the_run(results_folder, tmp_path, monkeypatch, capsys):
     simulate, report = commands(load_results(results_folder))
     assert simulate == (
-        "linkages simulate rocker.toml --engine drake --set duration=0.006 --set joints.B.clearance=0.00015"
+        "linkages simulate rocker.toml --engine compiled --set duration=0.006 --set joints.B.clearance=0.00015"
         " --out results/out"
     )
     shutil.copy(results_folder.parent / "machine.sdf", tmp_path)
