@@ -14,7 +14,7 @@
 | ranges        | where a run leaves the range that a law holds for                        |
 | bent_ranges   | where it leaves the range of the model of links that bend                |
 | rules         | what says so, and its warnings                                           |
-| indeterminate | joints whose forces the motion does not determine                        |
+| indeterminate | forces and torques that the motion does not determine                   |
 | warnings      | what must be known before the numbers of a summary are trusted           |
 | summary       | a run with what is needed to judge it, and the contents of summary.json  |
 """

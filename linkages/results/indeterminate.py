@@ -1,6 +1,8 @@
-"""Joints whose forces the motion does not determine: reactions of redundant loops."""
+"""Forces and torques that the motion does not determine: reactions of redundant loops and gears."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,21 +14,22 @@ from linkages.planar.contacts import WIDTH
 from linkages.planar.dynamics import make_workspace
 from linkages.planar.kinematics import body_positions
 from linkages.planar.reactions import joint_forces
+from linkages.results.numbers import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
 Array = NDArray[np.float64]
 
 _POSITIONS = 5  # of the motion that are looked at
-_NOTHING = 1e-6  # of the largest: part of a joint in a set of reactions that balance by themselves
+_NOTHING = 1e-6  # of the largest: size of a quantity in a set of reactions that balance by themselves
 
 
 def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[str, ...]:
-    """Name the joints and drives whose force or torque is statically indeterminate.
+    """Name the columns whose values are statically indeterminate.
 
     More closure rows than are independent have reactions that balance by themselves, without any load: the null space
-    of the rows' transposed Jacobian. A joint in which such reactions pass has a force that depends on how the links
-    were fitted together, and on their elasticity.
+    of the rows' transposed Jacobian. A quantity to which such reactions contribute depends on how the links were fitted
+    together, and on their elasticity.
 
     Parameters
     ----------
@@ -39,34 +42,47 @@ def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[s
     Returns
     -------
     tuple of str
-        In the order of the mechanism; empty for loops that are not redundant.
+        Columns of joints (``P.force``, ``P.fx``, ``P.fy``, ``P.moment``), drives and gears (``mesh.torque``,
+        ``mesh.power``); empty for loops that are not redundant.
     """
     if arrays.rank == len(arrays.rows):
         return ()
-    tree = system.tree
-    q = np.stack([motion[f"q.{name}"] for name in tree.coordinates], axis=1)
-    names = [*(joint.name for joint in system.mechanism.joints), *tree.driven]
-    taking_part = np.zeros(len(names), dtype=bool)
+    q = np.stack([motion[f"q.{name}"] for name in system.tree.coordinates], axis=1)
+    found: dict[str, bool] = {}
     for line in q[np.linspace(0, len(q) - 1, _POSITIONS).astype(int)]:
         for reaction in _self_balanced(arrays, line):
-            size = _sizes(arrays, line, reaction)
-            taking_part |= size > _NOTHING * size.max()
-    return tuple(dict.fromkeys(name for name, part in zip(names, taking_part, strict=True) if part))
+            sizes = _sizes(system, arrays, line, reaction)
+            largest = max(sizes.values())
+            for column, size in sizes.items():
+                found[column] = found.get(column, False) or size > _NOTHING * largest
+    return tuple(column for column, part in found.items() if part)
 
 
 def _self_balanced(arrays: Arrays, q: Array) -> Array:
-    """Reactions of the rows that load no free coordinate, as lines."""
+    """Return the reactions of the rows that load no free coordinate, as lines."""
     pose = make_pose(arrays.bodies)
     body_positions(arrays.bodies, q, pose)
     jacobian = closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))[:, arrays.free]
     return np.linalg.svd(jacobian)[0].T[arrays.rank :]
 
 
-def _sizes(arrays: Arrays, q: Array, reaction: Array) -> Array:
-    """Force in each joint [N], then effort of each prescribed drive over the linkage's length, of reactions alone."""
+def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> dict[str, float]:
+    """Compute the size of each column under reactions alone [N]; moments are divided by the linkage's length."""
+    mechanism, gears = system.mechanism, system.experiment.gears
     work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)
     work.reaction[:] = reaction
     forces, efforts = np.zeros((len(arrays.joints), 3)), np.zeros(len(arrays.driven) + len(arrays.powered))
     joint_forces(arrays, work, np.zeros((len(arrays.ends), WIDTH)), forces, efforts)
-    return np.concatenate([np.hypot(*forces[:, :2].T), np.abs(efforts[: len(arrays.driven)]) / arrays.size])
+    sizes: dict[str, float] = {}
+    for joint, (fx, fy, moment) in zip(mechanism.joints, np.abs(forces).tolist(), strict=True):
+        each = {"fx": fx, "fy": fy, "force": math.hypot(fx, fy), "moment": moment / arrays.size}
+        sizes |= {f"{joint.name}.{what}": size for what, size in each.items()}
+    for name, effort in zip(system.tree.driven, np.abs(efforts).tolist(), strict=False):
+        size = effort / arrays.size if mechanism.joint[name].type == "revolute" else effort
+        sizes |= {f"{name}.torque": size, f"{name}.power": size}
+    for name, effort in zip(gears, np.abs(reaction[len(reaction) - len(gears) :]).tolist(), strict=True):
+        what = effort_of(system, "gears", name)
+        size = effort / arrays.size if what == "torque" else effort
+        sizes |= {f"{name}.{what}": size, f"{name}.power": size}
+    return sizes

@@ -24,7 +24,7 @@ def numbers(
     experiment = system.experiment
     joints = [joint.name for joint in system.mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
-    efforts = [(name, _effort(system, table, name)) for table, name in experiment.named]
+    efforts = [(name, effort_of(system, table, name)) for table, name in experiment.named]
     judged = [
         *(f"{name}.force" for name in joints),
         *(f"{name}.eccentricity_ratio" for name in play),
@@ -83,7 +83,7 @@ def _nearest(trajectory: Trajectory, time: float) -> int:
     return int(np.argmin(np.abs(trajectory.time - time)))
 
 
-def _effort(system: System, table: str, name: str) -> str:
+def effort_of(system: System, table: str, name: str) -> str:
     """Quantity by which an applied load, a gear, a stop or a contact is judged."""
     experiment = system.experiment
     of = {

@@ -16,7 +16,7 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import STOP
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
-from linkages.results.numbers import numbers, peaks_by_key
+from linkages.results.numbers import effort_of, numbers, peaks_by_key
 from linkages.results.parting import apart
 from linkages.results.ranges import outside
 from linkages.results.settling import Motion, motion_of
@@ -97,7 +97,7 @@ class Study(Brief):
 
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:
-        """Joints and drives of the run whose force or torque is statically indeterminate."""
+        """Columns of the run that are statically indeterminate."""
         return indeterminate(self._model, self._model.arrays, self.run)
 
     @cached_property
@@ -283,7 +283,8 @@ def touching(system: System) -> list[str]:
 
 
 def _judged(system: System) -> list[str]:
-    """Columns of outputs, forces in joints and torques of drives."""
+    """Columns of outputs, forces in joints, torques of drives and gears."""
     experiment = system.experiment
     forces = [f"{joint.name}.force" for joint in system.mechanism.joints]
-    return [*experiment.outputs, *forces, *(f"{name}.torque" for name in experiment.drives)]
+    gears = [f"{name}.{effort_of(system, 'gears', name)}" for name in experiment.gears]
+    return [*experiment.outputs, *forces, *(f"{name}.torque" for name in experiment.drives), *gears]

@@ -52,16 +52,17 @@ def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str,
 
 
 def undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any]]:
-    """Warn of the joints whose forces are statically indeterminate in a run, or in the linkage with ideal joints."""
-    found = run or ideal
+    """Warn of columns that are statically indeterminate in a run, or in the linkage with ideal joints."""
+    found = [column for column in run or ideal if column.rpartition(".")[2] in ("force", "torque")]
     if not found:
         return []
     which = "" if run else " of the ideal linkage"
     what = (
-        f"the forces in {', '.join(found)}{which} are statically indeterminate: the loops are redundant, and what "
-        "passes there depends on how the links were fitted together"
+        f"{', '.join(found)}{which} are statically indeterminate: loops or gears are redundant, and these forces and "
+        "torques depend on how the parts were fitted together"
     )
-    return [warning("indeterminate", None, what, "give one of these joints play, or leave a redundant link out")]
+    remedy = "give a joint of a redundant loop clearance, or leave a redundant link or gear out"
+    return [warning("indeterminate", None, what, remedy)]
 
 
 def rough(
@@ -134,13 +135,13 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
 def meaningless(names: Iterable[str], passages: Sequence[Passage], undetermined: Sequence[str]) -> frozenset[str]:
     """Choose from the columns of outputs, forces and torques those whose peaks mean nothing.
 
-    They have no bound in these singular positions, or are those of these joints and drives, statically indeterminate.
+    They have no bound in these singular positions, or are among these columns, statically indeterminate.
     """
     bounded = _POSITIONS if any(passage.unique for passage in passages) else _POSITIONS | _VELOCITIES
     unbounded = {
         name for name in names if passages and not name.startswith("q.") and name.rpartition(".")[2] not in bounded
     }
-    return frozenset(unbounded | {f"{name}.{what}" for name in undetermined for what in ("force", "torque")})
+    return frozenset(unbounded.union(undetermined))
 
 
 def _kind(key: str) -> str:

@@ -67,6 +67,36 @@ def test_a_wheel_that_rolls_in_a_ring_of_twice_its_size_draws_a_straight_line(sy
         np.testing.assert_allclose(found[name], exact[name], atol=1e-8 * np.abs(exact[name]).max(), err_msg=name)
 
 
+def test_two_countershafts_share_a_load_that_only_their_sum_determines(engine, system_of):
+    """Shaft 0 drives shaft 1 by one gear, and this shaft 4 over 2 and 3: two ways, one of which would do.
+
+    The torques of the four wheels depend on how they were fitted; those of the first gear and of the drive follow from
+    inertias J, speeds n and the load: T = a sum(J n^2) - n4 M.
+    """
+    inertias, speeds = [0.01, 0.02, 0.04, 0.06, 0.08], np.array([1.0, -0.5, 0.4, 0.4, -0.3])
+    shafts = [
+        wheel(f"shaft{i}", inertia, 0.2 * i) + joint(f"S{i}", "world", f"shaft{i}")
+        for i, inertia in enumerate(inertias)
+    ]
+    text = "duration = 0.5\noutputs = ['shaft4.omega']\n[drives.S0]\nformula = '5*t**2'\n[torques.load]\nlink = 'shaft4'\ntorque = 2.0\n"
+    for i, j in ((0, 1), (1, 2), (1, 3), (2, 4), (3, 4)):
+        text += f"[gears.g{i}{j}]\njoints = ['S{i}', 'S{j}']\nratio = {speeds[j] / speeds[i]}\n"
+    torque = 10.0 * np.array(inertias) @ speeds**2 - 2.0 * speeds[4]
+    first = (10.0 * np.array(inertias[1:]) @ speeds[1:] ** 2 - 2.0 * speeds[4]) / speeds[1]
+    summary = summarize(study(system_of(model("twin", "".join(shafts)), text), engine))
+    shared = {"g12", "g13", "g24", "g34"}
+    for numbers in (summary, summary["ideal"]):
+        assert numbers["drives"]["S0"]["torque"]["peak"] == pytest.approx(torque, rel=1e-9)
+        assert numbers["loads"]["g01"]["torque"]["peak"] == pytest.approx(abs(first), rel=1e-9)
+        for name in shared:
+            assert numbers["loads"][name] == {"torque": {"peak": None, "time": None}, "work": None}
+        assert all(entry["force"]["peak"] == 0.0 for entry in numbers["joints"].values())
+    errors = summary["error"]
+    assert {key for key, error in errors.items() if error is None} == {f"{name}.torque.peak" for name in shared}
+    (warning,) = [entry for entry in summary["warnings"] if entry["kind"] == "indeterminate"]
+    assert warning["what"].startswith("g12.torque, g13.torque, g24.torque, g34.torque are statically indeterminate")
+
+
 FIVE_BAR = (
     '<frame name="pivot" attached_to="world"><pose>0.3 0 0 0 0 0</pose></frame>'
     + bar("left", 0.1, "__model__", 2.0)
