@@ -32,22 +32,25 @@ def run(options: argparse.Namespace) -> int:
     from linkages.files.writing import whole
     from linkages.files.xml import parse_xml
     from linkages.model.mechanism import planar
-    from linkages.system.drawing import closed_within_limits
+    from linkages.system.drawing import Drawn, closed_within_limits
 
     out: Path = options.out
     if out.suffix != ".sdf":
         raise InputError("--out", str(out), "must end in .sdf")
     if out.exists():
         raise InputError("--out", str(out), "already exists; choose another name, or remove it")
-    model, limits, notes = import_model(options.file)
-    drawn = closed_within_limits(options.file, model, limits) if limits else model
-    if drawn is None:
+    model, limits, notes, entries = import_model(options.file)
+    found = closed_within_limits(options.file, model, limits) if limits else Drawn(model, {})
+    if found is None:
         problem = (
             "no pose was found in which all loops close and every joint is within its limits; check or remove them"
         )
         raise InputError(options.file, "<limit>", problem)
+    drawn = found.model
     if drawn is not model:
+        entries = [entry.redrawn(found.coordinates) for entry in entries]
         notes.append("drawn anew: in the file, a loop is open or a joint beyond its limits, which say what is meant")
+    notes += [entry.note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
     machine = planar(
         options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}

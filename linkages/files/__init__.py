@@ -11,12 +11,15 @@ It may import errors and `flexible`.
 | raw_model   | what a machine's file says, in world coordinates                        |
 | elements    | numbers of elements, and of annotations                                 |
 | beams       | the beam of a link, and the mass that follows from it                   |
-| rigid       | links that are fixed to one another made into one                       |
+| rigid       | links moved, and links that are fixed to one another made into one      |
 | urdf        | URDF in the terms of SDFormat                                           |
 | importing   | machines of other programs, and what was left out of them               |
+| foreign     | elements that change the motion: entries of an experiment, refusals     |
+| constraints | welds, ball joints and springs between links                            |
 | sdf_text    | a machine written as SDFormat                                           |
 | description | a machine in a few lines: points, links, parameters                     |
 | shorthand   | one entry for many links, values with units, written out                |
+| angles      | its angles need a unit                                                  |
 | drafting    | its points found, its links weighed                                     |
 | formula     | arithmetic on names, parsed and never executed                          |
 | units       | values with units, in SI units                                          |

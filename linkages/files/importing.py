@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.errors import InputError
+from linkages.files.constraints import joined
+from linkages.files.foreign import Entry, take_foreign
 from linkages.files.models import find_model, flattened
 from linkages.files.raw_model import Chains, RawJoint, RawModel
 from linkages.files.rigid import fixed_into, without_massless
@@ -23,10 +25,13 @@ _CARRIED = {
     "model": ("link", "joint", "frame", "pose", "static"),
     "link": ("pose", "inertial", "visual", "linkages:beam"),
     "joint": ("pose", "parent", "child", "axis", "linkages:bearing", "linkages:slot"),
-    "axis": ("xyz", "use_parent_model_frame", "mimic"),  # who reads it refuses a mimic
+    "axis": ("xyz", "use_parent_model_frame"),
     "frame": ("pose",),
 }
-_WHY = {"collision": "links touch one another in joints with play only", "limit": "nothing stops a joint"}
+_WHY = {
+    "collision": "links touch one another in joints with play only",
+    "limit": "a joint ends at stops of the experiment only",
+}
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
 _SAME_PLACE = 1e-6  # of the size of the machine
 
@@ -41,19 +46,22 @@ class Imported(NamedTuple):
         Lowest and highest coordinate of a joint, zero where it is drawn [rad or m].
     notes : list of str
         A line on each thing that was changed or left out.
+    entries : list of Entry
+        What belongs to the experiment.
     """
 
     model: RawModel
     limits: dict[str, tuple[float, float]]
     notes: list[str]
+    entries: list[Entry]
 
 
 def import_model(path: Path) -> Imported:
     """Read an SDFormat or URDF file that was written for another program.
 
-    Models in models and included local files become one model; links that are fixed to one another become one link,
-    what stands on nothing is fixed to the world, and revolute joints about one axis between the same two links become
-    one joint.
+    Elements that change the motion become joints or entries of an experiment, or are refused. Models in models and
+    included local files become one model; links that are fixed to one another become one link, what stands on nothing
+    is fixed to the world, and revolute joints about one axis between the same two links become one joint.
 
     Parameters
     ----------
@@ -70,15 +78,22 @@ def import_model(path: Path) -> Imported:
     """
     model = _model(path, ())
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
+    foreign = take_foreign(path, model)
     notes = _leave_out(model)
-    raw = read_model(path, model)
+    raw = joined(foreign, read_model(path, model))
+    notes += foreign.notes
     for change in (_on_the_ground, _rigid, _coaxial):
         raw = change(path, raw, notes)
     raw = without_massless(path, raw)
     if not raw.links:
         raise InputError(path, label(model), "has nothing that moves: every link is fixed to the world")
     names = {joint.name for joint in raw.joints}
-    return Imported(raw, {name: ends for name, ends in limits.items() if name in names}, notes)
+    for entry in foreign.entries:
+        for name in entry.joints:
+            if name not in names:
+                problem = f'joint "{name}" is one with another, or holds nothing; name a joint that stays'
+                raise InputError(path, entry.element, problem)
+    return Imported(raw, {name: ends for name, ends in limits.items() if name in names}, notes, foreign.entries)
 
 
 def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
@@ -152,12 +167,9 @@ def _leave_out(model: ET.Element) -> list[str]:
             for element in list(holder):
                 if element.tag in _CARRIED.get(holder.tag, (element.tag,)) and not _is_mesh(element):
                     continue
-                if element.tag == "dynamics":
-                    notes += _dynamics(owner, element)
-                else:
-                    tag = "mesh" if _is_mesh(element) else element.tag
-                    name = element.get("name", element.get("reference")) if owner is model else owner.get("name")
-                    owners.setdefault((owner.tag, tag), []).append(name or "")
+                tag = "mesh" if _is_mesh(element) else element.tag
+                name = element.get("name", element.get("reference")) if owner is model else owner.get("name")
+                owners.setdefault((owner.tag, tag), []).append(name or "")
                 holder.remove(element)
     for (owner_tag, tag), names in owners.items():
         listed = ", ".join(dict.fromkeys(filter(None, names)))
@@ -169,21 +181,6 @@ def _leave_out(model: ET.Element) -> list[str]:
 
 def _is_mesh(element: ET.Element) -> bool:
     return element.tag == "visual" and not any(element.find(f"geometry/{shape}") is not None for shape in _SHAPES)
-
-
-def _dynamics(joint: ET.Element, element: ET.Element) -> list[str]:
-    """Say what a joint loses, and where an experiment has it."""
-    name, found = joint.get("name", ""), {part.tag: (part.text or "").strip() for part in element}
-    lost = {key: text for key, text in found.items() if key != "spring_reference" and text.strip("0.")}
-    if not lost:
-        return []
-    line = f"<dynamics> of joint {name} left out: {', '.join(f'{key} {text}' for key, text in lost.items())}"
-    if joint.get("type") in ("revolute", "continuous") and set(lost) - {"friction"}:
-        stiffness, free = found.get("spring_stiffness", "0"), found.get("spring_reference", "0")
-        damping = found.get("damping", "0")
-        table = f'joint = "{name}", stiffness = {stiffness}, free_angle = {free}, damping = {damping}'
-        line += f'; write it into the experiment as torsion_springs."{name}_spring" = {{{table}}}'
-    return [line]
 
 
 def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:

@@ -14,6 +14,12 @@ from linkages.files.xml import label
 Follow = Callable[[ET.Element], ET.Element]
 
 _NAMING = ("relative_to", "attached_to", "expressed_in", "canonical_link")
+#: Elements whose text is a name.
+_NAMES = (
+    *("parent", "child", "linkages:from", "linkages:to", "drake:parent", "drake:child"),
+    *(f"drake:{kind}_body_{end}" for kind in ("ball_constraint", "linear_spring_damper") for end in "AB"),
+)
+_MIMICS = ("mimic", "drake:mimic")
 
 
 def find_model(path: Path, root: ET.Element) -> ET.Element:
@@ -87,13 +93,13 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
     own.append(ET.Element("pose") if pose is None else pose)
     own[0].set("relative_to", own[0].get("relative_to", "__model__"))
     parts = [element for element in flat if element.tag in ("link", "joint", "frame")]
+    for part in flat.iter():
+        for key in (*_NAMING, "joint") if part.tag in _MIMICS else _NAMING:
+            if part.get(key) and part is not flat:
+                part.set(key, scoped(part.get(key, "")))
+        if part.tag in _NAMES:
+            part.text = scoped((part.text or "").strip())
     for element in parts:
-        for part in element.iter():
-            for key in _NAMING:
-                if part.get(key):
-                    part.set(key, scoped(part.get(key, "")))
-            if part.tag in ("parent", "child", "linkages:from", "linkages:to"):
-                part.text = scoped((part.text or "").strip())
         element.set("name", scoped(element.get("name", "")))
         if element.tag == "frame" and not element.get("attached_to"):
             element.set("attached_to", name)

@@ -1,16 +1,20 @@
-"""Links that are fixed to one another made into one."""
+"""Links of a model moved, and links that are fixed to one another made into one."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.errors import InputError
 from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
 from linkages.files.xml import parse_xml
+
+Array = NDArray[np.float64]
 
 
 def without_massless(path: Path, model: RawModel) -> RawModel:
@@ -71,6 +75,45 @@ def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawMo
     return replace(model, links=links, joints=tuple(joints), frames={**frames, name: (stays, gone.pose)})
 
 
+def moved(model: RawModel, moves: Mapping[str, Pose]) -> RawModel:
+    """Move links with their joints and frames.
+
+    Parameters
+    ----------
+    model : RawModel
+    moves : mapping of str to Pose
+        Rigid motion of a link from its drawn pose, in world axes; links that are not named stay.
+
+    Returns
+    -------
+    RawModel
+        A joint's axis moves with its parent.
+    """
+
+    def move(link: str, place: Array) -> Array:
+        pose = moves.get(link, still)
+        return pose.rotation @ place + pose.translation
+
+    still = Pose()
+    links = []
+    for link in model.links:
+        at, beam = moves.get(link.name, still) @ link.pose, link.beam
+        if beam is not None:
+            beam = replace(beam, start=move(link.name, beam.start), end=move(link.name, beam.end))
+        links.append(replace(link, rotation=at.rotation, translation=at.translation, beam=beam))
+    joints = [
+        replace(
+            joint,
+            position=move(joint.child, joint.position),
+            position_on_parent=move(joint.parent, joint.position_on_parent),
+            axis=moves.get(joint.parent, still).rotation @ joint.axis,
+        )
+        for joint in model.joints
+    ]
+    frames = {name: (link, moves.get(link, still) @ at) for name, (link, at) in model.frames.items()}
+    return replace(model, links=tuple(links), joints=tuple(joints), frames=frames)
+
+
 def _together(link: RawLink, other: RawLink) -> RawLink:
     """Return a link with the mass, inertia and shapes of another, in its own axes."""
     pose = link.pose.inverse() @ other.pose
@@ -81,11 +124,11 @@ def _together(link: RawLink, other: RawLink) -> RawLink:
     for part, centre in zip((link.mass, other.mass), centres, strict=True):
         off = centre - com
         inertia = inertia + part * (off @ off * np.eye(3) - np.outer(off, off))
-    visuals = (*link.visuals, *(_moved(visual, pose, other.name) for visual in other.visuals))
+    visuals = (*link.visuals, *(_visual_moved(visual, pose, other.name) for visual in other.visuals))
     return replace(link, mass=mass, com_local=com, inertia_local=inertia, visuals=visuals)
 
 
-def _moved(visual: str, pose: Pose, owner: str) -> str:
+def _visual_moved(visual: str, pose: Pose, owner: str) -> str:
     element = parse_xml(Path(owner), visual.encode())
     element.set("name", f"{owner}_{element.get('name', '')}")
     place = element[0]  # the <pose>

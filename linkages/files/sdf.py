@@ -318,9 +318,8 @@ class _Reader:
         if axis is None or xyz is None:
             raise self.error(where, "has no <axis><xyz>; give the direction of motion")
         if axis.find("mimic") is not None:
-            raise self.error(
-                f"{where}/<axis>/<mimic>", "a joint that mimics another is geared to it; no linkage has gears"
-            )
+            problem = "a joint that mimics another is geared to it; write a gear into the experiment"
+            raise self.error(f"{where}/<axis>/<mimic>", problem)
         for part in axis:
             self._refuse_unknown(part, f"{where}/<axis>")
         direction = numbers(self.path, xyz, 3, f"{where}/<axis>/<xyz>")

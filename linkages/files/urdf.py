@@ -50,8 +50,16 @@ def sdf_of(path: Path, robot: ET.Element) -> ET.Element:
         elif element.tag == "gazebo" and not element.get("reference"):
             model.extend(copy.deepcopy(part) for part in element)
         elif element.tag not in ("material", "link"):
-            model.append(copy.deepcopy(element))
+            model.append(_told(element))
     return model
+
+
+def _told(element: ET.Element) -> ET.Element:
+    """Copy an element of Drake; a text of SDFormat is an attribute "name" or "value" of URDF."""
+    copied = copy.deepcopy(element)
+    for part in copied if element.tag.startswith("drake:") else ():
+        part.text = part.get("name") or part.get("value") or part.text
+    return copied
 
 
 def _link(element: ET.Element, carrier: str, colors: dict[str | None, ET.Element]) -> ET.Element:
@@ -126,7 +134,8 @@ def _axis(element: ET.Element) -> ET.Element:
     axis = ET.Element("axis")
     own = element.find("axis")
     _add(axis, "xyz", own.get("xyz", "1 0 0") if own is not None else "1 0 0")
-    axis.extend(_of_attributes(part) for part in element if part.tag in _OF_AXIS[1:])
+    parts = [part for part in element if part.tag in _OF_AXIS[1:]]
+    axis.extend(copy.deepcopy(part) if part.tag == "mimic" else _of_attributes(part) for part in parts)
     return axis
 
 

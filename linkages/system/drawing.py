@@ -8,11 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.files.raw_model import Pose, RawModel, rotation
+from linkages.files.rigid import moved
 from linkages.model.mechanism import Joint, planar
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error
@@ -27,7 +29,14 @@ _FAR = 1e6  # as good as no limit [rad or m]
 _STARTS = 20  # of the search, anywhere between the limits; before them, one from their middle
 
 
-def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]]) -> RawModel | None:
+class Drawn(NamedTuple):
+    """A machine in a pose, and the coordinates of its joints there, from the pose of the file [rad or m]."""
+
+    model: RawModel
+    coordinates: dict[str, float]
+
+
+def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]]) -> Drawn | None:
     """Return the machine in a pose in which its loops close and every joint is within its limits.
 
     Parameters
@@ -40,8 +49,8 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
 
     Returns
     -------
-    RawModel or None
-        The machine itself if it is drawn like that; None if no such pose is found.
+    Drawn or None
+        With the machine itself if it is drawn like that; None if no such pose is found.
 
     Raises
     ------
@@ -68,7 +77,7 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
         return bool(np.abs(misfit(q)).max(initial=0.0) < _CLOSED)
 
     if closes(np.zeros(tree.size)):
-        return model
+        return Drawn(model, {joint.name: 0.0 for joint in mechanism.joints})
     reach = {"revolute": np.pi, "prismatic": tree.extent}
     ranges = [limits.get(name, (-np.inf, np.inf)) for name in tree.coordinates]
     farthest = np.array([reach[mechanism.joint[name].type] for name in tree.coordinates])
@@ -77,7 +86,9 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
     for part in [0.5, *dice.random((_STARTS, tree.size))]:
         found = least_squares(misfit, ends[0] + part * (ends[1] - ends[0]), xtol=1e-15, ftol=1e-15, gtol=1e-15)
         if closes(found.x):
-            return _posed(model, tree, found.x)
+            pose, _ = _assembled(tree, found.x)
+            at = {j.name: _coordinate(tree, pose, j) for j in mechanism.joints if j.type in reach}
+            return Drawn(_posed(model, tree, found.x), at)
     return None
 
 
@@ -112,13 +123,5 @@ def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
         body = tree.index[name]
         turn = basis @ rotation(np.array([0.0, 0.0, pose[body, 2]])) @ basis.T
         moves[name] = Pose(turn, basis[:, :2] @ _place(tree, pose, body, np.zeros(2)))
-    links, joints = [], []
-    for link in model.links:
-        at = moves[link.name] @ link.pose
-        links.append(replace(link, rotation=at.rotation, translation=at.translation))
-    for joint in model.joints:
-        child = moves[joint.child]
-        position, axis = child.rotation @ joint.position + child.translation, moves[joint.parent].rotation @ joint.axis
-        joints.append(replace(joint, position=position, position_on_parent=position, axis=axis))
-    frames = {name: (link, moves[link] @ at) for name, (link, at) in model.frames.items()}
-    return replace(model, links=tuple(links), joints=tuple(joints), frames=frames)
+    closed = moved(model, moves)
+    return replace(closed, joints=tuple(replace(joint, position_on_parent=joint.position) for joint in closed.joints))

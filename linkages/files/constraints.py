@@ -1,0 +1,131 @@
+"""Constraints and springs of other programs between links, made into joints, frames and entries of an experiment."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.errors import InputError, nearest
+from linkages.files.elements import number, numbers
+from linkages.files.foreign import Entry, Foreign
+from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
+from linkages.files.rigid import moved
+from linkages.files.xml import label
+
+Array = NDArray[np.float64]
+
+_NEAR = 1e-9  # gap [m] or turn [rad] of frames that are one
+
+
+def joined(foreign: Foreign, raw: RawModel) -> RawModel:
+    """Return a machine with the joints and frames that its constraints and springs ask for; adds entries and notes."""
+    for element in foreign.constraints:
+        raw = _MADE[element.tag](foreign, raw, element)
+    return raw
+
+
+def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
+    """Fix two links to one another so that a frame of each becomes one; the second moves with all fixed to it."""
+    path, where = foreign.path, label(element)
+    poses = {"world": ("world", Pose())} | {link.name: (link.name, link.pose) for link in raw.links} | raw.frames
+    (one, to), (other, of) = (poses[name] for name in _named(path, element, ("parent", "child"), poses))
+    way = to @ of.inverse()
+    chains = Chains(link.name for link in raw.links)
+    for joint in raw.joints:
+        if joint.type == "fixed":
+            chains.join(joint)
+    apart = max(np.abs(way.translation).max(), np.abs(way.rotation - np.eye(3)).max()) > _NEAR
+    if other in chains.of[one]:
+        if apart:
+            raise InputError(path, where, f'cannot hold: "{one}" and "{other}" are fixed to one another elsewhere')
+        return raw
+    if apart:
+        if "world" in chains.of[other]:
+            one, other, way = other, one, way.inverse()
+        group = chains.of[other]
+        for joint in raw.joints:
+            crossing = (joint.parent in group) != (joint.child in group)
+            if crossing and joint.type == "revolute" and np.abs(way.rotation @ joint.axis - joint.axis).max() > _NEAR:
+                raise InputError(path, where, f'turns "{other}" out of the plane of joint "{joint.name}"')
+        raw = moved(raw, dict.fromkeys(group, way))
+    nowhere = np.zeros(3)
+    name = _free(raw, "weld_constraint")
+    foreign.notes.append(f"{where}: {other} is fixed to {one}")
+    fixed = RawJoint(name, "fixed", one, other, nowhere, nowhere, nowhere, None, None)
+    return replace(raw, joints=(*raw.joints, fixed))
+
+
+def _ball(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
+    """Join two points by a revolute joint: all that a ball joint is in the plane."""
+    (one, at), (other, here) = _points(foreign.path, raw, element)
+    name, normal = _free(raw, "ball_constraint"), _normal(foreign.path, raw, element)
+    foreign.notes.append(f"{label(element)}: revolute joint {name} between {one} and {other}")
+    joint = RawJoint(name, "revolute", one, other, normal, here, at, None, None)
+    return replace(raw, joints=(*raw.joints, joint))
+
+
+def _spring(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
+    """Put a frame at each end of a spring, which is an entry of the experiment."""
+    path, where = foreign.path, label(element)
+    ends, normal = _points(path, raw, element), _normal(path, raw, element)
+    if abs((ends[1][1] - ends[0][1]) @ normal) > _NEAR:
+        raise InputError(path, where, "has its ends in two planes; a planar linkage has one")
+    name = _free(raw, "linear_spring_damper")
+    frames = {f"{name}_{end}": (link, Pose(np.eye(3), at)) for end, (link, at) in zip("AB", ends, strict=True)}
+    values: dict[str, Any] = dict(zip(("point", "to"), frames, strict=True))
+    for key in ("stiffness", "free_length", "damping"):
+        values[key] = number(path, element, f"{element.tag}_{key}", where)
+    foreign.entries.append(Entry(where, "springs", name, values))
+    return replace(raw, frames=raw.frames | frames)
+
+
+#: Elements between links, and the function that adds each to a machine.
+_MADE: dict[str, Callable[[Foreign, RawModel, ET.Element], RawModel]] = {
+    "drake:weld_constraint": _weld,
+    "drake:ball_constraint": _ball,
+    "drake:linear_spring_damper": _spring,
+}
+
+
+def _named(path: Path, element: ET.Element, keys: tuple[str, ...], known: Mapping[str, object]) -> Iterator[str]:
+    """Read the names in children of an element, with or without the prefix of Drake."""
+    for key in keys:
+        name = (element.findtext(key) or element.findtext(f"drake:{key}") or "").strip()
+        if name not in known:
+            raise InputError(path, label(element), f'its <{key}> is "{name}"; {nearest(name, known)}')
+        yield name
+
+
+def _points(path: Path, raw: RawModel, element: ET.Element) -> list[tuple[str, Array]]:
+    """Read the two links of a constraint, and where its points are drawn in the world [m]."""
+    poses = {"world": Pose()} | {link.name: link.pose for link in raw.links}
+    found = []
+    for body, point in (("body_A", "p_AP"), ("body_B", "p_BQ")):
+        (name,) = _named(path, element, (f"{element.tag}_{body}",), poses)
+        place, where = element.find(f"{element.tag}_{point}"), f"{label(element)}/<{element.tag}_{point}>"
+        if place is None:
+            raise InputError(path, where, "is missing; give x y z")
+        found.append((name, poses[name].rotation @ numbers(path, place, 3, where) + poses[name].translation))
+    return found
+
+
+def _normal(path: Path, raw: RawModel, element: ET.Element) -> Array:
+    """Return the axis of the first revolute joint, which is the plane's normal."""
+    for joint in raw.joints:
+        if joint.type == "revolute":
+            return joint.axis
+    raise InputError(path, label(element), "is in a machine without revolute joints, which would show its plane")
+
+
+def _free(raw: RawModel, name: str) -> str:
+    """Return the name, or the name with a number if it is taken."""
+    taken = {link.name for link in raw.links} | {joint.name for joint in raw.joints} | set(raw.frames)
+    ends = ("", "_A", "_B")
+    names = (name if not count else f"{name}_{count + 1}" for count in range(len(taken) + 1))
+    return next(found for found in names if not any(f"{found}{end}" in taken for end in ends))
