@@ -119,6 +119,9 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
             raise InputError(source, key, f"unknown key; {nearest(key, known)}")
     drawn = described(source, name, {key: value for key, value in data.items() if key in KEYS})
     rest = {key: value for key, value in data.items() if key not in KEYS}
+    flexible = {link.name: {"model": "flexible"} for link in drawn.model.links if link.beam is not None}
+    if flexible:
+        rest["links"] = flexible
     machine = sdf_text(drawn.model, [f"made by `linkages new --from {source.name}`"], drawn.text)
     mechanism = planar(source, read_root(source, parse_xml(source, machine.encode())), {})
     system = System(mechanism, experiment_of(source, {"mechanism": f"{name}.sdf"} | rest, sources))
@@ -127,6 +130,8 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
         if key in document:
             document.remove(key)
     experiment = f'mechanism = "{name}.sdf"\n{tomlkit.dumps(document)}'
+    if flexible:
+        experiment = f"{experiment.rstrip()}\n\n{tomlkit.dumps({'links': flexible})}"
     counts = f"{len(mechanism.links)} links, {len(mechanism.joints)} joints"
     freedoms = f"{system.assembly.mobility} degree{'s' * (system.assembly.mobility != 1)} of freedom"
     named = ", ".join(f"sdf.{key} = {value:.6g}" for key, value in drawn.parameters.items())

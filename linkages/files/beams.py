@@ -25,9 +25,10 @@ SECTIONS = {
     "section": {"area": "m2", "second_moment": "m4", "height": "m"},
 }
 MATERIAL = {"youngs_modulus": "Pa", "density": "kg/m3", "poisson": "1"}
+#: Poisson's ratio of metals; nothing that Euler-Bernoulli's beam does depends on it.
+POISSON = 0.3
 FOLLOWS = "follows from the link's beam; replace its section, its density or the place of its ends instead"
 
-_POISSON = 0.3  # of metals; nothing that Euler-Bernoulli's beam does depends on it
 _AGREES = 0.01  # part by which <inertial> may miss the beam
 
 
@@ -62,7 +63,7 @@ def written_beam(path: Path, link: ET.Element) -> LinkBeam | None:
         outer = f"it must be smaller than the outer one of {section['outer']:g} m"
         raise InputError(path, f"{inner}/<linkages:inner>", f"is {section['inner']:g} m; {outer}")
     spot = f"{where}/<linkages:material>"
-    material = sizes(path, found["material"], spot, MATERIAL, {"poisson": _POISSON})
+    material = sizes(path, found["material"], spot, MATERIAL, {"poisson": POISSON})
     if material["poisson"] >= 0.5:
         problem = f"is {material['poisson']:g}; it must be below 0.5"
         raise InputError(path, f"{spot}/<linkages:poisson>", problem)

@@ -13,11 +13,13 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import tomlkit
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from linkages.errors import InputError, nearest
+from linkages.files.beams import of_beam
+from linkages.files.described_beam import BeamTable, described_beam
 from linkages.files.drafting import Array, Body, DraftError, Numbers, body, upright
-from linkages.files.raw_model import Bearing, RawJoint, RawLink, RawModel, Slot
+from linkages.files.raw_model import Bearing, Pose, RawJoint, RawLink, RawModel, Slot
 from linkages.files.sdf_text import sdf_text
 from linkages.files.shorthand import written_out
 from linkages.files.toml import Table, validate
@@ -36,6 +38,13 @@ class LinkTable(Table):
     density: Any = Field(None, description="instead of the machine's [kg/m3]")
     mass: Any = Field(None, description="instead of that of its bars, whose shape it keeps [kg]")
     inertia: Any = Field(None, description="about the mass centre, instead of that of its bars [kg m2]")
+    beam: BeamTable | None = Field(None, description="of a flexible link, instead of its bars")
+
+
+_Link = Annotated[
+    Annotated[str, Tag(" ")] | Annotated[LinkTable, Tag("")],  # tags do not show in a path of `validate`
+    Discriminator(lambda value: " " if isinstance(value, str) else ""),
+]
 
 
 class Description(Table):
@@ -46,7 +55,7 @@ class Description(Table):
         description="places in the drawing [m]: [x, y]; [point, distance, angle, or point to go towards];"
         " [point, distance, point, distance], on the left of the way from the first point to the second"
     )
-    links: dict[str, str | LinkTable] = Field(
+    links: dict[str, _Link] = Field(
         description='points that a link joins, "A B C"; those in parentheses lie on it, joined to nothing;'
         ' a slider: "A along LINK", or "A along LINK at ANGLE" from the link\'s first two points (x on the ground);'
         f' the link "{GROUND}" stands still'
@@ -164,7 +173,7 @@ def _content(element: ET.Element) -> tuple[Any, ...]:
 # -- the drawing -------------------------------------------------------------------------------------------------------
 
 
-class _Link(NamedTuple):
+class _Points(NamedTuple):
     """A link's text, read: points that pins may join, points that only lie on it, the link that it slides on, angle."""
 
     pins: list[str]
@@ -173,7 +182,7 @@ class _Link(NamedTuple):
     turn: str
 
     @classmethod
-    def of(cls, text: str, where: str, names: set[str]) -> _Link:
+    def of(cls, text: str, where: str, names: set[str]) -> _Points:
         points, along, rest = text.partition(" along ")
         rail, _, turn = rest.partition(" at ")
         words = points.split()
@@ -198,11 +207,16 @@ class _Drawing:
         self.name, self.description, self.numbers = name, description, numbers
         names = set(description.parameters)
         self.links = {
-            key: _Link.of(link if isinstance(link, str) else link.points, f"links.{key}", names)
+            key: _Points.of(link if isinstance(link, str) else link.points, f"links.{key}", names)
             for key, link in description.links.items()
         }
         if GROUND not in self.links and not any(link.rail == GROUND for link in self.links.values()):
             raise DraftError("links", f'has no "{GROUND}"; name the points that stand still')
+        ground = description.links.get(GROUND, "")
+        if not isinstance(ground, str) and ground.beam is not None:
+            raise DraftError(
+                f"links.{GROUND}.beam", "stands still; give the beam to a link that moves, fixed to it by a drive"
+            )
         self.turning: list[str] = []
 
     def model(self) -> RawModel:
@@ -248,9 +262,11 @@ class _Drawing:
         where, link, own = f"links.{name}", self.links[name], self.description.links[name]
         table = LinkTable.model_validate({"points": own}) if isinstance(own, str) else own
         density, angle = self.description.density if table.density is None else table.density, self._angle(name)
+        points = np.array([self._place(point, where) for point in link.points])
+        if table.beam is not None:
+            return self._flexible(name, table, upright(angle, points[0]), density)
         if density is None and table.mass is None:
             raise DraftError(where, "has no mass; give density, or a mass of its own")
-        points = np.array([self._place(point, where) for point in link.points])
         weighed = body(
             points, angle, self._section(name), self._positive(1.0 if density is None else density, "density")
         )
@@ -261,6 +277,22 @@ class _Drawing:
         turn, centre = pose.rotation, np.array([*weighed.centre, 0.0])
         local = turn.T @ (centre - pose.translation), turn.T @ weighed.inertia @ turn
         return RawLink(name, weighed.mass, turn, pose.translation, *local, (), None)
+
+    def _flexible(self, name: str, table: LinkTable, pose: Pose, density: Any) -> RawLink:
+        """Return a link with a beam, whose mass and inertia it has."""
+        where, link = f"links.{name}", self.links[name]
+        assert table.beam is not None
+        for key in ("mass", "inertia"):
+            if getattr(table, key) is not None:
+                raise DraftError(
+                    f"{where}.{key}", "does not go with a beam, which gives the link its own; leave it out"
+                )
+        places = {point: self._place(point, where) for point in link.points}
+        frames = {point: self._frame(name, point) for point in link.points}
+        shape = places, link.pins, frames, self._section(name)
+        beam = described_beam(table.beam, f"{where}.beam", *shape, density, self._positive)
+        none = np.zeros(3)
+        return of_beam(RawLink(name, 0.0, pose.rotation, pose.translation, none, np.zeros((3, 3)), (), None), beam)
 
     def _given(self, weighed: Body, table: LinkTable, where: str) -> Body:
         """Return a body with the mass and the moment of inertia that are given."""
@@ -306,8 +338,13 @@ class _Drawing:
     def _frames(self) -> Iterator[tuple[str, tuple[str, Any]]]:
         """Name the points of links: LINK_POINT, or POINT alone where no other link has it."""
         for name, link in self.links.items():
-            for k, point in enumerate(link.points if name != GROUND else ()):
-                alone = sum(point in other.points for other in self.links.values()) == 1
-                if k or alone:
+            for point in link.points if name != GROUND else ():
+                if (frame := self._frame(name, point)) != name:
                     place = self._place(point, f"links.{name}")
-                    yield point if alone else f"{name}_{point}", (name, upright(self._angle(name), place.tolist()))
+                    yield frame, (name, upright(self._angle(name), place.tolist()))
+
+    def _frame(self, name: str, point: str) -> str:
+        """Name the frame at a point of a link: POINT if no other link has it; else LINK_POINT, LINK if it is first."""
+        if sum(point in other.points for other in self.links.values()) == 1:
+            return point
+        return name if point == self.links[name].points[0] else f"{name}_{point}"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from linkages.files.angles import check_angles
+from linkages.files.described_beam import UNITS as BEAM_UNITS
 from linkages.files.drafting import DraftError
 from linkages.files.formula import CONSTANTS, FUNCTIONS, parse
 from linkages.files.units import without_units
@@ -20,7 +21,8 @@ _EXACT = 2.0**53  # up to which every integer is a float
 
 
 #: Unit of each key's quantities; a point's third value of three is an angle.
-_UNITS = {"points": "m", "section": "m", "bearing": "m", "density": "kg/m3", "mass": "kg", "inertia": "kg m2"}
+_UNITS = {"points": "m", "section": "m", "bearing": "m", "density": "kg/m3"}
+_OF_LINK = {"section": "m", "mass": "kg", "inertia": "kg m2", **BEAM_UNITS}
 
 
 def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
@@ -51,18 +53,23 @@ def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
         raise DraftError(f"points.{min(both)}", "is also a parameter; choose another name")
     if not stored:
         check_angles(data)
-    links = {
-        name: {
-            key: value if key == "points" else _si(value, names, f"links.{name}.{key}", _UNITS.get(key, ""))
-            for key, value in link.items()
-        }
-        if isinstance(link, dict)
-        else link
-        for name, link in data["links"].items()
-    }
+    links = {name: _link(link, names, f"links.{name}") for name, link in data["links"].items()}
     return {
         key: links if key == "links" else _si(value, names, key, _UNITS.get(key, "")) for key, value in data.items()
     }
+
+
+def _link(value: Any, names: set[str], where: str) -> Any:
+    """Replace quantities of a link, and of the tables within it, by numbers; names of points stay as they are."""
+    if not isinstance(value, dict):
+        return value
+    found = {}
+    for key, item in value.items():
+        if isinstance(item, dict):
+            found[key] = _link(item, names, f"{where}.{key}")
+        else:
+            found[key] = item if key == "points" else _si(item, names, f"{where}.{key}", _OF_LINK.get(key, ""))
+    return found
 
 
 def _repeated(where: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

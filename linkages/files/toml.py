@@ -110,7 +110,7 @@ def validate(
     except ValidationError as problem:
         # a misspelt key often leaves another one missing: name the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
-        where = ".".join(str(part) for part in first["loc"])
+        where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
         raise InputError((origins or {}).get(where, source), where, _explain(model, first)) from None
 
 

@@ -1,0 +1,123 @@
+"""Flexible links of described machines: mass, inertia and stiffness of their beams, parameters, refusals."""
+
+import re
+from math import pi
+from pathlib import Path
+
+import pytest
+
+import linkages
+from linkages import load
+from linkages.cli.main import main
+
+PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
+FOUR_BAR = next(text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL) if "Flexible four-bar" in text)
+
+
+@pytest.fixture
+def made(tmp_path):
+    """Makes a machine of a description; returns its experiment's file."""
+
+    def make(text):
+        source = tmp_path / "made.machine.toml"
+        source.write_text(text, encoding="utf-8")
+        assert main(["new", "--from", str(source), "--out", str(tmp_path)]) == 0
+        return tmp_path / "made.toml"
+
+    return make
+
+
+#: Keys of a beam; its area [m2] and second moment of area in the plane [m4].
+SECTIONS = [
+    ("", 8e-3 * 6e-3, 6e-3 * 8e-3**3 / 12),  # the bars' own section: 8 mm in the plane
+    (', rectangle = { width = "3 mm", height = "2*d" }', 3e-3 * 16e-3, 3e-3 * 16e-3**3 / 12),
+    (', circle = { diameter = "d" }', pi * 8e-3**2 / 4, pi * 8e-3**4 / 64),
+    (', tube = { outer = "d", inner = "6 mm" }', pi * (8e-3**2 - 6e-3**2) / 4, pi * (8e-3**4 - 6e-3**4) / 64),
+    (', section = { area = "20 mm2", second_moment = "50 mm4", height = "5 mm" }', 20e-6, 50e-12),
+]
+
+
+@pytest.mark.parametrize(("keys", "area", "moment"), SECTIONS, ids=["bars", "rectangle", "circle", "tube", "section"])
+def test_mass_inertia_and_stiffness_are_those_of_the_beam(made, keys, area, moment):
+    """m = rho A L, J = m L2 / 12, the mass centre in the middle; w1 = (pi / L)2 sqrt(E I / (rho A)) with pinned ends."""
+    text = FOUR_BAR.replace('circle = { diameter = "d" } }', f'density = "2.7 g/cm3"{keys} }}')
+    system = load(made(text.replace(", density", ", density", 1).replace('GPa", , ', 'GPa", ')))
+    rocker, length, density = system.mechanism.link["rocker"], 0.24, 2700.0
+    mass = density * area * length
+    assert rocker.mass == pytest.approx(mass, rel=1e-12)
+    assert rocker.inertia == pytest.approx(mass * length**2 / 12, rel=1e-9)
+    assert rocker.com_local == pytest.approx([length / 2, 0.0, 0.0], abs=1e-12)
+    expected = (pi / length) ** 2 * (207e9 * moment / (density * area)) ** 0.5
+    assert rocker.beam.elastic().pinned_frequency == pytest.approx(expected, rel=1e-9)
+    assert system.experiment.flexible == ("coupler", "rocker")
+    assert system.mechanism.link["coupler"].mass == pytest.approx(7850.0 * 8e-3 * 6e-3 * 0.28, rel=1e-12)
+
+
+def test_a_beam_follows_its_parameters_and_the_link_bends(made):
+    """A softer, longer coupler; the largest deflection, of the rod at rest in its shape, is half for twice the modulus."""
+    text = FOUR_BAR.replace("600 r/min", "60 r/min").replace('"8 mm" }', '"8 mm", E = "207 GPa" }')
+    text = text.replace(
+        'coupler = { points = "A B (M)", beam = { youngs_modulus = "207 GPa"',
+        'coupler = { points = "A B (M)", beam = { youngs_modulus = "E"',
+    )
+    system = load(made(text), {"duration": 1e-4})
+    longer = system.replaced({"sdf.parameters.c": 0.29})
+    assert longer.mechanism.link["coupler"].mass == pytest.approx(7850.0 * 8e-3 * 6e-3 * 0.29, rel=1e-9)
+    assert longer.mechanism.link["coupler"].beam.length == pytest.approx(0.29, rel=1e-9)
+    bent = [
+        linkages.simulate(each, "compiled")["coupler.deflection"][0]
+        for each in (system, system.replaced({"sdf.parameters.E": 414e9}))
+    ]
+    assert bent[0] > 1e-9
+    assert bent[1] / bent[0] == pytest.approx(0.5, rel=1e-3)
+
+
+REFUSED = [
+    (
+        'beam = { youngs_modulus = "207 GPa" }',
+        'beam = { youngs_modulus = "207 mm" }',
+        "links.coupler.beam.youngs_modulus",
+    ),
+    ('beam = { youngs_modulus = "207 GPa" }', "beam = {}", "links.coupler.beam"),
+    ('beam = { youngs_modulus = "207 GPa" }', 'beam = { youngs_modulus = "-1 GPa" }', "it must be positive"),
+    (
+        'beam = { youngs_modulus = "207 GPa" }',
+        'mass = "1 kg", beam = { youngs_modulus = "2 GPa" }',
+        "links.coupler.mass",
+    ),
+    ('diameter = "d"', 'diameter = "d", height = "2 mm"', "links.rocker.beam.circle: has the keys"),
+    ('circle = { diameter = "d" }', 'tube = { outer = "8 mm", inner = "9 mm" }', "links.rocker.beam.tube.inner"),
+    ('circle = { diameter = "d" }', "poisson = 0.5", "links.rocker.beam.poisson"),
+    ('circle = { diameter = "d" }', "circle = { diameter = 1 }, tube = { outer = 2, inner = 1 }", "has 2 sections"),
+    (
+        'circle = { diameter = "d" }',
+        'points = "B A"',
+        'links.rocker.beam.points: is "B A"; give two points of the link',
+    ),
+    ('M = ["A", "c/2", "B"]', 'M = ["A", "c/2", "0 deg"]', "links.coupler.beam: M is not on the line from A to B"),
+    ('ground  = "O Q"', 'ground = { points = "O Q", beam = { youngs_modulus = 2e11 } }', "links.ground.beam"),
+    (
+        '"A B (M)", beam = {',
+        '"A B (M)", beam = { points = "A M",',
+        "links.coupler.beam: B lies 0.14 m beside the beam from A to M",
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "said"), REFUSED)
+def test_a_wrong_beam_is_refused_in_one_line(tmp_path, capsys, old, new, said):
+    source = tmp_path / "wrong.machine.toml"
+    assert old in FOUR_BAR
+    source.write_text(FOUR_BAR.replace(old, new), encoding="utf-8")
+    assert main(["new", "--from", str(source), "--out", str(tmp_path)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert said in error
+    assert len(error.splitlines()) == 1
+    assert not (tmp_path / "wrong.sdf").exists()
+
+
+def test_a_point_beside_the_beam_is_carried_by_it(made):
+    """A coupler point off the line: the beam's ends are named, and the machine moves."""
+    text = FOUR_BAR.replace('M = ["A", "c/2", "B"]', 'M = ["A", "c/2", "0 deg"]')
+    system = load(made(text.replace("beam = { youngs", 'beam = { points = "A B", youngs', 1)), {"duration": 1e-3})
+    assert linkages.simulate(system, "compiled").status is linkages.Status.OK
