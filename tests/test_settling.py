@@ -1,5 +1,7 @@
 """What motion a run ends in, and the numbers of its steady cycle."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -68,7 +70,21 @@ def test_a_run_shorter_than_a_period_is_said_to_be_that():
 def test_what_does_not_repeat_is_told_how_far_it_is_from_that():
     """A whirl at half the drives' frequency: a period later it is on the other side, so twice its radius away."""
     *_, why = classify(_back(lambda t: [0.03 * np.cos(np.pi * t), 0.03 * np.sin(np.pi * t)], 3))
-    assert why == "it does not repeat within 3 periods; of the last two, states differ by 0.06 of a clearance, or rad"
+    assert why == "it does not repeat within 3 periods; the states of the last two periods differ by 0.06"
+
+
+@pytest.mark.parametrize(("periods", "told"), [(1.0, "1 period"), (2.0, "2 periods"), (1.5, "1.5 periods")])
+def test_a_number_of_periods_has_its_plural(periods, told):
+    *_, why = classify(_back(lambda t: [0.03 * np.cos(0.7 * t), 0.5 * t], periods), scale="of the clearance")
+    assert why.partition(";")[0] == f"it does not repeat within {told}"
+    assert why.endswith("of the clearance") or periods == 1.0
+
+
+def test_a_difference_of_states_says_what_it_is_measured_in():
+    """Seven-bar, drives prescribed: states are eccentricities. A motion of free coordinates has angles too."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    why = linkages.motion_of(system, linkages.simulate(system, "compiled")).why
+    assert re.search(r"the states of the last two periods differ by [\d.]+ of the clearance$", why)
 
 
 def test_a_motion_is_periodic_from_where_its_start_has_died_away():

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from linkages.brief import counted
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import stages
@@ -88,8 +89,7 @@ def run(options: argparse.Namespace) -> int:
             from linkages.plots.style import axis_label, engineering
 
             shown, factor = engineering(value_unit(path), max(map(abs, values)))
-            label = axis_label(path, shown)
-            bifurcation_figure(result, units, label, scale=factor).savefig(folder / "sweep.png")
+            bifurcation_figure(result, units, axis_label(path, shown), scale=factor).savefig(folder / "sweep.png")
     if not options.quiet:
         print(format_sweep(result, units))
         print(f"\n{written(out, outputs.names)}")
@@ -172,18 +172,25 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     """Format the peaks of at most a dozen values as lines of text, and say how far the digits reach."""
+    from linkages.model.experiment import value_unit
+
     count = len(result.points)
     shown = sorted({round(k * (count - 1) / 11) for k in range(12)}) if count > 12 else range(count)
     width = max(16, *(len(name) + len(units[name]) + 5 for name in result.names))
     heads = [f"{f'{name} [{units[name]}]':>{width + 12}s}" for name in result.names]
+    several = any(point.section is not None and len(point.section.times) > 1 for point in result.points)
+    spread = ": mean ± standard deviation over the revolutions" if several else ""
+    si = value_unit(result.path)
+    variable = f"{result.path} [{si}]" if si else result.path
+    first = max(22, len(variable) + 2)
     lines = [
-        f"{result.path}: {count} values; mean of the revolutions' peaks, and their standard deviation",
+        f"{result.path}: {counted(count, 'value')}; peak of a revolution{spread}",
         "",
-        "".join([f"{'peak: mean, spread':22s}", *heads]),
+        "".join([f"{variable:{first}s}", *heads]),
     ]
     for k in shown:
         point = result.points[k]
-        line = f"{point.value:<22.6g}"
+        line = f"{point.value:<{first}.6g}"
         for name in result.names:
             row = statistics(point, name)
             spread = f"± {row['peak_std']:.2g}" if row["peak_std"] == row["peak_std"] else ""

@@ -105,7 +105,10 @@ def format_life(found: dict[str, Any]) -> str:
     first, last = found["blocks"][0]["peaks"], found["blocks"][-1]["peaks"]
     at = f"cycle {found['blocks'][-1]['middle']:,.0f}"
     lines += ["", f"{'mean peak of a cycle':24s}{'new':>14s}{at:>16s}"]
-    lines += [f"{name:24s}{value:14.5g}{last[name]:16.5g}" for name, value in first.items()]
+    lines += [
+        f"{f'{name} [{unit}]' if (unit := found['units'][name]) else name:24s}{value:14.5g}{last[name]:16.5g}"
+        for name, value in first.items()
+    ]
     jumps, worst = len(found["blocks"]) - 1, max(block["error"] for block in found["blocks"])
     lines += [
         "",

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
+from linkages.files.keys import bracketed
 from linkages.files.numbers import rounded
 from linkages.files.toml import leaves
-from linkages.model.experiment import keys
+from linkages.model.experiment import keys, value_unit
 from linkages.report.results import Results
-from linkages.report.words import NONE, beyond, change, exceeded, reported, toml_value, unit
+from linkages.report.words import NONE, beyond, change, exceeded, meeting, reported, toml_value, typeset, unit
 from linkages.results.impacts import Impact
 from linkages.results.numbers import link_columns
 
@@ -74,12 +75,13 @@ def joints(results: Results) -> Table:
         judged = (change(force["peak"], exact), error(results, f"{name}.force.peak"))
         most = number(ratio["peak"]) if ratio else NONE
         share = f"{100.0 * inside:.3g}" if inside is not None else NONE
-        rows.append((name, model, *numbers, *judged, most, share, *_whole(results, f"{name}.force.peak")))
+        named = name, meeting(results.summary, name) or NONE, model
+        rows.append((*named, *numbers, *judged, most, share, *_whole(results, f"{name}.force.peak")))
     head = (
-        "joint", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
+        "joint", "links", "model", "ideal peak [N]", "peak [N]", "at [s]", "change of peak", "error of peak [N]",
         "largest e/c", "in contact [% of time]", *_whole(results),
     )  # fmt: skip
-    return Table("Joint forces and journals", head, rows, frozenset({0, 1}))
+    return Table("Joint forces and journals", head, rows, frozenset({0, 1, 2}))
 
 
 def drives(results: Results) -> Table:
@@ -108,20 +110,22 @@ def links(results: Results) -> Table | None:
             exact = None if what == "deflection" else rigid.get(what, {}).get("peak")
             values = map(number, (exact, entry[what]["peak"], entry[what]["time"], entry[what].get("place")))
             rows.append((f"{column} [{unit(column)}]", *values, error(results, key), *_whole(results, key)))
-    head = ("link", "of the rigid motion", "peak", "at [s]", "from the beam's start [m]", "error of peak")
-    return Table("Links that bend", (*head, *_whole(results)), rows) if rows else None
+    head = ("link", "rigid links", "peak", "at [s]", "place along the beam [m]", "error of peak")
+    return Table("Flexible links", (*head, *_whole(results)), rows) if rows else None
 
 
 def parameters(results: Results) -> Table:
-    """Tabulate every value of the experiment with its meaning and its source."""
-    meanings = dict(keys())
-    rows = [
-        (path, _plain(value), _meaning(path, meanings), results.sources.get(path, "not given"))
-        for path, value in leaves(results.experiment)
-        if path not in ("mechanism", "title", "outputs")
-    ]
-    head = ("parameter", "value", "meaning", "unit and source, from the file")
-    return Table("Parameters of the experiment", head, rows, frozenset({0, 2, 3}))
+    """Tabulate every value of the experiment with its unit, its meaning and its source."""
+    meanings, rows = dict(keys()), []
+    for path, value in leaves(results.experiment):
+        if path in ("mechanism", "title", "outputs"):
+            continue
+        si = _si_unit(results, path)
+        source = _source(results.sources.get(path, ""), si)
+        meaning = _meaning(path, meanings).replace(f" [{bracketed(_meaning(path, meanings))}]", "")
+        rows.append((path, _plain(value), _shown_unit(si), meaning, source))
+    head = ("parameter", "value", "unit", "meaning", "source, from the file")
+    return Table("Parameters of the experiment", head, rows, frozenset({0, 2, 3, 4}))
 
 
 def impacts(results: Results) -> Table | None:
@@ -203,6 +207,26 @@ def _plain(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}".replace("-", "−")
     return value if isinstance(value, str) else toml_value(value)
+
+
+def _si_unit(results: Results, path: str) -> str:
+    """Return the SI unit of a parameter; of a drive that slides in m, not rad."""
+    table, _, name = path.partition(".")
+    slides = table == "drives" and results.summary["drives"].get(name.partition(".")[0], {}).get("unit") == "N"
+    return value_unit(path).replace("rad", "m") if slides else value_unit(path)
+
+
+def _shown_unit(si: str) -> str:
+    """Write the unit of a parameter; a number without one has "–"."""
+    return NONE if si in ("", "1") else typeset(si)
+
+
+def _source(comment: str, si: str) -> str:
+    """Return the source that a comment of the file names, without the unit that it may begin with."""
+    first, _, rest = comment.partition(",")
+    if si and first.strip() in (si, typeset(si)):
+        comment = rest.strip()
+    return comment or "not given"
 
 
 def _meaning(path: str, meanings: dict[str, str]) -> str:

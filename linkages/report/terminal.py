@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from linkages.report.words import beyond, exceeded, motion_lines, output_unit, reported
+from linkages.report.words import beyond, exceeded, meeting, motion_lines, output_unit, reported
 from linkages.results.numbers import link_columns
 from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
@@ -55,9 +55,10 @@ def format_table(summary: dict[str, Any]) -> str:
         exact = ideal["outputs"][name]
         extremes = exact["min"], exact["max"], value["min"], value["max"]
         rows.append(row(f"{name} [{output_unit(name)}]", extremes, f"{name}.peak"))
-    rows += [("", ""), row("joint force [N]", ("ideal peak", "peak", "at [s]", "eps peak"))]
+    rows += [("", ""), row("joint force [N]: links", ("ideal peak", "peak", "at [s]", "e/c peak"))]
     for name, value in shown["joints"].items():
         label = f"{name} ({value['model']})" if value["model"] != "ideal" else name
+        label += f": {links}" if (links := meeting(summary, name)) else ""
         exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
@@ -72,7 +73,7 @@ def format_table(summary: dict[str, Any]) -> str:
             label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
             rows.append(row(label, values, f"{name}.{effort}.peak"))
     if "links" in shown:
-        rows += [("", ""), row("link", ("ideal peak", "peak", "at [s]", "at [m]"))]
+        rows += [("", ""), row("flexible link", ("rigid peak", "peak", "at [s]", "place [m]"))]
     for name, entry in shown.get("links", {}).items():
         rigid = ideal.get("links", {}).get(name, {})
         for column in link_columns(name):

@@ -8,10 +8,12 @@ from typing import Any
 
 from markupsafe import Markup
 
+from linkages.brief import counted
 from linkages.errors import InputError
 from linkages.files.writing import whole
 from linkages.report.page import data_uri, own, template
 from linkages.report.tables import Table, number
+from linkages.report.words import typeset
 
 #: What a life leaves in its folder.
 CONTENT = "wear.json"
@@ -62,16 +64,16 @@ def _render(found: dict[str, Any], folder: Path) -> str:
 def _answer(found: dict[str, Any]) -> list[str]:
     """Say in sentences how far the joints have worn."""
     told = [
-        f"After {found['cycles']:,} cycles the joint {name} has lost {1e9 * joint['volume']:.3g} mm³; its deepest place"
-        f" is {1e6 * joint['depth']:.3g} µm, its play {1e6 * joint['play']:.4g} µm instead of"
+        f"After {counted(found['cycles'], 'cycle')}, joint {name} has lost {1e9 * joint['volume']:.3g} mm³; its largest"
+        f" depth of wear is {1e6 * joint['depth']:.3g} µm, its mean clearance {1e6 * joint['play']:.4g} µm instead of"
         f" {1e6 * joint['clearance']:.4g} µm."
         for name, joint in found["joints"].items()
     ]
     if found["status"] != "ok":
         told.append(f"The life ended there: {found['status']}.")
     told.append(
-        f"{found['simulated_cycles']} cycles were simulated, in {len(found['blocks'])} blocks; what a jump between them"
-        f" may err in the depth was held below {1e6 * found['tolerance']:.3g} µm."
+        f"Simulated: {counted(found['simulated_cycles'], 'cycle')} in {counted(len(found['blocks']), 'block')}; the"
+        f" error of the depth in each jump between blocks was kept below {1e6 * found['tolerance']:.3g} µm."
     )
     return told
 
@@ -90,7 +92,11 @@ def _joints(found: dict[str, Any]) -> Table:
 
 def _peaks(found: dict[str, Any]) -> Table:
     new, last = (found["blocks"][k]["peaks"] for k in (0, -1))
-    rows = [(name, number(value), number(last[name])) for name, value in new.items()]
+    units = found.get("units", {})
+    rows = [
+        (f"{name} [{typeset(units[name])}]" if name in units else name, number(value), number(last[name]))
+        for name, value in new.items()
+    ]
     return Table("Mean peaks of a cycle", ("output", "new", "worn"), rows)
 
 
@@ -115,4 +121,4 @@ _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
 def _caption(stem: str) -> str:
     if stem == "wear_history":
         return "Worn volume, depth and play; peaks of forces, torques and jitter over those of the new machine."
-    return f"Joint {stem.removeprefix('wear_')}: profiles over the life, round with the wear enlarged, and unrolled."
+    return f"Joint {stem.removeprefix('wear_')}: profiles over the life; round, with the wear enlarged, and unrolled."

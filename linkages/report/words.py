@@ -19,6 +19,7 @@ from linkages.results.numbers import peaks_by_key
 NONE = "–"  # what has no value
 _ALIKE = 1e-3  # of a peak: a difference from that of the steady cycle that is none
 _SAME = 1e-4  # of a magnitude: a change that nobody would call one
+_RAISED = str.maketrans("23", "²³")
 _NOTHING = 1e-9  # of a value: what rounding leaves of a zero
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
@@ -45,6 +46,11 @@ def beyond(summary: dict[str, Any], key: str) -> str:
     if whole["peak"] <= (1.0 + _ALIKE) * inside["peak"]:
         return ""
     return f"{rounded(whole['peak'])} at {rounded(whole['time'])} s"
+
+
+def meeting(summary: dict[str, Any], joint: str) -> str:
+    """Name the links that meet in a joint, the bearing's first; nothing for a summary that does not say."""
+    return ", ".join(summary.get("mechanism", {}).get("joints", {}).get(joint, ()))
 
 
 def exceeded(summary: dict[str, Any]) -> bool:
@@ -183,7 +189,12 @@ def output_unit(name: str) -> str:
 
 def unit(output: str) -> str:
     """Return the unit of an output as it is printed: m/s²."""
-    return output_unit(output).replace("s2", "s²")
+    return typeset(output_unit(output))
+
+
+def typeset(si: str) -> str:
+    """Write a unit with raised exponents: m/s2 as m/s²."""
+    return si.translate(_RAISED) if si != "1" else si
 
 
 def change(value: float | None, reference: float | None) -> str:

@@ -46,6 +46,9 @@ _SETTLES = "it still changes from period to period, less and less"
 _TURNS = 12  # most turns of one drive in a common period
 _COMMENSURATE = 1e-9  # relative error of two frequencies' ratio as a fraction
 _LOOKS = 2001  # times at which a drive's table or formula is looked at
+#: What states are measured in, for sentences: of journals alone, and of all coordinates.
+_CLEARANCES = "of the clearance"
+_MIXED = "(eccentricities in clearances, positions in sizes of the machine, angles in rad)"
 _ROUNDS = 8  # by which a period is refined
 _REPEATED = 1e-6  # of its range: by how much a motion that repeats itself may differ a period later
 
@@ -197,13 +200,21 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     count = int((end - start) / period * _PHASES * (1.0 + 1e-12))
     times = end - period / _PHASES * np.arange(count + 1)
     states = _states(system, run, np.maximum(times, run.time[0]))
-    kind, periods, reached, why = classify(states)
+    kind, periods, reached, why = classify(states, scale=_CLEARANCES if system.determinate else _MIXED)
     since = None if reached is None else float(max(times[reached], start))
     return Motion(kind, why, period, periods, since, end)
 
 
-def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None, str]:
+def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str, int, int | None, str]:
     """Apply the rule to states (nt, m) that go back from the end, `phases` in each period.
+
+    Parameters
+    ----------
+    states : (nt, m) array
+        Without units.
+    phases : int
+    scale : str
+        What the states are measured in, for `why`.
 
     Returns
     -------
@@ -239,10 +250,11 @@ def classify(states: Array, phases: int = _PHASES) -> tuple[str, int, int | None
     if last < phases:
         return "not settled", 0, None, _SHORT
     if count < ENOUGH:
-        why = f"it does not repeat within {last / phases:.3g} periods"
+        lasts = f"{last / phases:.3g}"
+        why = f"it does not repeat within {lasts} period{'' if lasts == '1' else 's'}"
         if last > phases:
             apart = np.abs(states[: min(phases, last - phases) + 1] - states[phases : 2 * phases + 1]).max()
-            why += f"; of the last two, states differ by {apart:.2g} of a clearance, or rad"
+            why += f"; the states of the last two periods differ by {apart:.2g}{scale and f' {scale}'}"
         return "not settled", 0, None, why
     growth, steps = _neighbours(states, phases, count)
     if growth > GROWTH:

@@ -117,6 +117,7 @@ class _Mechanism(_Part):
     name: str
     mobility: int
     driven: list[str]
+    joints: dict[str, list[str]] = Field({})
     cut: _Cut
     quality: _Number
     loop_error: Finite

@@ -167,6 +167,7 @@ def summarize(study: Study) -> dict[str, Any]:
             "name": system.mechanism.name,
             "mobility": system.assembly.mobility,
             "driven": [*tree.driven, *tree.powered],
+            "joints": {joint.name: [joint.parent, joint.child] for joint in system.mechanism.joints},
             "cut": {"play": list(tree.play), "ideal": list(tree.loops)},
             "quality": None if np.isnan(quality) else quality,
             "loop_error": study.run.provenance.get("loop_error", 0.0),

@@ -25,10 +25,24 @@ class Ending(enum.StrEnum):
     INTERRUPTED = "interrupted"
 
     @property
+    def words(self) -> str:
+        """The value as a reader is told it."""
+        return _WORDS[self]
+
+    @property
     def remedy(self) -> str:
         """What the user can try, in one sentence."""
         return _REMEDY[self]
 
+
+_WORDS = {
+    Ending.CONVERGED: "converged",
+    Ending.BUDGET_USED: "all iterations made",
+    Ending.NO_PROGRESS: "no further progress",
+    Ending.INFEASIBLE: "no feasible design found",
+    Ending.EVALUATION_FAILED: "an evaluation failed",
+    Ending.INTERRUPTED: "interrupted",
+}
 
 _REMEDY = {
     Ending.CONVERGED: "nothing: the conditions of optimality hold within the tolerance",

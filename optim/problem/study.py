@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from linkages import System
 from linkages.brief import Brief, counted
 from linkages.files.formula import Formula
+from linkages.model.experiment import value_unit
 from optim.problem.schema import Constraint, Objective, StudyFile
 
 Array = NDArray[np.float64]
@@ -110,6 +111,11 @@ class Study(Brief):
         quantity = next(quantity for _, key, quantity in self.quantities if key == name)
         unit = "of nominal" if quantity.relative else quantity.unit
         return f"{name} [{unit}]" if unit else name
+
+    def variable_label(self, path: str) -> str:
+        """Path of a variable, with its unit."""
+        unit = value_unit(path)
+        return f"{path} [{unit}]" if unit not in ("", "1") else path
 
     def named(self, design: Array) -> dict[str, float]:
         """Values of everything that formulas may name: constants and, for this design (n,), variables."""

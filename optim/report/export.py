@@ -11,6 +11,7 @@ import numpy as np
 from linkages import InputError
 from linkages.files.tables import needed
 from linkages.files.writing import whole
+from linkages.model.experiment import value_unit
 from optim.evaluate.evaluations import INFEASIBLE
 from optim.store.store import Store
 
@@ -23,7 +24,7 @@ def format_store(store: Store) -> str:
     rows = store.iterations()
     lines = [
         f"{store.path}: {task['algorithm']['name']}, seed {task['seed']}",
-        f"variables:   {', '.join(store.variables)}",
+        f"variables:   {', '.join(f'{path} [{u}]' if (u := value_unit(path)) else path for path in store.variables)}",
         f"objectives:  {', '.join(store.objectives)}",
         f"constraints: {', '.join(store.constraints) or 'none'}",
         f"evaluations: {count}, of which failed: {sum(failures.values())}"

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from linkages.files.writing import whole
-from linkages.plots.style import COLORS, figure_style
+from linkages.model.experiment import value_unit
+from linkages.plots.style import COLORS, axis_label, figure_style, typeset
 from optim.algorithms import pareto
 from optim.problem.study import Array, Study
 from optim.store.store import Iteration
@@ -185,9 +186,10 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
                 ax.axvline(study.nominal[k], color=_NOMINAL, linestyle="--", linewidth=1.0)
                 ax.ticklabel_format(axis="both", style="sci", scilimits=(-2, 3), useOffset=False)
                 ax.margins(y=0.1)
-        for ax, name in zip(axes[-1], study.names, strict=True):
-            ax.set_xlabel(name)
-        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal), SI units", fontsize=10)
+        for ax, name, path in zip(axes[-1], study.names, study.paths, strict=False):
+            unit = value_unit(path)
+            ax.set_xlabel(axis_label(name, "" if unit == "1" else typeset(unit)))
+        figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
 
 
 def _objectives(entries: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Array:

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from linkages.brief import counted
 from linkages.files.writing import json_text, whole
+from optim.algorithms.nlp import Ending
 from optim.problem.study import Study
 
 Result = dict[str, Any]  # content of ``result.json``
@@ -41,30 +43,33 @@ def format_result(study: Study, result: Result) -> str:
     """
     best, nominal = result["best"], result["nominal"]
     which = "compromise" if result["front"] else "best"
+    first = max(34, *(2 + len(study.variable_label(path)) for path in study.paths))
     unrun = f", {result['unrun']} infeasible and not run" if result["unrun"] else ""
+    ending = Ending(result["status"]).words
     lines = [
         study.title,
-        f"{result['algorithm']['name']}, seed {result['seed']}, {result['status']}: {result['evaluations']} evaluations"
-        f" ({result['failed']} failed{unrun}), {result['wall_time']:.1f} s",
+        f"{result['algorithm']['name']}, seed {result['seed']}, {ending}:"
+        f" {counted(result['evaluations'], 'evaluation')} ({result['failed']} failed{unrun}),"
+        f" {result['wall_time']:.1f} s",
         "",
-        f"{'variable':34s}{'nominal':>13s}{which:>18s}{'lower':>13s}{'upper':>13s}",
+        f"{'variable':{first}s}{'nominal':>13s}{which:>18s}{'lower':>13s}{'upper':>13s}",
     ]
     for k, path in enumerate(study.paths):
         at = f"{nominal['variables'][path]:13.5g}{best['variables'][path]:18.5g}"
-        lines.append(f"{path:34s}{at}{study.lower[k]:13.5g}{study.upper[k]:13.5g}")
+        lines.append(f"{study.variable_label(path):{first}s}{at}{study.lower[k]:13.5g}{study.upper[k]:13.5g}")
     for kind in ("objectives", "constraints"):
         if result["best"][kind]:
-            lines += ["", f"{kind[:-1]:34s}{'nominal':>13s}{which:>18s}{'change':>13s}"]
+            lines += ["", f"{kind[:-1]:{first}s}{'nominal':>13s}{which:>18s}{'change':>13s}"]
         for name, value in best[kind].items():
             before = nominal[kind][name]
-            lines.append(f"{study.label(name):34s}{_cell(before, 13)}{_cell(value, 18)}{_change(before, value)}")
+            lines.append(f"{study.label(name):{first}s}{_cell(before, 13)}{_cell(value, 18)}{_change(before, value)}")
     if result["designs"]:
-        lines += ["", f"{'reference design':34s}" + "".join(f"{name:>18s}" for name in result["designs"])]
+        lines += ["", f"{'reference design':{first}s}" + "".join(f"{name:>18s}" for name in result["designs"])]
         for name in best["objectives"]:
             cells = [_cell(entry["objectives"][name], 18) for entry in result["designs"].values()]
-            lines.append(f"{study.label(name):34s}{''.join(cells)}")
+            lines.append(f"{study.label(name):{first}s}{''.join(cells)}")
     if result["front"]:
-        lines += ["", f"the front has {len(result['front'])} designs"]
+        lines += ["", f"the front has {counted(len(result['front']), 'design')}"]
     if not best["feasible"]:
         lines += ["", "no design satisfies all constraints; this one violates them least"]
     return "\n".join(lines)
@@ -76,7 +81,8 @@ def format_table(results: Sequence[Result]) -> str:
     for study in dict.fromkeys(result["study"] for result in results):
         runs = [result for result in results if result["study"] == study]
         names = list(runs[0]["best"]["objectives"])
-        head = f"{'seed':>8s}" + "".join(f"{name:>22s}" for name in names)
+        labels = runs[0].get("labels", {})
+        head = f"{'seed':>8s}" + "".join(f"{labels.get(name, name):>22s}" for name in names)
         lines += [study, head + f"{'feasible':>10s}{'evaluations':>13s}{'failed':>8s}{'time [s]':>10s}"]
         for run in runs:
             cells = "".join(_cell(run["best"]["objectives"][name], 22, 6) for name in names)

@@ -124,6 +124,7 @@ def _summarized(
         "study": study.source.stem,
         "title": study.title,
         "algorithm": described(study),
+        "labels": {name: study.label(name) for _, name, _ in study.quantities},
         "seed": seed,
         "start": None if start is None else dict(zip(study.paths, map(float, start), strict=True)),
         "status": outcome.result.status,

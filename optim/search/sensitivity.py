@@ -218,15 +218,17 @@ def format_sensitivity(study: Study, report: dict[str, Any]) -> str:
         f"Sobol's indices over the bounds: {report['evaluations']} designs ({report['failed']} failed),"
         f" seed {report['seed']}; +- 95 % confidence",
     ]
+    labels = [f"{study.label(name)}: share of the variance" for name in report["quantities"]]
+    first = max(34, *(2 + len(text) for text in (*labels, *study.paths)))
     for name, entry in report["quantities"].items():
         lines += [
             "",
-            f"{study.label(name):34s}{'first order':>20s}{'total':>20s}"
+            f"{study.label(name) + ': share of the variance':{first}s}{'first order':>20s}{'total':>20s}"
             f"   mean {entry['mean']:.5g}, standard deviation {entry['standard_deviation']:.2g}",
         ]
         for path, one in entry["variables"].items():
             cells = "".join(_cell(one[kind], one[f"{kind}_confidence"]) for kind in ("first", "total"))
-            lines.append(f"{path:34s}{cells}" + ("   inert" if one["inert"] else ""))
+            lines.append(f"{path:{first}s}{cells}" + ("   inert" if one["inert"] else ""))
     return "\n".join(lines)
 
 

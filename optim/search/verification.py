@@ -82,8 +82,8 @@ def verify(
     objectives, constraints = in_units(study, found, nominal)
     report |= {
         "status": OK,
-        "objectives": _compared(best["objectives"], objectives[0]),
-        "constraints": _compared(best["constraints"], constraints[0]),
+        "objectives": _compared(study, best["objectives"], objectives[0]),
+        "constraints": _compared(study, best["constraints"], constraints[0]),
     }
     return report | {"phases": unseen_phases(tight, design[0], threads)}
 
@@ -147,7 +147,7 @@ def format_verification(report: dict[str, Any]) -> str:
         for name, entry in report[kind].items():
             difference = entry["difference"]
             cell = f"{'-':>13s}" if difference is None else f"{difference:13.1e}"
-            lines.append(f"{name:34s}{entry['study']:13.5g}{entry['drake']:18.5g}{cell}")
+            lines.append(f"{entry.get('label', name):34s}{entry['study']:13.5g}{entry['drake']:18.5g}{cell}")
     if report["phases"] is not None:
         head = f"from {len(report['phases']['angles'])} unseen starts"
         lines += ["", f"{head:34s}{'change of the mean':>44s}"]
@@ -172,9 +172,9 @@ def _turned(system: System, angle: float) -> dict[str, Any]:
     }
 
 
-def _compared(before: dict[str, float], drake: Array) -> dict[str, Any]:
+def _compared(study: Study, before: dict[str, float], drake: Array) -> dict[str, Any]:
     return {
-        name: {"study": value, "drake": float(x), "difference": _relative(value, float(x))}
+        name: {"label": study.label(name), "study": value, "drake": float(x), "difference": _relative(value, float(x))}
         for (name, value), x in zip(before.items(), drake, strict=True)
     }
 

@@ -83,7 +83,8 @@ def test_the_tables_hold_the_summary_beside_ideal_joints_with_errors(page, resul
         assert number(text) == pytest.approx(expected, rel=5e-3)  # three digits
         assert len(text.lstrip("−0.").replace(".", "").partition("e")[0].rstrip("0")) <= 3
     assert number(cells[5]) == pytest.approx(summary["error"]["coupler.ax.peak"], rel=0.05)  # two digits
-    model, exact, force, time, _, error, ratio, _ = table["B"]
+    links, model, exact, force, time, _, error, ratio, _ = table["B"]
+    assert links == "coupler, follower"
     assert model == "dry"
     run = load_trajectory(results_folder / "trajectory.npz")
     assert number(force) >= run["B.force"].max() * (1 - 5e-3)  # the peak of continuous time, to three digits
@@ -103,11 +104,12 @@ def test_the_machine_drawn_heads_the_page(page, results_folder, copy):
 
 def test_parameters_stand_with_meaning_unit_and_source(page):
     table = rows(page)
-    assert table["joints.A.clearance"] == ["0.0001", "radial clearance c [m]", "m, radial, Table 7"]
-    assert table["drives.O.speed"][0] == "15"
-    assert table["drives.O.speed"][2] == "rad/s, assumed: <sources> & all"  # text, not markup
-    assert table["joints.A.viscosity"][2] == "not given"
-    assert table["joints.B.clearance"] == ["0.00015", "radial clearance c [m]", "command line"]
+    assert table["joints.A.clearance"] == ["0.0001", "m", "radial clearance c", "radial, Table 7"]
+    assert table["drives.O.speed"][:2] == ["15", "rad/s"]
+    assert table["drives.O.speed"][3] == "assumed: <sources> & all"  # text, not markup
+    assert table["joints.A.viscosity"][1] == "Pa s"
+    assert table["joints.A.viscosity"][3] == "not given"
+    assert table["joints.B.clearance"] == ["0.00015", "m", "radial clearance c", "command line"]
 
 
 def test_the_question_names_each_clearance_and_its_joints(results_folder):
@@ -184,7 +186,7 @@ def test_a_run_that_failed_says_so_and_what_to_try(copy):
     assert "ended early, at 0.0031 s of 0.006 s" in page
     assert "loosen the accuracy" in page
     assert "The errors of this run were not estimated" in page
-    assert rows(page)["A"][5] == "not estimated"
+    assert rows(page)["A"][6] == "not estimated"
     assert "--no-error-estimate" not in page  # it was not what left them out
 
 

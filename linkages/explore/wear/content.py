@@ -8,6 +8,7 @@ import numpy as np
 
 from linkages.explore.wear.stages import SIDES, Life
 from linkages.files.versions import versions
+from linkages.outputs.registry import unit
 
 
 def content(life: Life) -> dict[str, Any]:
@@ -25,7 +26,7 @@ def content(life: Life) -> dict[str, Any]:
         their share of each with ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint is that of
         the part that wears, of the bearing if both do. ``blocks`` has a line for each stage: ``cycles``, ``error`` of
         the depth in the jump [m], what the block `measured` of the work per cycle, volumes, depths, plays, profiles;
-        the ``peaks`` are those at the cycle ``middle``.
+        the ``peaks`` are those at the cycle ``middle``, in the ``units``.
     """
     joints = {joint.name: _joint(life, joint.name, -1) for joint in life.joints}
     blocks = []
@@ -49,6 +50,7 @@ def content(life: Life) -> dict[str, Any]:
         "cycles": int(life.cycles[-1]),
         "status": life.status.value,
         "joints": joints,
+        "units": {name: unit(life.system, name) for name in life.stages[0].block.peaks},
         "blocks": blocks,
         "simulated_cycles": life.simulated,
         "rejected_jumps": life.rejected,
