@@ -83,7 +83,7 @@ class Study(Brief):
         objectives, constraints = self.file.objectives, self.file.constraints
         parts = counted(len(self.names), "variable"), counted(len(objectives), "objective")
         rows = {"file": self.source.name, "experiment": self.file.experiment}
-        for name, path, low, high in zip(self.names, self.paths, self.lower, self.upper, strict=False):
+        for name, path, low, high in zip(self.names, self.paths, self.lower, self.upper, strict=True):
             rows[f"variable {name}"] = f"{path}, {low:g} to {high:g}"
         rows |= {"objectives": ", ".join(map(self.label, objectives))}
         rows |= {"constraints": ", ".join(map(self.label, constraints)) or "none"}

@@ -186,8 +186,8 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
                 ax.axvline(study.nominal[k], color=_NOMINAL, linestyle="--", linewidth=1.0)
                 ax.ticklabel_format(axis="both", style="sci", scilimits=(-2, 3), useOffset=False)
                 ax.margins(y=0.1)
-        for ax, name, path in zip(axes[-1], study.names, study.paths, strict=False):
-            unit = value_unit(path)
+        for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
+            unit = value_unit(value)
             ax.set_xlabel(axis_label(name, "" if unit == "1" else typeset(unit)))
         figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
 
