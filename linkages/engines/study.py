@@ -15,7 +15,7 @@ from linkages.results.loops import Loops
 from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
-from linkages.system.ideal_motion import IdealMotion
+from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
@@ -100,6 +100,8 @@ def study(
     'ok'
     """
     stage = progress or (lambda name: lambda time: None)
+    if (exact := _with_exact_motion(system)) is not None:
+        check_duration(exact)
     run = simulate(system, engine, stage("run"))
     found = Study(system, engine, run, ideal(system, engine), None)
     return estimate_error(found, stage) if error_estimate else found
@@ -141,6 +143,8 @@ def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     ------
     AssemblyError
         If the linkage cannot be assembled at t = 0, or cannot leave its start.
+    InputError
+        If the motion has more revolutions than positions can be stored for.
 
     Examples
     --------
@@ -150,11 +154,10 @@ def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
     >>> round(linkages.extremes(motion, ["slider7.ax"])["slider7.ax"].peak, 3)  # m/s2
     4.667
     """
-    if not system.determinate:
-        system = system.ideal()
-    if not system.determinate:
-        return simulate(system, engine)
-    motion = IdealMotion(system)
+    determined = _with_exact_motion(system)
+    if determined is None:
+        return simulate(system.ideal(), engine)
+    system, motion = determined, IdealMotion(determined)
     if len(motion.times) < 2:
         raise AssemblyError(motion.status, "the ideal linkage cannot leave its start position")
     exact = sample(
@@ -165,3 +168,11 @@ def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
         Loops(system.tree, system.tree.closure_rows),
     )
     return _with_units(system, exact)
+
+
+def _with_exact_motion(system: System) -> System | None:
+    """Return the system itself or with every joint ideal, whichever its drives determine; None if they do not."""
+    if system.determinate:
+        return system
+    ideal_system = system.ideal()
+    return ideal_system if ideal_system.determinate else None

@@ -188,8 +188,7 @@ def _explored(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices) 
     ways = np.zeros((len(still), tree.size))
     ways[:, every] = still
     none, dice = np.zeros(len(rows)), np.random.default_rng(0)
-    scale = np.ones(tree.size)
-    scale[tree.bodies.records["dof"][tree.bodies.records["type"] == PRISMATIC]] = tree.extent
+    scale = coordinate_scale(tree)
     moves = True
     for _ in range(_TRIED if len(ways) else 0):
         way = dice.standard_normal(len(ways)) @ ways
@@ -204,6 +203,13 @@ def _explored(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices) 
             reached = reached or bool(np.linalg.norm(astray) < _ASTRAY * np.linalg.norm(aside))
         moves = moves and reached
     return found, moves
+
+
+def coordinate_scale(tree: Tree) -> Array:
+    """Return the size (n,) of a large change of each coordinate: 1 rad, or the linkage's length [m]."""
+    scale = np.ones(tree.size)
+    scale[tree.bodies.records["dof"][tree.bodies.records["type"] == PRISMATIC]] = tree.extent
+    return scale
 
 
 def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.record]:

@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.errors import AssemblyError, Status
+from linkages.errors import AssemblyError, InputError, Status
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error, closure_quality, follow
 from linkages.planar.passage import GAP, WEIGHTS
+from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
 
 Array = NDArray[np.float64]
 
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
+_FEWEST, _MANY = 200, 200_000  # steps between stored positions: at least, and without longer steps of the drive
+_COARSEST = 0.1  # step of the fastest drive in a long motion [rad or m]
 _BLURRED = 1e-3  # quality below which rates and accelerations have lost their digits
 _LOCKED = 1e-3  # quality below which a motion that cannot go on has met a dead point
-_HALVINGS = 40  # of a stored step, to find where a motion cannot go on
+_CURVED = 0.5  # largest part of a prediction that is due to the acceleration [rad, or in parts of the linkage's length]
+_SHORTEST = 2.0**-40  # of a stored step: where not even such a step can be taken the motion cannot go on
+
+
+class _Line(NamedTuple):
+    """A position of the motion."""
+
+    time: float
+    q: Array
+    v: Array
+    a: Array
+    quality: float
 
 
 class IdealMotion:
     """Exact motion, reactions and drive torques of the linkage with every joint ideal.
 
     Only for linkages whose prescribed drives determine the motion (`System.determinate`). The motion is
-    closed by Newton's method at every time asked for; a stored table of positions supplies the guesses.
+    closed by Newton's method at every time asked for; a stored table of positions supplies the guesses: one for every
+    0.02 rad or m of the fastest drive, in motions of more than 4,000 rad for every 0.1 rad at least.
 
     Attributes
     ----------
@@ -33,6 +48,11 @@ class IdealMotion:
         Times of the stored table, dense enough to follow the branch [s].
     status : Status
         OK, or why the table ends early: LOCKED at a dead point of the drives, else NO_ASSEMBLY.
+
+    Raises
+    ------
+    InputError
+        As `check_duration`.
 
     Examples
     --------
@@ -45,11 +65,12 @@ class IdealMotion:
     """
 
     def __init__(self, system: System) -> None:
+        check_duration(system)
         self.system = system
         self.status = Status.OK
-        duration = system.experiment.duration
-        count = int(np.clip(np.ceil(duration * system.drive_rate / _GRID), 200, 200_000))
-        self.times = np.linspace(0.0, duration, count + 1)
+        self._scale = coordinate_scale(system.tree)
+        count = int(np.clip(np.ceil(system.drive_way / _GRID), _FEWEST, _MANY))
+        self.times = np.linspace(0.0, system.experiment.duration, count + 1)
         self._follow_branch()
 
     def _follow_branch(self) -> None:
@@ -59,38 +80,65 @@ class IdealMotion:
         q[0, free] = self.system.assembly.q[free]
         quality = np.zeros(len(self.times))
         kept: list[int] = []
+        between: list[_Line] = []
         for k, time in enumerate(self.times):
             line = q[k : k + 1], v[k : k + 1], a[k : k + 1]
+            straight = True
             if kept:
                 last = kept[-1]
-                line[0][:, free] = _predicted(time - self.times[last], q[last], v[last], a[last])[free]
-            if not self._close(*line, quality[k : k + 1]):
-                if kept:
-                    self._find_end(k, kept, q, v, a, quality)
-                break
+                start = _Line(self.times[last], q[last], v[last], a[last], quality[last])
+                straight = self._is_straight(start, time - start.time)
+                line[0][:, free] = _predicted(time - start.time, start.q, start.v, start.a)[free]
+            if not (straight and self._close(*line, quality[k : k + 1])):
+                if not kept:
+                    break
+                crept = self._creep(start, time)
+                if not crept or crept[-1].time < time:
+                    between += crept
+                    self._end((crept or [start])[-1].quality)
+                    break
+                _, q[k], v[k], a[k], quality[k] = crept.pop()
+                between += [one for one in crept if one.quality > _BLURRED]
             if quality[k] > _BLURRED or not kept:
                 kept.append(k)
         self.times, self.q, self.v, self.a, self.quality = (x[kept] for x in (self.times, q, v, a, quality))
+        if between:
+            self._insert(between)
 
-    def _find_end(self, k: int, kept: list[int], q: Array, v: Array, a: Array, quality: Array) -> None:
-        """Put line k of the table where the motion, which reaches none there, ends."""
-        last, free = kept[-1], self.system.tree.closing_dofs
-        low, high = self.times[last], self.times[k]
-        self.status, start = Status.NO_ASSEMBLY, (q[last], v[last], a[last])
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            line = self._prescribed(np.array([middle]))
-            line[0][:, free] = _predicted(middle - self.times[last], *start)[free]
-            found = np.zeros(1)
-            if not self._close(*line, found):
-                high = middle
-                continue
-            low = self.times[k] = middle
-            q[k], v[k], a[k], quality[k] = *(x[0] for x in line), found[0]
-        if low > self.times[last]:
-            kept.append(k)
-        if quality[kept[-1]] < _LOCKED:
-            self.status = Status.LOCKED
+    def _end(self, quality: float) -> None:
+        """Take note that the motion ends at a position of this quality."""
+        self.status = Status.LOCKED if quality < _LOCKED else Status.NO_ASSEMBLY
+
+    def _insert(self, lines: list[_Line]) -> None:
+        """Put lines where they belong in the table."""
+        at = np.searchsorted(self.times, [line.time for line in lines])
+        own = self.times, self.q, self.v, self.a, self.quality
+        merged = [
+            np.insert(x, at, np.array(more), axis=0) for x, more in zip(own, zip(*lines, strict=True), strict=True)
+        ]
+        self.times, self.q, self.v, self.a, self.quality = merged
+
+    def _creep(self, start: _Line, end: float) -> list[_Line]:
+        """Go from a line of the table to a time in as many shorter steps as it takes, or to where the motion ends."""
+        lines, line, free = [], start, self.system.tree.closing_dofs
+        whole = step = end - start.time
+        while line.time < end and step >= _SHORTEST * whole:
+            then = end if line.time + 1.5 * step > end else line.time + step
+            (q, v, a), quality = self._prescribed(np.array([then])), np.zeros(1)
+            q[:, free] = _predicted(then - line.time, line.q, line.v, line.a)[free]
+            if self._is_straight(line, then - line.time) and self._close(q, v, a, quality):
+                line = _Line(then, q[0], v[0], a[0], float(quality[0]))
+                lines.append(line)
+                step *= 2.0
+            else:
+                step *= 0.5
+        return lines
+
+    def _is_straight(self, line: _Line, step: float) -> bool:
+        """Whether a step is short enough to be predicted; near a singular position the rates soon change."""
+        bend = 0.5 * step * step * np.abs(line.a / self._scale).max(initial=0.0)
+        way = step * np.abs(line.v / self._scale).max(initial=0.0)
+        return bool(bend <= (_CURVED if line.quality > _BLURRED else min(_CURVED, 0.5 * way)))
 
     def _close(self, q: Array, v: Array, a: Array, quality: Array, offset: Array | None = None) -> int:
         """Close the loops in each line; returns how many were closed."""
@@ -165,6 +213,25 @@ class IdealMotion:
                 state[free] = found[free]
 
 
+def check_duration(system: System) -> None:
+    """Refuse a motion of so many revolutions that the stored positions could not follow it.
+
+    Raises
+    ------
+    InputError
+        If the fastest drive goes farther than 20,000 rad or m; an oscillation counts as 2 pi rad.
+    """
+    most = _MANY * _COARSEST
+    if system.drive_way > most:
+        asked, followed = (way / (2.0 * np.pi) for way in (system.drive_way, most))
+        longest = system.experiment.duration * most / system.drive_way
+        problem = (
+            f"is {asked:.0f} revolutions (or oscillations) of the fastest drive; the ideal linkage is followed over "
+            f"{followed:.0f} at most: give {longest:.4g} s or less, or slow the drive"
+        )
+        raise InputError(system.experiment.source, "duration", problem)
+
+
 def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
     """Find why a run ended, and up to which time its numbers count.
 
@@ -188,7 +255,10 @@ def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
     """
     if status not in (Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN) or not system.determinate or not system.drive_rate:
         return status, time
-    motion = IdealMotion(system)
+    try:
+        motion = IdealMotion(system)
+    except InputError:  # too long to look for a dead point
+        return status, time
     if motion.status is not Status.LOCKED or time <= motion.times[-1] - _GRID / system.drive_rate:
         return status, time
     exact = not system.tree.play and not system.experiment.flexible

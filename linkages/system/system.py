@@ -35,6 +35,8 @@ from linkages.system.tree import Tree
 
 Array = NDArray[np.float64]
 
+_SAMPLED = 2000  # times at which rates of the drives are compared
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class System(Brief):
@@ -187,8 +189,25 @@ class System(Brief):
     @cached_property
     def drive_rate(self) -> float:
         """Largest rate of a prescribed motion [rad/s or m/s]; zero without any."""
-        rates = self.motions(np.linspace(0.0, self.experiment.duration, 501))[1]
-        return float(np.abs(rates).max(initial=0.0))
+        return float(np.abs(self._drive_rates[0]).max(initial=0.0))
+
+    @cached_property
+    def drive_way(self) -> float:
+        """Way of the fastest drive at its largest rate during the run [rad or m]; an oscillation counts as 2 pi.
+
+        The number of oscillations follows from the total variation of the rate: four times its largest value in each.
+        """
+        rates, accelerations = np.abs(self._drive_rates)
+        largest = rates.max(axis=0, initial=0.0)
+        turns = accelerations.mean(axis=0) / np.where(largest > 0.0, 4.0 * largest, np.inf)
+        ways = self.experiment.duration * np.maximum(largest, 2.0 * np.pi * turns)
+        return float(ways.max(initial=0.0))
+
+    @cached_property
+    def _drive_rates(self) -> tuple[Array, Array]:
+        """Rates and accelerations (nt, nd) of the prescribed motions at times that no oscillation keeps pace with."""
+        between = np.random.default_rng(0).random(_SAMPLED)
+        return self.motions(self.experiment.duration * np.concatenate([[0.0], np.sort(between), [1.0]]))[1:]
 
     @cached_property
     def torques(self) -> Motions:

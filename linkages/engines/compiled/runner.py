@@ -126,7 +126,7 @@ class Runner:
         system, duration = self.system, self.system.experiment.duration
         if not system.determinate or system.tree.play or system.tree.bent:
             return duration
-        return min(duration / _FEWEST, _TRAVEL / system.drive_rate if system.drive_rate > 0.0 else np.inf)
+        return min(duration / _FEWEST, _TRAVEL * duration / system.drive_way if system.drive_way > 0.0 else np.inf)
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
         """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""

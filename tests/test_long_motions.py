@@ -1,0 +1,71 @@
+"""Ideal motions that are long, fast or small: each is sampled densely enough, or refused with the true reason."""
+
+import numpy as np
+import pytest
+from machines import bar, four_bar, joint, model
+
+from linkages import IdealMotion, InputError, Status, ideal, study
+from linkages.cli.main import main
+from linkages.system import ideal_motion
+
+CRANK_ROCKER = four_bar(0.3, 0.1, 0.25, 0.2)
+
+
+@pytest.mark.parametrize("duration", [2001.0, 125664.0])
+def test_a_motion_of_too_many_revolutions_is_refused_before_it_is_run(system_of, duration):
+    system = system_of(CRANK_ROCKER, f"duration = {duration}\n[drives.O]\nspeed = 10.0\n")
+    reason = (
+        rf"duration: is {duration * 10.0 / (2.0 * np.pi):.0f} revolutions .* over 3183 at most: give 2000 s or less"
+    )
+    for ask in (ideal, lambda one: study(one, "compiled")):
+        with pytest.raises(InputError, match=reason):
+            ask(system)
+
+
+def test_the_command_line_says_that_a_motion_is_too_long(experiment_file, tmp_path, capsys):
+    file = experiment_file(CRANK_ROCKER, "duration = 1e6\n[drives.O]\nspeed = 10.0\n")
+    out = tmp_path / "out"
+    assert main(["simulate", str(file), "--engine", "compiled", "--out", str(out)]) == 2
+    assert "experiment.toml: duration: is 1591549 revolutions" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_a_long_motion_has_the_extremes_of_one_revolution(system_of, monkeypatch):
+    """With fewer positions a motion is long sooner; omega of the rocker at the dead centres' sides is known from one turn."""
+    turn = 2.0 * np.pi / 10.0
+    once = ideal(system_of(CRANK_ROCKER, f"duration = {turn}\n[drives.O]\nspeed = 10.0\n"))["follower.omega"]
+    monkeypatch.setattr(ideal_motion, "_MANY", 2000)
+    long = ideal(system_of(CRANK_ROCKER, f"duration = {31.0 * turn}\n[drives.O]\nspeed = 10.0\n"))
+    assert len(long.time) == 2001
+    assert long.status is Status.OK
+    np.testing.assert_allclose(long["follower.omega"].min(), once.min(), rtol=1e-3)
+    np.testing.assert_allclose(long["follower.omega"].max(), once.max(), rtol=1e-3)
+    with pytest.raises(InputError, match="is 32 revolutions"):
+        IdealMotion(system_of(CRANK_ROCKER, f"duration = {32.0 * turn}\n[drives.O]\nspeed = 10.0\n"))
+
+
+@pytest.mark.parametrize("start", ["sin", "cos"])
+def test_small_oscillations_are_sampled_one_by_one(system_of, start):
+    """120 oscillations by a milliradian: the way is short, and times spaced evenly can keep pace with them."""
+    sdf = model("arm", bar("arm", 0.1, "__model__") + joint("O", "world", "arm"))
+    system = system_of(sdf, f'duration = 1.0\n[drives.O]\nformula = "0.001*{start}(2*pi*120*t)"\n')
+    assert system.drive_rate == pytest.approx(0.001 * 2.0 * np.pi * 120.0, rel=1e-3)
+    angle = ideal(system)["q.O"]
+    np.testing.assert_allclose([angle.min(), angle.max()], [-1e-3, 1e-3], rtol=1e-3)
+
+
+def test_a_motion_that_starts_beside_a_dead_point_is_followed(system_of):
+    """The crank's angle grows with the root of the slider's way; the law of cosines gives it at the end."""
+    crank, rod, way = 0.05, 0.12, 0.03
+    body = f"""
+{bar("crank", crank, "__model__", 1e-5)}{bar("rod", rod, "crank_tip", -(1.0 + crank / rod) * 1e-5)}
+<link name="slider"><pose relative_to="__model__">{crank + rod - 3.5e-12} 0 0 0 0 0</pose>
+ <inertial><mass>0.14</mass><inertia><ixx>1e-4</ixx><iyy>1e-4</iyy><izz>1e-4</izz></inertia></inertial></link>
+{joint("O", "world", "crank")}{joint("A", "crank_tip", "rod")}
+{joint("B", "rod_tip", "slider")}{joint("guide", "world", "slider", "prismatic", "1 0 0")}"""
+    system = system_of(model("slider_crank", body), f"duration = 1.0\n[drives.guide]\nspeed = {-way}\n")
+    motion = ideal(system)
+    assert motion.status is Status.OK
+    x = crank + rod - way
+    exact = np.arccos((crank**2 + x**2 - rod**2) / (2.0 * crank * x))
+    assert motion["crank.angle"][-1] == pytest.approx(exact, abs=1e-9)
