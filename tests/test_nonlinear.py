@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from machines import bar, joint, model
+from machines import bar, joint, model, slider_crank
 from scipy.integrate import solve_ivp
 from shipped import shipped
 
@@ -202,6 +202,46 @@ def test_sweep_over_a_value_of_the_machine():
     assert heavy > 1.5 * light
 
 
+@pytest.mark.parametrize("duration", [0.5, 10.0], ids=["shorter than a period", "of many periods"])
+def test_a_sweep_of_a_drive_that_oscillates_goes_by_its_periods(system_of, duration):
+    """The crank of a slider-crank swings by 0.4 rad at 7 rad/s: so do its angle and its speed in every period."""
+    text = f'duration = {duration}\n[drives.O]\nformula = "0.4*sin(7*t)"\n'
+    system = system_of(slider_crank(), text)
+    assert period_of(system) == period_of(system, "O") == pytest.approx(2.0 * np.pi / 7.0, rel=1e-9)
+    names = ["crank.angle", "crank.omega", "slider.x"]
+    found = sweep(system, "sdf.links.slider.mass", [0.1, 0.2], names, 3, 1)
+    for point in found.points:
+        assert point.section.times == pytest.approx(2.0 * np.pi / 7.0 * np.arange(2, 5))
+        assert point.section.high["crank.angle"] == pytest.approx(0.4, rel=1e-6)
+        assert point.section.low["crank.angle"] == pytest.approx(-0.4, rel=1e-6)
+        assert point.section.peaks("crank.omega") == pytest.approx(2.8, rel=1e-6)
+        assert point.section.strobe["slider.x"] == pytest.approx(0.17, abs=1e-7)
+
+
+def test_a_sweep_of_a_drive_by_a_table_ends_with_the_table(system_of):
+    times = np.linspace(0.0, 4.0, 1601)
+    drive = f"times = {times.tolist()}\nangles = {(0.3 * np.cos(np.pi * times)).tolist()}\n"
+    system = system_of(slider_crank(), f"duration = 4.0\n[drives.O]\n{drive}")
+    assert period_of(system) == pytest.approx(2.0, rel=1e-6)
+    assert stroboscopic(system, ["crank.omega"], 2).peaks("crank.omega") == pytest.approx(0.3 * np.pi, rel=1e-4)
+    with pytest.raises(InputError, match=r"drives\.O\.times: end at 4 s, before the duration of 6 s"):
+        stroboscopic(system, ["crank.omega"], 3)
+
+
+def test_a_drive_that_never_repeats_its_motion_has_no_revolution(system_of):
+    system = system_of(slider_crank(), 'duration = 1.0\n[drives.O]\nformula = "0.1*t**2"\n')
+    with pytest.raises(InputError, match="none turns at constant speed or repeats its motion"):
+        period_of(system)
+    with pytest.raises(InputError, match=r"drives\.O: does not repeat its motion"):
+        period_of(system, "O")
+
+
+def test_every_value_of_vary_is_checked_under_its_own_name(tmp_path, capsys):
+    words = ["sweep", "slider_crank_dry.toml", "--vary", "joints.B.clearance=1e-4:-1e-4:3", "--out", str(tmp_path)]
+    assert main(words) == 2
+    assert capsys.readouterr().err.startswith("error: --vary: joints.B.clearance: is ")
+
+
 def test_sweep_keeps_the_runs_that_fail():
     system = shipped("slider_crank_lubricated")
     viscosity = system.value("joints.B.viscosity")
@@ -214,7 +254,7 @@ def test_sweep_keeps_the_runs_that_fail():
     ("path", "value", "name", "says"),
     [
         ("drives.O.sped", 1.0, "B.force", "speed"),
-        ("drives.O.speed", 0.0, "B.force", "constant speed"),
+        ("drives.O.speed", 0.0, "B.force", "none turns at constant speed or repeats its motion"),
         ("joints.B.clearance", -1.0, "B.force", "greater than 0"),
         ("drives.O.speed", 1.0, "B.farce", "B.force"),
     ],
@@ -302,7 +342,7 @@ def test_figures_say_what_they_show(pendulum):
     exponent = largest_exponent(system, 10)
     run = simulate(lasting(system, 4.0), "compiled")
     strobe = found.points[0].section.strobe
-    frequency = 1.0 / period_of(system.experiment)
+    frequency = 1.0 / period_of(system)
     figures = {
         "rod.angle [rad]": section_figure(strobe, "rod.angle", "rod.angle", ("rad", "rad")),
         "rod.angle [rad]\npeak of each revolution": bifurcation_figure(found, {"rod.angle": "rad"}),

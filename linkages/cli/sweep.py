@@ -45,7 +45,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="revolutions to discard before them; default: %(default)s",
     )
     parser.add_argument(
-        "--drive", metavar="JOINT", help="drive whose revolutions they are; default: the first of constant speed"
+        "--drive",
+        metavar="JOINT",
+        help="drive whose revolutions, or periods, they are; default: the first that turns at constant speed, else the"
+        " first that repeats its motion",
     )
     parser.add_argument(
         "--output",
@@ -71,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--threads", str(options.threads), "must be 1 or more")
     path, values = parse_range(options.vary)
     system = load_system(options)
-    system.replaced({path: values[0]}, "--vary")  # a wrong path is said before anything runs
+    system.replaced({path: values[0]}, "--vary")  # a wrong path is said before the folder of results is made
     experiment = system.experiment
     out = output_folder(options, f"{experiment.source.stem}_sweep", "sweep")
     names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
@@ -79,7 +82,8 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(experiment.source, "outputs", "are none; name one with --output")
     turns = (options.revolutions, options.transient, options.drive)
     bar = stages(options, 1.0, "")("sweep")
-    result = sweep(system, path, values, names, *turns, horizons=True, threads=options.threads, progress=bar)
+    settings = {"threads": options.threads, "progress": bar, "origin": "--vary"}
+    result = sweep(system, path, values, names, *turns, horizons=True, **settings)
     units = {name: unit(system, name) for name in names}
     with (outputs := results_folder(out, "sweep")) as folder:
         _write_table(result, folder / "sweep.csv")

@@ -32,7 +32,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     add_file(parser)
     parser.add_argument("--cycles", type=float, required=True, metavar="N", help="revolutions of the drive")
-    parser.add_argument("--drive", metavar="JOINT", help="whose revolutions; default: the first of constant speed")
+    parser.add_argument(
+        "--drive",
+        metavar="JOINT",
+        help="whose revolutions, or periods; default: the first that turns at constant speed, else the first that"
+        " repeats its motion",
+    )
     parser.add_argument(
         "--tolerance",
         type=float,

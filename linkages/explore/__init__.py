@@ -11,6 +11,7 @@
 | wear     | wear of joints over a machine's life: blocks of cycles, and jumps between them            |
 | compare  | both engines on one system: how far apart, and up to when that means anything             |
 
-A *revolution* is the period of the drive that is named, or of the first one of constant speed. Sections are taken at
-its multiples, counted from t = 0, so that the drive is at its start angle in all of them. Exponents are natural: 1/s.
+A *revolution* is the period of the drive that is named, or of the first that turns at constant speed, else of the first
+that repeats its motion. Sections are taken at its multiples, counted from t = 0, so that the drive is at its start
+angle in all of them. Exponents are natural: 1/s.
 """

@@ -11,14 +11,15 @@ from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import InputError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED
-from linkages.model.experiment import Experiment
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.results.settling import drive_period
 from linkages.system import System
 
 Array = NDArray[np.float64]
 
 _MOST = 20_000  # steps between two looks at the keyboard
+_LOOKS = 7  # times that a formula is looked at for a period, each for twice as long
 
 
 class Flow:
@@ -96,17 +97,46 @@ class Flow:
         return columns(self.system, times, q, v, a, contacts, names)
 
 
-def period_of(experiment: Experiment, drive: str | None = None) -> float:
-    """Time of a revolution of the named drive or the first of constant speed [s]; InputError without one."""
-    turning = {name: d.speed for name, d in experiment.drives.items() if d.prescribed and d.speed}
-    if drive is not None and drive not in turning:
-        raise InputError("drive", drive, f"has no constant speed; {nearest(drive, turning)}")
-    if not turning:
-        raise InputError(experiment.source, "drives", "none has a constant speed: there is no revolution")
-    speed = turning[drive] if drive is not None else next(iter(turning.values()))
-    return float(2.0 * np.pi / abs(speed))
+def period_of(system: System, drive: str | None = None) -> float:
+    """Return the time of a revolution, or of a period of a drive that oscillates [s].
+
+    Parameters
+    ----------
+    system : System
+    drive : str, optional
+        The driven joint; default: the first that turns at constant speed, else the first that repeats its motion.
+
+    Raises
+    ------
+    InputError
+        If that drive, or every drive, does not repeat its motion.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.explore.flow import period_of
+    >>> round(period_of(linkages.load(linkages.find_file("slider_crank_dry.toml"))), 6)
+    0.012566
+    """
+    experiment = system.experiment
+    moving = {name: d for name, d in experiment.drives.items() if d.prescribed and (d.speed or d.varies)}
+    if drive is not None and drive not in moving:
+        raise InputError("drive", drive, f"has no prescribed motion; {nearest(drive, moving)}")
+    for name in sorted(moving, key=lambda name: moving[name].varies) if drive is None else [drive]:
+        looks = _LOOKS if moving[name].formula is not None else 1
+        for k in range(looks):
+            if (period := drive_period(system, name, experiment.duration * 2.0**k)) is not None:
+                return period
+    problem = "does not repeat its motion" if drive else "none turns at constant speed or repeats its motion"
+    raise InputError(experiment.source, f"drives.{drive}" if drive else "drives", f"{problem}: there is no revolution")
 
 
 def lasting(system: System, revolutions: float, drive: str | None = None) -> System:
-    """Return the same system with the duration of so many revolutions."""
-    return system.replaced({"duration": revolutions * period_of(system.experiment, drive)})
+    """Return the same system with the duration of so many revolutions (see `period_of`).
+
+    Raises
+    ------
+    InputError
+        As `period_of`, and if a table ends before.
+    """
+    return system.replaced({"duration": revolutions * period_of(system, drive)})

@@ -77,7 +77,7 @@ def largest_exponent(
     revolutions, transient : int
         Revolutions to average over, and before them to discard; the second trajectory starts with them.
     drive : str, optional
-        Whose revolutions; default: the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
     distance : float
         What the trajectories are put back to [1].
     renormalisations : int
@@ -105,7 +105,7 @@ def largest_exponent(
     True
     """
     experiment = system.experiment
-    period = period_of(experiment, drive)
+    period = period_of(system, drive)
     accuracy = min(experiment.solver.accuracy, _ACCURACY * distance)
     total = transient + revolutions
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})

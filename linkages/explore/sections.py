@@ -71,7 +71,7 @@ def stroboscopic(
     revolutions, transient : int
         Revolutions to keep, and before them to discard.
     drive : str, optional
-        Whose revolutions; default: the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
     progress : callable, optional
         Called with the part of the revolutions that is done, 0 to 1.
 
@@ -95,7 +95,7 @@ def stroboscopic(
     >>> section.strobe["B.ey"].shape, section.peaks("B.force").shape
     ((3,), (3,))
     """
-    period = period_of(system.experiment, drive)
+    period = period_of(system, drive)
     flow = Flow(lasting(system, transient + revolutions, drive))
     pack(flow.system, names)
     if transient:
@@ -198,7 +198,7 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     >>> linkages.horizon(system, most=1) < 1.0  # without friction
     True
     """
-    period = period_of(system.experiment, drive)
+    period = period_of(system, drive)
     fine = lasting(system, most, drive)
     flows = Flow(fine), Flow(looser(fine))
     names = [f"{label}.{axis}" for _, label in system.tree.contacts for axis in ("ex", "ey")]

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from linkages.brief import Brief, counted
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.explore.flow import period_of
+from linkages.explore.flow import lasting
 from linkages.explore.sections import Section, horizon, stroboscopic
+from linkages.model.experiment import ARGUMENT
 from linkages.outputs.registry import pack
 from linkages.system import System
 
@@ -67,6 +68,7 @@ def sweep(
     horizons: bool = False,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
+    origin: str = ARGUMENT,
 ) -> Sweep:
     """Take a stroboscopic section at every value of a variable, in threads; the result does not depend on how many.
 
@@ -83,13 +85,15 @@ def sweep(
     revolutions, transient : int
         Revolutions to keep, and before them to discard.
     drive : str, optional
-        Whose revolutions; default: the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
     horizons : bool
         Whether to find the horizon of each value, where joints can touch.
     threads : int, optional
         Default: as many as there are processors.
     progress : callable, optional
         Called with the part that is done, 0 to 1.
+    origin : str
+        Name of the place where the values come from, for errors.
 
     Returns
     -------
@@ -114,9 +118,9 @@ def sweep(
             raise InputError("argument", what, f"is {number}; it must be {least} or more")
     if len(values) == 0:
         raise InputError("argument", path, "has no values")
-    cases = [system.replaced({path: float(value)}) for value in values]
+    cases = [system.replaced({path: float(value)}, origin) for value in values]
     for case in cases:
-        period_of(case.experiment, drive)
+        lasting(case, transient + revolutions, drive)
         pack(case, names)
 
     part = np.zeros(len(cases))  # of each value that is done

@@ -103,15 +103,10 @@ def common_period(system: System) -> float | None:
     for name, drive in experiment.drives.items():
         if not drive.speed and not drive.varies:
             continue
-        if not drive.prescribed:
+        period = drive_period(system, name, experiment.duration) if drive.prescribed else None
+        if period is None:
             return None
-        if drive.varies or system.mechanism.joint[name].type != "revolute":
-            period = repeats(partial(_history, system, name), experiment.duration)
-            if period is None:
-                return None
-            frequencies.append(1.0 / period)
-        else:
-            frequencies.append(abs(float(drive.speed or 0.0)) / (2.0 * np.pi))
+        frequencies.append(1.0 / period)
     if not frequencies:
         return None
     whole = 1
@@ -121,6 +116,23 @@ def common_period(system: System) -> float | None:
             return None
         whole = int(np.lcm(whole, ratio.denominator))
     return whole / frequencies[0] if whole <= _TURNS else None
+
+
+def drive_period(system: System, name: str, end: float) -> float | None:
+    """Time in which a prescribed drive repeats its motion [s]; None if it does not, or stands still.
+
+    Parameters
+    ----------
+    system : System
+    name : str
+        The driven joint.
+    end : float
+        The motion of a table, of a formula or of a sliding joint is looked at from 0 to here [s].
+    """
+    drive = system.experiment.drives[name]
+    if drive.varies or system.mechanism.joint[name].type != "revolute":
+        return repeats(partial(_history, system, name), end)
+    return 2.0 * np.pi / abs(drive.speed) if drive.speed else None
 
 
 def _history(system: System, name: str, times: Array) -> Array:

@@ -63,7 +63,11 @@ class Life(Table):
     cycles: Annotated[float, Field(ge=1, lt=1e15)] = Field(
         description="most revolutions that are followed; what lasts longer counts as so many"
     )
-    drive: str | None = Field(None, description="whose revolutions; default: the first of constant speed")
+    drive: str | None = Field(
+        None,
+        description="whose revolutions, or periods; default: the first that turns at constant speed, else the first"
+        " that repeats its motion",
+    )
     tolerance: Positive | None = Field(None, description="of the depth in a jump, as of `linkages wear` [m]")
     scatter: Positive | None = Field(None, description="of the work of all cycles, as of `linkages wear` [1]")
 

@@ -8,7 +8,8 @@
 | life    | jumps of second order from block to block, step control                            |
 | store   | blocks kept on disk by what they were made of: a life that was killed goes on      |
 
-A *cycle* is a revolution of the drive of constant speed. A block with given profiles gives samples of the loads
-(`linkages.laws.wear.archard.SAMPLE`) in a mean cycle; a jump wears the profiles by them, at held loads, as many times
-as it has cycles. How loads and motion change with the profiles is what the steps of the jumps have to follow.
+A *cycle* is a revolution of the drive, or a period of a drive that oscillates. A block with given profiles gives
+samples of the loads (`linkages.laws.wear.archard.SAMPLE`) in a mean cycle; a jump wears the profiles by them, at held
+loads, as many times as it has cycles. How loads and motion change with the profiles is what the steps of the jumps have
+to follow.
 """

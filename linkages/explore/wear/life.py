@@ -70,7 +70,7 @@ def wear_life(
         Relative standard error of the work of all cycles so far at which a block has cycles enough, default 0.02: in
         that of its own jump the error may be larger by the root of all cycles over the jump's.
     drive : str, optional
-        Whose revolutions; default the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
     folder : Path, optional
         Where blocks are kept: a life that was killed goes on from them, and gives the same bytes.
     every_cycle : bool

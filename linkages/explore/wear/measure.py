@@ -111,12 +111,12 @@ def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]
     Raises
     ------
     InputError
-        If there are none, or the drive has no constant speed.
+        If there are none, or the drive does not repeat its motion.
     """
     joints = wearing(system)
     if not joints:
         raise InputError(system.experiment.source, "joints", "none wears; give one a table [joints.NAME.wear]")
-    period_of(system.experiment, drive)
+    period_of(system, drive)
     return joints
 
 
@@ -153,12 +153,12 @@ def measure(
         where there are few cycles. The first cycles are dropped if the others are enough without them alone; after 16
         the last 12 must do.
     drive : str, optional
-        Whose revolutions; default the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
     single : bool
         Measure the first cycle after the start, and no other.
     """
     joints = wearing(system)
-    period = period_of(system.experiment, drive)
+    period = period_of(system, drive)
     ramp = max((d.ramp for d in system.experiment.drives.values()), default=0.0)
     begin = int(np.ceil(ramp / period)) + _SETTLING  # cycles on the drive's clock at which blocks but the first begin
     first, lead = (0, begin) if start is None else (begin, 0 if single else 1)

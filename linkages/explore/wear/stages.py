@@ -193,7 +193,7 @@ def check_life(system: System, quantity: str, drive: str | None = None) -> None:
     system : System
     quantity : str
     drive : str, optional
-        Whose revolutions; default the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
 
     Raises
     ------

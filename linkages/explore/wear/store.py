@@ -27,7 +27,7 @@ class Store:
     ----------
     system : System
     drive : str, optional
-        Whose revolutions; default the first of constant speed.
+        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
     folder : Path, optional
         Default: nothing is kept.
     """
