@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from linkages.errors import AssemblyError, InputError, RunError, Status
     from linkages.explore.compare import compare
     from linkages.explore.lyapunov import largest_exponent
+    from linkages.explore.modes import Modes, modes
     from linkages.explore.sections import crossings, horizon, stroboscopic
     from linkages.explore.spectra import spectrum
     from linkages.explore.sweep import sweep
@@ -68,6 +69,7 @@ __all__, __getattr__ = lazy_names(
         "errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.compare": ("compare",),
         "explore.lyapunov": ("largest_exponent",),
+        "explore.modes": ("Modes", "modes"),
         "explore.sections": ("crossings", "horizon", "stroboscopic"),
         "explore.spectra": ("spectrum",),
         "explore.sweep": ("sweep",),

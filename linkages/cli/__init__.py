@@ -12,7 +12,8 @@
 | draw         | ``linkages draw``: a labelled picture of a machine                        |
 | new          | ``linkages new``: files of a linkage to begin with                        |
 | import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
-| modes        | ``linkages modes``: the flexible 3-RRR robot                              |
+| modes        | ``linkages modes``: which of the two a file is; the flexible 3-RRR robot   |
+| linkage_modes | natural frequencies and mode shapes of a linkage                         |
 | keys         | ``linkages keys``: keys of an experiment file, outputs of a run           |
 | doctor       | ``linkages doctor``: is the installation sound?                           |
 | installation | its checks                                                                |

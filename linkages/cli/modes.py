@@ -1,24 +1,31 @@
-"""``linkages modes``: numbers, figures and an animation of the 3-RRR robot with flexible links."""
+"""``linkages modes``: modes of a linkage; numbers, figures and an animation of the 3-RRR robot with flexible links."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from linkages.cli.folders import add_out, output_folder, results_folder
-from linkages.cli.options import written
+from linkages.cli.options import add_set, written
 from linkages.cli.progress import progress_bar
-from linkages.errors import Status
+from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
     from linkages.three_rrr.results import RobotResults
 
-HELP = "flexible 3-RRR robot: kinematics, modes, stress"
+HELP = "natural frequencies and mode shapes of a linkage with flexible links, or of the 3-RRR robot"
+
+#: Options for the robot's files alone, and for experiments alone.
+_OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")
+_COUNT, _MOST = 6, 10_000  # modes shown; the most that may be asked for, and poses
 
 _EXAMPLES = """examples:
+  linkages modes slider_crank_flexible.toml
+  linkages modes my.toml --count 4 --cycle 72 --set links.rod.bending=8
   linkages modes three_rrr.toml
   linkages modes three_rrr.toml --verify --branch 98 --out results/robot
   linkages modes three_rrr.toml --dynamic rest
@@ -28,28 +35,65 @@ _EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("file", help="robot (.toml), a path or the name of a shipped one")
-    parser.add_argument("--verify", action="store_true", help="compare with Drake's rigid plant")
+    parser.add_argument("file", help="experiment or 3-RRR robot (.toml), a path or the name of a shipped one")
+    parser.add_argument("--count", type=int, metavar="N", help=f"modes of a linkage; default: {_COUNT}")
+    parser.add_argument(
+        "--cycle", type=int, metavar="N", help="a linkage's frequencies in N + 1 poses of the drives' period too"
+    )
+    add_set(parser)
+    parser.add_argument("--verify", action="store_true", help="robot: compare with Drake's rigid plant")
     parser.add_argument(
         "--dynamic",
         choices=("rest", "quasi-static"),
         metavar="START",
-        help="add the response with vibration over the whole motion, with stress, started from rest or quasi-static",
+        help="robot: add the response with vibration over the whole motion, with stress, from rest or quasi-static",
     )
-    parser.add_argument("--branch", type=float, metavar="DEG", help="platform angle at t = 0 of the assembly to follow")
+    parser.add_argument(
+        "--branch", type=float, metavar="DEG", help="robot: platform angle at t = 0 of the assembly to follow"
+    )
     add_out(parser)
-    parser.add_argument("--elements", type=int, metavar="N", help="beam elements in each link, replaces the file's")
+    parser.add_argument(
+        "--elements", type=int, metavar="N", help="robot: beam elements in each link, replaces the file's"
+    )
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Analyse the robot; returns the exit status."""
+    """Analyse the linkage or the robot; returns the exit status."""
+    from linkages.cli.linkage_modes import run_linkage
     from linkages.files.shipped import find_file
+
+    path = find_file(options.file, ".toml")
+    is_robot = _is_robot(path)
+    for key in _OF_LINKAGE if is_robot else _OF_ROBOT:
+        if getattr(options, key) not in (None, False, []):
+            whose = "linkages" if is_robot else "the 3-RRR robot"
+            raise InputError(f"--{key.replace('_', '-')}", options.file, f"is for {whose} alone; leave it out")
+    if is_robot:
+        return _run_robot(options, path)
+    options.count = _COUNT if options.count is None else options.count
+    for key in ("count", "cycle"):
+        value, least = getattr(options, key), 1 + (key == "cycle")
+        if value is not None and not least <= value <= _MOST:
+            raise InputError(f"--{key}", str(value), f"must be from {least} to {_MOST}")
+    return run_linkage(options, path)
+
+
+def _is_robot(path: Path) -> bool:
+    """Tell whether a file has keys of the robot that no experiment has."""
+    from linkages.files.toml import read_toml
+    from linkages.model.experiment import Experiment
+    from linkages.three_rrr.robot import Robot
+
+    return bool(set(read_toml(path)[0]) & (set(Robot.model_fields) - set(Experiment.model_fields)))
+
+
+def _run_robot(options: argparse.Namespace, path: Path) -> int:
+    """Analyse the robot; returns the exit status."""
     from linkages.three_rrr.results import analyse
     from linkages.three_rrr.robot import changed, load_robot
 
-    path = find_file(options.file)
     robot = load_robot(path)
     if options.elements is not None:
         robot = changed(robot, model={"elements": options.elements})

@@ -7,6 +7,8 @@
 | sections | Poincaré sections: once per revolution, or where an output crosses a level; the horizon   |
 | sweep    | sections over the values of one variable: bifurcation diagrams                            |
 | lyapunov | largest Lyapunov exponent: two trajectories, renormalised                                 |
+| modes    | natural frequencies and mode shapes of a linkage that stands still                        |
+| mode_shapes | how points move in them                                                                |
 | spectra  | power spectral densities                                                                  |
 | wear     | wear of joints over a machine's life: blocks of cycles, and jumps between them            |
 | compare  | both engines on one system: how far apart, and up to when that means anything             |

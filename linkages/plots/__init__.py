@@ -9,6 +9,7 @@
 | shown      | nothing: figures that a notebook shows by itself                                       |
 | guides     | blocks with play in their slots                                                        |
 | links      | links that bend: deflection, stress and where it is, strain energy                     |
+| modes      | natural frequencies and mode shapes of a linkage that stands still                     |
 | attractors | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
 | drawing    | a machine before it is run: a labelled picture that can be moved                       |
 | animation  | a run as a Meshcat recording, its clearance joints magnified                           |

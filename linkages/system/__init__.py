@@ -7,6 +7,7 @@
 | spanning     | how that tree grows                                                  |
 | bent_link    | a link that bends: its frame, modes and sections                     |
 | deflection   | the shape of links that bend at t = 0                                |
+| standing     | a system that stands still in a pose, its prescribed joints held     |
 | segments     | the same linkage with rigid pieces in place of links that bend       |
 | law_records  | joint models -> the records that the force laws read                 |
 | loads        | applied loads -> the records that the kernels read                   |

@@ -28,12 +28,12 @@ _TURN = 0.5  # of any section in a step of Newton's method [rad]
 _STEP = 1e-3  # of the fastest coordinate between the shapes whose difference gives the rates [rad, or lengths]
 
 
-def deflected(system: System, assembly: Assembly) -> Assembly:
+def deflected(system: System, assembly: Assembly, time: float = 0.0) -> Assembly:
     """Return the assembly with links bent as the steady loads of the ideal linkage bend them.
 
     These are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose journals keep
     their offsets; modal accelerations are left out, and rates are the change of that shape with the motion. Links
-    whose `start` is "undeformed" stay straight.
+    whose `start` is "undeformed" stay straight. Loads and prescribed motions are those of `time` [s].
 
     Raises
     ------
@@ -45,12 +45,13 @@ def deflected(system: System, assembly: Assembly) -> Assembly:
     finder = _Finder(system, assembly)
     if not len(finder.modes):
         return assembly
-    q, a = finder.shape(0.0, assembly.q, assembly.v)
+    q, a = finder.shape(time, assembly.q, assembly.v)
     fastest = np.max(np.abs(assembly.v[system.tree.joint_dofs]), initial=0.0)
     v = assembly.v.copy()
     if fastest > 0.0:
         step = _STEP / fastest
-        sides = [finder.shape(h, assembly.q + h * assembly.v + 0.5 * h * h * a, v + h * a)[0] for h in (-step, step)]
+        ahead = ((h, assembly.q + h * assembly.v + 0.5 * h * h * a, v + h * a) for h in (-step, step))
+        sides = [finder.shape(time + h, *state)[0] for h, *state in ahead]
         v[finder.modes] = (sides[1] - sides[0])[finder.modes] / (2.0 * step)
     consistent_rates(system.tree.bodies, finder.rows, finder.free, q, v, np.zeros(len(q)))
     return Assembly(q, v, assembly.mobility, assembly.quality)

@@ -7,7 +7,7 @@ from machines import bar, circle_intersection, elastic_bar, elastic_slider_crank
 from shipped import shipped
 from spun_beams import SPIN, SPUN, spun, tip_of
 
-from linkages import InputError, Status, simulate, simulate_batch
+from linkages import InputError, Status, modes, simulate, simulate_batch
 from linkages.engines.compiled.runner import Runner
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
@@ -250,6 +250,7 @@ def test_a_locked_four_bar_has_the_exact_natural_frequencies(system_of, mass, be
     squares = np.linalg.eigvals(-matrix[n:, :n])
     found = np.sqrt(np.sort(squares[squares.real > 1e3].real))[:4]
     np.testing.assert_allclose(found, LOCKED[mass], rtol=bound)
+    np.testing.assert_allclose(2.0 * np.pi * modes(runner.system).frequencies[:4], LOCKED[mass], rtol=bound)
 
 
 def test_a_stiffer_link_tends_to_the_rigid_one(system_of):

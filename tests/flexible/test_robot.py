@@ -5,7 +5,7 @@ import pytest
 from linearised import slope
 from shipped import shipped
 
-from linkages import Status, ideal, simulate
+from linkages import Status, ideal, modes, simulate
 from linkages.engines.compiled.runner import Runner
 from linkages.files.shipped import data_folder
 from linkages.three_rrr.branch import follow, start_assembly
@@ -55,12 +55,18 @@ def test_it_is_the_same_robot(robot):
 @pytest.mark.parametrize(("bending", "axial", "bound"), [(4, 1, 2e-3), (12, 5, 1e-5)])
 def test_locked_natural_frequencies(robot, bending, axial, bound):
     """The first six with the cranks held: of the engine's own linearised equations, and of 32 elements in each link."""
-    runner = Runner(linkage((0.0, 0.0, 0.0), bending=bending, axial=axial, damping=0.0))
+    system = linkage((0.0, 0.0, 0.0), bending=bending, axial=axial, damping=0.0)
+    runner = Runner(system)
     n, (matrix, _) = len(runner.model.free), slope(runner.aside(), 0.0, runner.start)
     squares = np.linalg.eigvals(-matrix[n:, :n])
     found = np.sqrt(np.sort(squares[squares.real > 1e5].real))[:6] / (2.0 * np.pi)
     expected = frequencies(FiniteElementModel(robot), start(robot, (0.0, 0.0, 0.0)), 6)[0]
     np.testing.assert_allclose(found, expected, rtol=bound)
+    played = {
+        f"joints.B{leg}": shipped("three_rrr_clearance").experiment.joints[f"B{leg}"].model_dump(exclude_unset=True)
+        for leg in (1, 2, 3)
+    }
+    np.testing.assert_allclose(modes(system.replaced(played)).frequencies[:6], expected, rtol=bound)
 
 
 def test_small_deflections_are_those_of_linearised_elastodynamics(robot):

@@ -8,6 +8,7 @@ It may import whatever lies below the engines, and not the Drake engine.
 | entry_points | the engine's own functions, called by address                                        |
 | equations  | equations of motion, driven coordinates eliminated: accelerations; balance of forces   |
 | jacobian   | their Jacobian: exact mechanics, partial derivatives of the contacts' laws             |
+| linear     | the equations of motion linearised about a state at rest                               |
 | projection | back onto the closure of ideal loops after each step                                   |
 | binding    | integrators and equations bound together: runs, and states between their steps         |
 | replay     | states between steps, by stepping there again                                          |

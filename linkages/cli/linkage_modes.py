@@ -1,0 +1,140 @@
+"""``linkages modes`` of a linkage: its natural frequencies and mode shapes at rest, with its drives held."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.options import set_values, written
+from linkages.cli.progress import progress_bar
+from linkages.files.writing import json_text
+
+if TYPE_CHECKING:
+    from linkages.explore.modes import Modes, ModesOver
+    from linkages.system import System
+
+
+def run_linkage(options: argparse.Namespace, path: Path) -> int:
+    """Compute the modes of an experiment's linkage; returns the exit status."""
+    from linkages.explore.modes import modes, modes_over
+    from linkages.model.experiment import COMMAND_LINE
+    from linkages.system import load
+
+    system = load(path, set_values(options), COMMAND_LINE)
+    out = output_folder(options, f"{path.stem}_modes", "modes")
+    found = modes(system)
+    count = min(options.count, len(found.squares))
+    over = None
+    if options.cycle is not None:
+        over = modes_over(system, _times(system, options.cycle), count, progress_bar("modes over the cycle"))
+    result = content(system, found, over, count)
+    with (outputs := results_folder(out, "modes")) as folder:
+        (folder / "modes.json").write_text(json_text(result, 1), encoding="utf-8")
+        if not options.no_plots:
+            from linkages.plots.modes import frequencies_figure, shapes_figure
+
+            shapes_figure(found, count).savefig(folder / "mode_shapes.png")
+            if over is not None:
+                frequencies_figure(over).savefig(folder / "mode_frequencies.png")
+    print(format_modes(result))
+    print(f"\n{written(out, outputs.names)}")
+    return 0
+
+
+def _times(system: System, count: int) -> list[float]:
+    """Divide a period of the drives, or of the run if they have none, into equal steps [s]."""
+    import numpy as np
+
+    from linkages.results.settling import common_period
+
+    return np.linspace(0.0, common_period(system) or system.experiment.duration, count + 1).tolist()
+
+
+def content(system: System, found: Modes, over: ModesOver | None, count: int) -> dict[str, Any]:
+    """Return the content of ``modes.json``: SI units, frequencies in Hz; docs/flexible.md explains it."""
+    from linkages.explore.mode_shapes import ModeShapes
+    from linkages.files.versions import versions
+    from linkages.system.standing import LEFT_OUT
+
+    pose, experiment = found.system, system.experiment
+    shapes, strain = ModeShapes(found), found.strain()
+    points = shapes.points()
+    drives = zip(pose.tree.driven, pose.tree.driven_dofs, strict=True)
+    modes = [
+        {
+            "frequency": _number(found.frequencies[k]),
+            "square": float(found.squares[k]),
+            "damping": _number(found.damping[k]),
+            "modal_mass": float(shapes.scale[k] ** 2),
+            "strain": {link: round(float(share[k]), 6) for link, share in strain.items()},
+            "points": {name: values[:, k].tolist() for name, values in points.items()},
+        }
+        for k in range(count)
+    ]
+    result = {
+        "title": experiment.title or experiment.source.stem,
+        "held": {name: float(pose.assembly.q[dof]) for name, dof in drives},
+        "ideal": list(experiment.play),
+        "left_out": [name for table in LEFT_OUT for name in getattr(experiment, table)],
+        "at_rest": found.at_rest,
+        "conservative": found.conservative,
+        "modes": modes,
+    }
+    if over is not None:
+        result["over"] = {
+            "times": over.times.tolist(),
+            "frequencies": [[_number(value) for value in line] for line in over.frequencies],
+            "mac": float(over.mac.min()),
+        }
+    values = experiment.model_dump(exclude_unset=True, exclude_none=True) | {"file": experiment.source.name}
+    return result | {"provenance": {"versions": versions(), "experiment": values}}
+
+
+def format_modes(result: dict[str, Any]) -> str:
+    """Format the content of ``modes.json`` as lines of text."""
+    lines = [result["title"], f"modes at rest in the pose at t = 0; drives held: {_names(result['held'])}"]
+    if result["ideal"]:
+        lines.append(f"ideal instead of with clearance: {_names(result['ideal'])}")
+    if result["left_out"]:
+        lines.append(f"left out (frictions, stops, contacts): {_names(result['left_out'])}")
+    head = f"{'':10s}{'frequency [Hz]':>16s}{'damping [1]':>13s}"
+    over = result.get("over")
+    lines += ["", f"{head}{'lowest':>11s}{'highest':>11s}  strain energy" if over else f"{head}  strain energy"]
+    for k, mode in enumerate(result["modes"]):
+        damping = "-" if mode["damping"] is None else f"{mode['damping']:.4g}"
+        line = f"{f'mode {k + 1}':10s}{_shown(mode['frequency']):>16s}{damping:>13s}"
+        if over:
+            values = [row[k] for row in over["frequencies"] if row[k] is not None]
+            line += "".join(f"{_shown(pick(values)) if values else '-':>11s}" for pick in (min, max))
+        shares = sorted(mode["strain"].items(), key=lambda item: -item[1])
+        lines.append(line + "  " + ", ".join(f"{link} {share:.0%}" for link, share in shares[:3] if share >= 0.005))
+    return "\n".join([*lines, *_warnings(result)])
+
+
+def _warnings(result: dict[str, Any]) -> list[str]:
+    """Say what the numbers do not hold for."""
+    said = []
+    if not result["at_rest"]:
+        said.append("the pose is not an equilibrium: hold its free joints by drives, or balance its loads")
+    elif not result["conservative"]:
+        said.append("some loads have no potential: of complex eigenvalues the real parts are given")
+    for k, mode in enumerate(result["modes"]):
+        if mode["frequency"] is None:
+            time = 1.0 / math.sqrt(-mode["square"])
+            said.append(f"mode {k + 1} is unstable: a disturbance grows by e in {time:.3g} s")
+    return [line for text in said for line in ("", f"warning: {text}")]
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else float(value)
+
+
+def _shown(value: float | None) -> str:
+    return "unstable" if value is None else f"{value:.5g}"
+
+
+def _names(names: Any) -> str:
+    return ", ".join(names) or "none"

@@ -1,0 +1,209 @@
+"""Natural frequencies and mode shapes of a linkage that stands still, its drives held.
+
+The equations of motion of the compiled engine are linearised about a pose: M x'' + C x' + K x = 0, where x are the
+changes of coordinates that keep the loops closed. K has the stiffness of links that bend and of springs, the change of
+weight and applied loads with the pose, and the geometric stiffness of the forces that all of them cause at rest.
+Prescribed joints are held, joints with clearance are ideal, velocities are zero: there are no gyroscopic and no
+centrifugal terms. Frictions, stops and contacts are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.compiled.linear import linearised
+from linkages.engines.compiled.runner import Runner
+from linkages.errors import InputError
+from linkages.flexible.modes import ModesAt, track
+from linkages.planar.bodies import ELASTIC, STIFFNESS
+from linkages.system import System
+from linkages.system.standing import Standing, standing
+
+Array = NDArray[np.float64]
+
+_ZERO = 1e-13  # of the largest eigenvalue: one below it is that of a free motion
+_SYMMETRIC = 1e-6  # of the stiffness matrix: how far it may be from symmetric
+_AT_REST = 1e-6  # of the linkage's extent: how far it may be from equilibrium
+_SPARE = 4  # modes beyond those that are followed, for crossings
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Modes of a linkage in a pose, by rising frequency; m modes, n free coordinates.
+
+    Attributes
+    ----------
+    system : Standing
+        The linkage in its pose.
+    squares : (m,) array
+        Squares p^2 of the angular frequencies [(rad/s)^2], of the undamped linkage: zero of a free motion, negative if
+        the pose is unstable.
+    damping : (m,) array
+        Damping ratio of each mode [1], couplings between modes left out; nan without a frequency.
+    shapes : (n, m) array
+        Changes of the free coordinates, of unit modal mass.
+    mass : (n, n) array
+        Mass matrix of the free coordinates.
+    conservative : bool
+        Whether the stiffness matrix is symmetric; else the antisymmetric part, of loads that follow their link or a
+        formula, is in the frequencies too, and eigenvalues may be complex: their real parts are given.
+    at_rest : bool
+        Whether the linkage is in equilibrium in the pose.
+    """
+
+    system: Standing
+    squares: Array
+    damping: Array
+    shapes: Array
+    mass: Array
+    conservative: bool
+    at_rest: bool
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies (m,) [Hz]; zero of a free motion, nan of an unstable one."""
+        with np.errstate(invalid="ignore"):
+            found: Array = np.sqrt(self.squares) / (2.0 * np.pi)
+        return found
+
+    def full(self) -> Array:
+        """Return the changes of all coordinates (number of coordinates, m); those of prescribed joints are zero."""
+        found = np.zeros((self.system.tree.size, self.shapes.shape[1]))
+        found[self.system.tree.free_dofs] = self.shapes
+        return found
+
+    def strain(self) -> dict[str, Array]:
+        """Return each flexible link's share in the strain energy of all of them, for each mode (m,)."""
+        tree, full = self.system.tree, self.full()
+        energy = {}
+        for name, pieces in tree.pieces.items():
+            energy[name] = np.zeros(full.shape[1])
+            for piece in pieces:
+                body = tree.index[piece.name]
+                eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(piece.modes.names))
+                stiffness = tree.bodies.shapes[body, ELASTIC, : len(eta), STIFFNESS]
+                energy[name] += 0.5 * stiffness @ full[eta] ** 2
+        total = sum(energy.values(), np.zeros(full.shape[1]))
+        return {name: part / np.where(total > 0.0, total, 1.0) for name, part in energy.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class ModesOver:
+    """Modes of a linkage in N poses, followed from pose to pose by the modal assurance criterion (MAC).
+
+    Attributes
+    ----------
+    times : (N,) array
+        At which the drives reach the poses [s].
+    frequencies : (N, m) array
+        [Hz]; nan of an unstable mode.
+    mac : (N - 1, m) array
+        Least MAC within each step; near 1 where a mode is followed safely.
+    """
+
+    times: Array
+    frequencies: Array
+    mac: Array
+
+
+def modes(system: System, time: float = 0.0) -> Modes:
+    """Compute the modes of a linkage in the pose at a time, at rest.
+
+    Parameters
+    ----------
+    system : System
+    time : float
+        [s]; other than 0 only where prescribed drives determine the motion.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    InputError
+        If nothing can move, or loads buckle a link at rest.
+    AssemblyError
+        If the linkage cannot be assembled.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> found = linkages.modes(linkages.load(linkages.find_file("slider_crank_flexible.toml")))
+    >>> found.frequencies[:2].round(1)  # Hz
+    array([203.2, 813.3])
+    """
+    return _modes(standing(system, [time])[0])
+
+
+def modes_over(
+    system: System, times: Sequence[float], count: int, progress: Callable[[float], None] | None = None
+) -> ModesOver:
+    """Follow the lowest modes over the poses of the drives at some times, at rest in each of them.
+
+    Parameters
+    ----------
+    system : System
+        Whose prescribed drives determine the motion.
+    times : sequence of float
+        Rising [s].
+    count : int
+        How many modes to follow from the first pose.
+    progress : callable, optional
+        Called with the part done.
+
+    Returns
+    -------
+    ModesOver
+
+    Raises
+    ------
+    InputError, AssemblyError
+        As `modes`.
+    """
+
+    def at(pose: Standing) -> ModesAt:
+        found = _modes(pose)
+        kept = slice(0, count + _SPARE)
+        return ModesAt(pose.time, found.frequencies[kept], found.shapes[:, kept], found.mass)
+
+    def found() -> Iterator[ModesAt]:
+        for k, pose in enumerate(standing(system, times)):
+            yield at(pose)
+            if progress is not None:
+                progress((k + 1) / len(times))
+
+    values, _, mac = track(found(), lambda time: at(standing(system, [time])[0]), count)
+    return ModesOver(np.array(times), values.astype(np.float64), mac.astype(np.float64))
+
+
+def _modes(pose: Standing) -> Modes:
+    matrices = linearised(Runner(pose), pose.time)
+    if not matrices.ways.size:
+        problem = "has no modes: no link is flexible, and its drives hold all joints"
+        raise InputError(pose.experiment.source, "links", f'{problem}; set links.NAME.model = "flexible"')
+    inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
+    standard = inverse @ matrices.stiffness @ inverse.T
+    size, twist = np.abs(standard).max(), np.abs(standard - standard.T).max()
+    conservative = bool(twist <= _SYMMETRIC * size)
+    if conservative:
+        squares, found = np.linalg.eigh(0.5 * (standard + standard.T))
+    else:
+        values, vectors = np.linalg.eig(standard)
+        order = np.argsort(values.real)
+        squares, found = values.real[order], vectors.real[:, order]
+        found /= np.linalg.norm(found, axis=0)
+    squares = np.where(np.abs(squares) <= _ZERO * np.abs(squares).max(), 0.0, squares)
+    reduced = inverse.T @ found
+    swinging = squares > 0.0
+    rates = np.sqrt(np.where(swinging, squares, np.nan))
+    ratios = 0.5 * np.einsum("im,ij,jm->m", reduced, matrices.damping, reduced) / rates
+    pull = np.linalg.inv(reduced) @ matrices.acceleration
+    away = np.abs(matrices.ways @ reduced[:, swinging]) * np.abs(pull[swinging] / squares[swinging])
+    drifts = np.abs(pull[~swinging]).max(initial=0.0) > _AT_REST * np.abs(pull).max(initial=1.0)
+    at_rest = bool(away.max(initial=0.0) <= _AT_REST * max(pose.tree.extent, 1.0)) and not drifts
+    return Modes(pose, squares, ratios, matrices.ways @ reduced, matrices.masses, conservative, at_rest)

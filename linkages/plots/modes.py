@@ -1,0 +1,73 @@
+"""Figures of a standing linkage's modes: their shapes, and their frequencies over the poses of its drives."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from linkages.explore.mode_shapes import ModeShapes
+from linkages.explore.modes import Modes, ModesOver
+from linkages.plots.style import COLORS, LINES, engineering, figure_style
+
+_SHARE = 0.12  # largest drawn displacement over the linkage's extent
+_COLUMNS = 3
+
+
+def shapes_figure(modes: Modes, count: int) -> Figure:
+    """Draw the lowest mode shapes over the pose, in grey; each is enlarged until it can be seen.
+
+    Parameters
+    ----------
+    modes : Modes
+    count : int
+    """
+    with figure_style():
+        lines, count = ModeShapes(modes).lines, min(count, len(modes.squares))
+        rows = -(-count // _COLUMNS)
+        figure = Figure(figsize=(7.2, 0.5 + 2.5 * rows), layout="constrained")
+        axes = figure.subplots(rows, min(count, _COLUMNS), squeeze=False, sharex=True, sharey=True)
+        scale = _SHARE * modes.system.tree.extent
+        unit, factor = engineering("m", modes.system.tree.extent)
+        for k, axis in enumerate(axes.ravel()):
+            if k >= count:
+                axis.axis("off")
+                continue
+            for line in lines:
+                axis.plot(*(factor * line.places.T), color="0.75", lw=1.6, marker="o", markevery=[0, -1], ms=2)
+            for line in lines:
+                moved = factor * (line.places + scale * line.ways[k])
+                axis.plot(*moved.T, color=line.color, lw=1.4, marker="o", markevery=[0, -1], ms=2)
+            axis.set_title(f"mode {k + 1}: {_frequency(modes.frequencies[k])}", fontsize=9)
+            axis.set_aspect("equal")
+            axis.grid(False)
+        for axis in axes[-1]:
+            axis.set_xlabel(f"x [{unit}]")
+        for axis in axes[:, 0]:
+            axis.set_ylabel(f"y [{unit}]")
+        return figure
+
+
+def frequencies_figure(over: ModesOver) -> Figure:
+    """Draw the natural frequencies over the times at which the drives reach the poses."""
+    with figure_style():
+        figure = Figure(figsize=(6.3, 3.6), layout="constrained")
+        axis = figure.subplots()
+        for k, values in enumerate(over.frequencies.T):
+            axis.plot(
+                over.times,
+                values,
+                lw=1.4,
+                color=COLORS[k % len(COLORS)],
+                ls=LINES[k % len(LINES)],
+                label=f"mode {k + 1}",
+            )
+        axis.set(xlabel="time at which the drives reach the pose [s]", ylabel="natural frequency at rest [Hz]")
+        axis.set_ylim(bottom=0.0)
+        figure.legend(loc="outside upper center", ncols=6, fontsize=8)
+        return figure
+
+
+def _frequency(value: float) -> str:
+    if np.isnan(value):
+        return "unstable"
+    return f"{value:.4g} Hz" if value else "moves freely"
