@@ -94,6 +94,8 @@ def bifurcation_figure(
             axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
             if kind == "peaks" and name in logarithmic:
                 axis.set_yscale("log")
+            else:
+                axis.ticklabel_format(axis="y", useOffset=False)
         axes[-1].set_xlabel(label or sweep.path)
         figure.align_ylabels(axes)
         return figure

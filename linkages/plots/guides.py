@@ -30,15 +30,19 @@ def guides_figure(study: Study) -> Figure:
         whole.fill(*rim.T, facecolor="0.95", edgecolor="0.3", lw=1.2)
         whole.plot(lift, middle, color=COLORS[0], lw=0.7)
         whole.plot(lift[0], middle[0], "o", color=COLORS[2], ms=3.5, label="start")
-        whole.set_title(f"{name}, touches on the rim", loc="left", fontsize=9)
+        whole.set_title(f"joint {name}: contact on the rim", loc="left", fontsize=9)
         whole.set_aspect("equal", adjustable="datalim")
-        whole.set(xlabel=axis_label("front end beyond the middle", unit), ylabel=axis_label("middle", unit))
+        whole.set(
+            xlabel=axis_label("offset of front end $-$ middle", unit), ylabel=axis_label("offset of the middle", unit)
+        )
         whole.legend(loc="upper right")
         reach = 1.15 * max(wall, float(np.abs(np.array([middle + lift, middle - lift])).max()))
         for side in (1.0, -1.0):
             ends.axhspan(side * wall, side * reach, color="0.9", zorder=0)
         ends.plot(run.time, middle + lift, color=COLORS[0], lw=0.9, label="front end")
         ends.plot(run.time, middle - lift, color=COLORS[1], lw=0.9, ls="--", label="back end")
-        ends.set(xlabel="time [s]", ylabel=f"across the slot [{unit}]\n(grey: in the wall)", ylim=(-reach, reach))
+        ends.set(
+            xlabel="time [s]", ylabel=f"offset across the slot [{unit}]\n(grey: in the wall)", ylim=(-reach, reach)
+        )
         add_legend(ends)
     return figure

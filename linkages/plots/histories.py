@@ -17,11 +17,12 @@ from linkages.plots.style import COLORS, add_legend, axis_label, engineering, fi
 from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
+_SMALL = np.radians(0.1)  # below it angles are in mrad and smaller
 
 # the quantities of a link or frame in words
 _LABELS = {
-    "x": "displacement x",
-    "y": "displacement y",
+    "x": "position x",
+    "y": "position y",
     "angle": "angle",
     "vx": "velocity v$_x$",
     "vy": "velocity v$_y$",
@@ -29,6 +30,9 @@ _LABELS = {
     "ax": "acceleration a$_x$",
     "ay": "acceleration a$_y$",
     "alpha": "angular acceleration",
+    "acceleration": "size of the acceleration",
+    "deflection": "deflection",
+    "compression": "largest compressive force",
     "bending": "largest bending moment",
     "stress": "largest stress",
     "stress_place": "place of the largest stress",
@@ -107,20 +111,21 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
     run, ideal = study.run, study.ideal
     times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
     exact = ideal.evaluate(times) if ideal.evaluate else {n: np.interp(times, ideal.time, ideal[n]) for n in both}
-    axes = figure.subplots(2 * len(labels), 1, sharex=True, height_ratios=[3, 1] * len(labels))
-    for (name, label), top, bottom in zip(labels.items(), axes[::2], axes[1::2], strict=True):
+    heights = [height for name in labels for height in ((3, 1) if name in both else (3,))]
+    axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    panels = iter(axes)
+    for name, label in labels.items():
+        top = next(panels)
         drawn, factor = _shown(study, name, np.concatenate([run[name], ideal[name] if name in both else []]))
-        played = "with clearance" if study.system.experiment.play else "integrated"
         if name in both:
-            top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label="ideal joints")
-        top.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=played)
+            top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label=_ideal_label(study))
+        top.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=_run_label(study))
         top.set_ylabel(axis_label(label, drawn))
         if name.endswith(".force"):
             top.set_ylim(0.0, None)
-        if name not in both:
-            bottom.text(0.5, 0.5, "none with ideal joints: links are rigid", ha="center", transform=bottom.transAxes)
-            bottom.set(yticks=[], ylabel="difference")
+        if name not in both:  # a deflection: the links of the ideal motion are rigid
             continue
+        bottom = next(panels)
         difference = run[name][: len(times)] - exact[name]
         low, high = _limits_after_start(times, difference)
         drawn, factor = _shown(study, name, np.array([low, high]))
@@ -133,8 +138,19 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
 
 def _shown(study: Study, name: str, values: np.ndarray) -> tuple[str, float]:
     """Choose the unit in which values of a column are drawn, and the factor from the SI unit to it."""
-    si = unit(study.system, name)
-    return ("deg", 180.0 / np.pi) if si == "rad" else engineering(si, float(np.abs(values).max()))
+    si, largest = unit(study.system, name), float(np.abs(values).max())
+    return ("deg", 180.0 / np.pi) if si == "rad" and largest >= _SMALL else engineering(si, largest)
+
+
+def _ideal_label(study: Study) -> str:
+    return "ideal joints, rigid links" if study.system.tree.bent else "ideal joints"
+
+
+def _run_label(study: Study) -> str:
+    """Say what the run has and the ideal motion has not."""
+    parts = ["clearance"] if study.system.experiment.play else []
+    parts += ["flexible links"] if study.system.tree.bent else []
+    return f"with {' and '.join(parts)}" if parts else "integrated"
 
 
 def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from linkages.plots.shown import ShownFigure
-from linkages.plots.style import COLORS, LEGEND
+from linkages.plots.style import COLORS, LEGEND, axis_label, engineering, round_length
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.summary import Study, touching
 from linkages.results.trajectory import Trajectory
@@ -27,6 +27,7 @@ _PHASES = {
 }
 
 _MARKS = {"": "o", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}  # of a journal, of a guide
+_AROUND = 1.15  # of what is drawn: where its axes end
 _CHORD = 0.05  # of the clearance: between the points of a drawn orbit
 _MOST_PIECES = 2000  # beyond so many a drawing gains nothing from more
 
@@ -49,6 +50,7 @@ def orbits_figure(study: Study) -> Figure:
     for (whole, near), name in zip(axes.T, names, strict=True):
         clearance = 1e6 * (experiment.joints[name].clearance or 0.0)
         ex, ey = 1e6 * study.run[f"{name}.ex"], 1e6 * study.run[f"{name}.ey"]
+        reach = _AROUND * max(clearance, float(np.hypot(ex, ey).max()))
         whole.fill(*(clearance * circle), facecolor="0.95", edgecolor="0.3", lw=1.2)
         peak = float(np.max(study.run[f"{name}.eccentricity_ratio"]))
         whole.set_title(f"joint {name}: largest e/c = {peak:.3f}", fontsize=9)
@@ -62,8 +64,10 @@ def orbits_figure(study: Study) -> Figure:
                 axis.plot(ex, ey, color=_ORBIT, lw=0.9)
                 axis.plot(ex[0], ey[0], "o", color=_START, ms=3.5, label="start")
             near.legend(loc="best")
+            _magnify(near, np.column_stack([ex, ey]), reach)
+        whole.set(xlim=(-reach, reach), ylim=(-reach, reach))
         for axis in (whole,) if name in touches else (whole, near):
-            axis.set_aspect("equal", adjustable="datalim")
+            axis.set_aspect("equal", adjustable="box")
             axis.set(xlabel="e$_x$ [µm]", ylabel="e$_y$ [µm]")
     if touches:
         filled = all(model.has_film for model in study.system.models if model.can_touch)
@@ -74,6 +78,17 @@ def orbits_figure(study: Study) -> Figure:
         handles.append(Line2D([], [], color=_START, marker="o", ms=3.5, lw=0.0, label="start"))
         figure.legend(handles=handles, ncols=2, loc="outside lower center")
     return figure
+
+
+def _magnify(axis: Axes, path: Array, reach: float) -> None:
+    """Fit an orbit (nt, 2) into axes whose scale is a round number of times that of axes from -reach to reach."""
+    low, high = path.min(axis=0), path.max(axis=0)
+    middle, half = 0.5 * (low + high), _AROUND * max(0.5 * float((high - low).max()), 1e-9 * reach)
+    times = round_length(max(reach / half, 1.0))[0]
+    around = np.array([-reach, reach]) / times
+    axis.set(xlim=middle[0] + around, ylim=middle[1] + around)
+    title = f"magnified {times:g} times" if times > 1.0 else "not magnified: the orbit is wide"
+    axis.set_title(title, fontsize=9)
 
 
 def orbit(
@@ -116,25 +131,33 @@ def contacts_figure(study: Study) -> Figure:
     axes = figure.subplots(2 * len(joints), 1, sharex=True, squeeze=False)[:, 0]
     run = study.run
     for (name, labels), force, speed in zip(joints.items(), axes[::2], axes[1::2], strict=True):
-        force.set_title(name, loc="left", fontsize=9)
+        kind_of = "joint" if name in study.system.mechanism.joint else "contact"
+        force.set_title(f"{kind_of} {name}", loc="left", fontsize=9)
+        units = [
+            engineering(si, max(values))
+            for si, values in (
+                ("N", [row.peak_force for row in study.contacts if row.joint in labels]),
+                ("m/s", [row.approach_speed for row in study.contacts if row.joint in labels]),
+            )
+        ]
         corners = [label.partition(".")[2] for label in labels]
         for label, corner in zip(labels, corners, strict=True):
             own = [row for row in study.contacts if row.joint == label]
             start = np.array([row.start for row in own])
             kind = phases(run, label)[np.searchsorted(run.time, start)]
             values = ((force, [row.peak_force for row in own]), (speed, [row.approach_speed for row in own]))
-            for axis, value in values:
+            for (axis, value), (_, factor) in zip(values, units, strict=True):
                 for code in (IMPACT, SUSTAINED_CONTACT):
                     _, color, _ = _PHASES[code]
-                    at, height = start[kind == code], np.array(value)[kind == code]
+                    at, height = start[kind == code], factor * np.array(value)[kind == code]
                     axis.vlines(at, 0.0, height, color=color, lw=1.0)
                     axis.plot(at, height, _MARKS[corner], color=color, ms=3.5)
         if len(labels) > 1:
             marks = [Line2D([], [], color="0.4", marker=_MARKS[corner], ms=3.5, lw=0.0) for corner in corners]
-            speed.legend(marks, corners, ncols=4, loc="upper right")
+            speed.legend(marks, [corner.replace("corner", "corner ") for corner in corners], ncols=4, loc="upper right")
             speed.margins(y=0.35)  # room for it
-        force.set(ylabel="force [N]", ylim=(0.0, None))
-        speed.set(ylabel="approach [m/s]", ylim=(0.0, None))
+        force.set(ylabel=axis_label("peak force", units[0][0]), ylim=(0.0, None))
+        speed.set(ylabel=axis_label("approach speed", units[1][0]), ylim=(0.0, None))
     handles = [Line2D([], [], color=_PHASES[code][1], lw=2.0) for code in (IMPACT, SUSTAINED_CONTACT)]
     axes[0].legend(handles, [_PHASES[code][0] for code in (IMPACT, SUSTAINED_CONTACT)], **LEGEND)
     figure.align_ylabels(axes)
@@ -187,7 +210,8 @@ def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int6
     axis.axhspan(0.0, top, color="0.92", zorder=0)
     axis.axhline(0.0, color="0.3", lw=1.0, zorder=1)
     axis.set(xlim=(-180.0, 180.0), ylim=(bottom, top), xticks=range(-180, 181, 90))
-    axis.set(xlabel="angle of e [deg]", ylabel="e $-$ c [µm]; above 0: in the wall")
+    axis.set(xlabel="angle of e [deg]", ylabel="penetration e $-$ c [µm]")
+    axis.text(-175.0, 0.94 * top, "in the wall", va="top", fontsize=8, color="0.3")
 
 
 def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:

@@ -36,15 +36,17 @@ def links_figure(study: Study) -> Figure:
         stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)
         stress.set_ylabel(axis_label("largest\nstress", unit))
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
-        where.plot(place, factor * values, ".", color=COLORS[0], ms=1.5)
-        top = int(values.argmax())
-        for axis, x in ((stress, run.time[top]), (where, place[top])):
-            axis.plot(x, factor * values[top], "o", color=COLORS[1], ms=4)
         length = sum(piece.beam.length for piece in system.tree.pieces[name])
-        where.set(xlim=(0.0, length), xlabel="from its start [m]")
+        along, scale = engineering("m", length)
+        where.plot(scale * place, factor * values, ".", color=COLORS[0], ms=1.5)
+        top = int(values.argmax())
+        for axis, x in ((stress, run.time[top]), (where, scale * place[top])):
+            axis.plot(x, factor * values[top], "o", color=COLORS[1], ms=4)
+        where.set(xlim=(0.0, scale * length), xlabel=axis_label("place along\nthe beam", along))
         where.tick_params(labelleft=False)
         left += [deflection, stress]
-    strain.plot(run.time, run["strain_energy"], color=COLORS[0], lw=0.9)
-    strain.set(xlabel="time [s]", ylabel="strain\nenergy [J]")
+    unit, factor = engineering("J", float(run["strain_energy"].max()))
+    strain.plot(run.time, factor * run["strain_energy"], color=COLORS[0], lw=0.9)
+    strain.set(xlabel="time [s]", ylabel=axis_label("strain\nenergy", unit))
     figure.align_ylabels(left)
     return figure

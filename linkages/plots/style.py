@@ -27,11 +27,17 @@ _STYLE: dict[Any, Any] = {
     "figure.dpi": 150,
     "legend.frameon": False,
 }
+_RAISED = str.maketrans("23", "²³")
 #: Prefixes of units and their factors, the largest first.
 _PREFIXED = {
     "m": (("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)),
-    "N": (("k", 1e-3), ("", 1.0)),
-    "Pa": (("G", 1e-9), ("M", 1e-6)),
+    "m/s": (("", 1.0), ("m", 1e3), ("µ", 1e6)),
+    "m/s2": (("", 1.0), ("m", 1e3), ("µ", 1e6)),
+    "rad": (("", 1.0), ("m", 1e3), ("µ", 1e6), ("n", 1e9)),
+    "N": (("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6)),
+    "N m": (("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6)),
+    "J": (("k", 1e-3), ("", 1.0), ("m", 1e3), ("µ", 1e6)),
+    "Pa": (("G", 1e-9), ("M", 1e-6), ("k", 1e-3), ("", 1.0)),
 }
 
 
@@ -46,7 +52,7 @@ def engineering(unit: str, largest: float) -> tuple[str, float]:
     """Return the unit in which values up to a magnitude are read best, and the factor from the SI unit to it."""
     for prefix, factor in _PREFIXED.get(unit, ()):
         if largest * factor >= 1.0:
-            return f"{prefix}{unit}", factor
+            return f"{prefix}{typeset(unit)}", factor
     return ("", 1.0) if unit == "1" else (typeset(unit), 1.0)
 
 
@@ -65,7 +71,7 @@ def asked_points(outputs: Iterable[str]) -> list[str]:
 
 def typeset(unit: str) -> str:
     """Write a unit with its exponent raised: m/s2 as m/s²."""
-    return unit.replace("s2", "s²")
+    return unit if unit == "1" else unit.translate(_RAISED)
 
 
 def axis_label(name: str, unit: str) -> str:

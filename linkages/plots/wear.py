@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from linkages.plots.style import COLORS, figure_style
+from linkages.files.numbers import rounded
+from linkages.plots.style import COLORS, figure_style, typeset
 
 Array = NDArray[np.float64]
 
@@ -60,7 +61,8 @@ def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
                 order = np.argsort(angle)
                 flat.plot(angle[order], 1e6 * profile[order, 1], color=shade, lw=1.1, label=f"{cycles:,}")
             ring.set(yticklabels=[], ylim=(0.0, (_RING + 1.15) * deepest))
-            ring.set_title(f"joint {joint}: {side}, wear enlarged", fontsize=9)
+            times = rounded(1e6 * found["joints"][joint]["radius"] / (_RING * deepest))
+            ring.set_title(f"joint {joint}: {side}, wear enlarged {times} times", fontsize=9)
             flat.set(xlim=(-180, 180), xticks=range(-180, 181, 90), ylim=(0.0, None))
             flat.set(xlabel=f"angle on the {side} [deg]", ylabel="depth [µm]")
             flat.legend(title="cycles", fontsize=7, title_fontsize=7)
@@ -81,18 +83,20 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
         for k, name in enumerate(found["joints"]):
             line = [block["joints"][name] for block in blocks]
             color = COLORS[k % len(COLORS)]
-            volume.plot(cycles, [1e9 * at["volume"] for at in line], "o-", ms=3, color=color, label=name)
+            volume.plot(cycles, [1e9 * at["volume"] for at in line], "o-", ms=3, color=color, label=f"joint {name}")
             length.plot(cycles, [1e6 * at["depth"] for at in line], "o-", ms=3, color=color, label=f"{name}: depth")
             growth = [1e6 * (at["play"] - at["clearance"]) for at in line]
             length.plot(cycles, growth, "s--", ms=3, color=color, label=f"{name}: growth of the mean clearance")
         volume.set(ylabel="worn volume [mm³]")
-        length.set(ylabel="[µm]")
+        length.set(ylabel="length [µm]")
+        units = found.get("units", {})
         shown = {name: value for name, value in blocks[0]["peaks"].items() if value > 0.0}
         for k, (name, first) in enumerate(shown.items()):
             values = np.array([block["peaks"][name] for block in blocks]) / first
             color = COLORS[k % len(COLORS)]
-            peaks.plot(middle, values, "o-", ms=3, lw=0.9, color=color, label=f"{name} ({first:.3g})")
-        peaks.set(ylabel="mean peak of a cycle over\nthat of the new machine", xlabel="cycles")
+            unit = f" {typeset(units[name])}" if name in units else ""
+            peaks.plot(middle, values, "o-", ms=3, lw=0.9, color=color, label=f"{name} ({first:.3g}{unit})")
+        peaks.set(ylabel="mean peak of a cycle over\nthat of the new machine [1]", xlabel="cycles")
         for axis in (volume, length, peaks):
             axis.legend(fontsize=7)
         figure.align_ylabels()

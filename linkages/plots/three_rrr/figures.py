@@ -76,6 +76,7 @@ def _path(results: RobotResults) -> Figure:
         panel.set_aspect("equal", adjustable="datalim")
         panel.set_xlabel("x [mm]")
     axis.set_ylabel("y [mm]")
+    whole.set_ylabel("y [mm]")
     axis.set_title("platform's centre", fontsize=9)
     axis.legend()
     for index, alpha in ((0, 0.9), (len(results.motion) // 3, 0.35)):
@@ -118,6 +119,7 @@ def _shapes(results: RobotResults) -> Figure:
             axis.grid(False)
             pose = f"mode {mode + 1}, t = {results.motion.time[index]:.2f} s"
             axis.set_title(f"{pose}: {results.tracked[index, mode]:.1f} Hz", fontsize=7.5)
+    figure.suptitle("mode shapes; a mode has no size of its own, so its deflection is scaled to be seen", fontsize=9)
     for axis in axes[-1]:
         axis.set_xlabel("x [mm]")
     for axis in axes[:, 0]:
@@ -141,6 +143,7 @@ def _displacement(results: RobotResults) -> Figure:
             left.fill_between(results.dynamic.time, *(1e6 * results.dynamic.platform[:, :, k]), color=COLORS[0], lw=0.0)
         left.plot(time, static[:, k], color=COLORS[1], lw=1.2)
         left.set_ylabel(f"elastic {label}")
+        right.set_ylabel(f"elastic {label}")
         if vibration is not None:
             shaken = 1e6 * vibration.platform[:, k]
             right.plot(1e3 * times, shaken, color=COLORS[0], lw=0.8, label="started from rest")
@@ -168,10 +171,11 @@ def _stress(results: RobotResults) -> Figure:
                 band = 1e-3 * results.dynamic.fibre[link.name][:, :, end]
                 left.fill_between(results.dynamic.time, *band, color=COLORS[end], alpha=0.3, lw=0.0)
             left.plot(time, 1e-3 * link.fibre[:, k], color=COLORS[end], ls=LINES[end], lw=1.2, label=label)
-        left.set(xlabel="time [s]", ylabel=f"{link.name}: outer fibre [kPa]")
+        left.set(xlabel="time [s]", ylabel=f"{link.name}: stress in\nthe outer fibre [kPa]")
         right.plot(1e3 * link.s, 1e-3 * link.axial[pose], color=COLORS[2], ls="--", lw=1.2, label="axial")
         right.plot(1e3 * link.s, 1e-3 * link.bending[pose], color=COLORS[1], lw=1.2, label="bending")
         right.set_xlabel(f"along the rod [mm], t = {time[pose]:.2f} s", fontsize=8)
+        right.set_ylabel("stress [kPa]")
         _legend_above(left)
         _legend_above(right)
     left, right = axes[2]

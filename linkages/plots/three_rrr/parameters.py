@@ -38,7 +38,7 @@ def map_figure(results: RobotResults) -> Figure:
     start = np.rad2deg(np.angle(np.exp(1j * results.robot.phi0)))
     turns = [-180, -90, 0, 90, 180]
     for axis, values, label, colors, ticks in (
-        (axes[0], found.count, "number of assemblies", counts, [0, 2, 4, 6]),
+        (axes[0], found.count, "number of assemblies [1]", counts, [0, 2, 4, 6]),
         (axes[1], found.fold, "type 2: least |det $J_x$| [1]", nearness, None),
         (axes[2], found.reach, "type 1: least |sin(ψ - φ)| [1]", nearness, None),
     ):
@@ -71,7 +71,7 @@ def convergence_figure(results: RobotResults) -> Figure:
     axis.loglog(counts, error[0].max() * (1.0 / counts) ** 4, color="0.4", lw=0.8, label="fourth order")
     axis.set_xticks(counts, [str(n) for n in counts])
     axis.minorticks_off()
-    axis.set(xlabel="elements in each link", ylabel="relative error of frequency")
+    axis.set(xlabel="elements in each link", ylabel="relative error of frequency [1]")
     axis.set_title("against 32 elements in each link, t = 0, crank roots held", fontsize=9)
     axis.legend(ncols=2)
     return figure
@@ -87,7 +87,7 @@ def velocity_figure(results: RobotResults) -> Figure:
     axis.loglog(speed, displacement, "s--", color=COLORS[1], ms=3.5, lw=1.2, label="quasi-static displacement")
     axis.axhline(0.01, color="0.4", lw=0.8, ls=":")
     axis.text(speed[0], 0.012, "1 %", fontsize=8, color="0.3")
-    axis.set(xlabel="speed of the fastest drive [rad/s]", ylabel="largest relative change")
+    axis.set(xlabel="speed of the fastest drive [rad/s]", ylabel="largest relative change [1]")
     title = "gyroscopic, centrifugal and geometric stiffness terms; leftmost: this experiment"
     axis.set_title(title, fontsize=9)
     axis.legend()

@@ -1,0 +1,165 @@
+"""Figures: every axis has a label with its unit, no panel is empty, no text is cut off or lies on another."""
+
+import re
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+import linkages
+import optim
+from linkages.cli.main import main
+from linkages.plots.histories import write_figures
+from linkages.plots.style import engineering
+
+SHIPPED = (
+    "seven_bar", "seven_bar_dry", "seven_bar_mixed", "seven_bar_rig", "four_bar_dry", "five_bar_dry", "six_bar_dry",
+    "slider_crank_dry", "slider_crank_lubricated", "slider_crank_guide", "slider_crank_flexible",
+    "three_rrr_clearance",
+)  # fmt: skip
+SHORT = 0.02  # s: the first contacts of each machine lie within it
+
+#: Counts and names, which have no unit.
+COUNTS = {"revolutions", "cycles", "evaluations", "elements in each link"}
+_TOLERANCE = 1.5  # pixels that a text may stand out
+
+
+class Drawn(dict):
+    """Figures by the name of their file."""
+
+    def take(self, figure, path, **_):
+        FigureCanvasAgg(figure).draw()
+        self[str(path).rpartition("/")[2]] = figure
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    found = Drawn()
+    save = Figure.savefig
+
+    def keep(figure, path, **options):
+        found.take(figure, path)
+        return save(figure, path, **options)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return found
+
+
+def _label(axes, which):
+    """Label of an axis, or of the axes that it shares its scale with in the same figure."""
+    own = getattr(axes, f"get_{which}label")()
+    shared = getattr(axes, f"get_shared_{which}_axes")().get_siblings(axes)
+    return own or next((text for one in shared if (text := getattr(one, f"get_{which}label")())), "")
+
+
+def check(figure, name):
+    for axes in figure.axes:
+        if not axes.get_visible() or not axes.axison or axes.name == "polar":
+            continue
+        assert axes.lines or axes.collections or axes.patches or axes.images, f"{name}: a panel is empty"
+        if axes.get_label() == "<colorbar>":
+            continue
+        for which in "xy":
+            words = [text.get_text() for text in getattr(axes, f"get_{which}ticklabels")()]
+            if any(re.search("[A-Za-z]", re.sub(r"\$.*?\$", "", word)) for word in words):
+                continue  # names, not numbers
+            label = _label(axes, which)
+            assert label, f"{name}: an axis has no label"
+            assert label in COUNTS or re.search(r"\[[^\]]+\]", label), f"{name}: {label!r} has no unit"
+            assert not getattr(axes, f"{which}axis").get_offset_text().get_text(), f"{name}: {label!r} has an offset"
+    _check_texts(figure, name)
+
+
+def _check_texts(figure, name):
+    """No text beyond the figure; no label of an axis on another one."""
+    renderer = figure.canvas.get_renderer()
+    width, height = figure.bbox.width, figure.bbox.height
+    boxes = {}
+    for axes in figure.axes:
+        for text in (axes.xaxis.label, axes.yaxis.label, axes.title, axes._left_title):
+            if text.get_text() and text.get_visible() and axes.get_visible() and axes.axison:
+                boxes[text] = text.get_window_extent(renderer)
+    if figure._suptitle is not None and figure._suptitle.get_text():
+        boxes[figure._suptitle] = figure._suptitle.get_window_extent(renderer)
+    for text, box in boxes.items():
+        inside = box.x0 >= -_TOLERANCE and box.y0 >= -_TOLERANCE
+        inside &= box.x1 <= width + _TOLERANCE and box.y1 <= height + _TOLERANCE
+        assert inside, f"{name}: {text.get_text()!r} is cut off"
+    found = list(boxes.items())
+    for k, (one, box) in enumerate(found):
+        for other, beside in found[k + 1 :]:
+            apart = box.x1 <= beside.x0 + _TOLERANCE or beside.x1 <= box.x0 + _TOLERANCE
+            apart |= box.y1 <= beside.y0 + _TOLERANCE or beside.y1 <= box.y0 + _TOLERANCE
+            assert apart, f"{name}: {one.get_text()!r} lies on {other.get_text()!r}"
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_figures_of_a_run(name, drawn, tmp_path):
+    system = linkages.load(linkages.find_file(f"{name}.toml"))
+    system = system.replaced({"duration": min(system.experiment.duration, SHORT)})
+    write_figures(linkages.study(system, "compiled", error_estimate=False), tmp_path)
+    assert "joint_forces.png" in drawn
+    assert ("orbits.png" in drawn) == bool(system.tree.journals)
+    assert ("links.png" in drawn) == bool(system.tree.bent)
+    for file, figure in drawn.items():
+        check(figure, f"{name}/{file}")
+
+
+@pytest.mark.slow
+def test_the_figures_of_the_robot(drawn, tmp_path):
+    assert main(["modes", "three_rrr.toml", "--no-animation", "--out", str(tmp_path / "robot")]) == 0
+    assert len(drawn) == 12
+    for file, figure in drawn.items():
+        check(figure, file)
+
+
+def test_the_figures_of_a_sweep_and_of_a_life(drawn, tmp_path):
+    sweep = ["sweep", "seven_bar.toml", "--vary", "joints.A.clearance=0.1mm:0.4mm:2", "--revolutions", "2"]
+    assert main([*sweep, "--transient", "0", "--out", str(tmp_path / "sweep")]) == 0
+    wear = ["wear", "slider_crank_wear.toml", "--cycles", "2000", "--no-animation", "--out", str(tmp_path / "wear")]
+    assert main(wear) == 0
+    assert set(drawn) == {"sweep.png", "wear_B.png", "wear_history.png"}
+    for file, figure in drawn.items():
+        check(figure, file)
+    legend = [text.get_text() for text in drawn["wear_history.png"].axes[2].get_legend().get_texts()]
+    assert all(re.search(r"\([\d.e+-]+ (N|N m|m)\)$", text) for text in legend), legend
+
+
+def test_the_figures_of_a_study(drawn, tmp_path):
+    study = optim.load_study(optim.find_study("sevenbar_pareto"))
+    result = optim.optimise(study, algorithm={"name": "nsga2", "population": 6, "generations": 2})
+    optim.write_front(study, result, tmp_path / "front.png")
+    report = optim.sensitivity(study, samples=2)
+    optim.write_indices(study, report, tmp_path / "sobol.png")
+    optim.write_one_at_a_time(study, report, tmp_path / "single.png")
+    assert len(drawn) == 3
+    for file, figure in drawn.items():
+        for axes in (one for one in figure.axes if one.get_visible()):
+            for which in "x" if "sobol" in file else "xy":  # beside the bars stand the variables' names
+                assert re.search(r"\[[^\]]+\]", _label(axes, which)), (file, which, _label(axes, which))
+        _check_texts(figure, study.title)
+
+
+def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tmp_path):
+    """The scale of the axes over that of the whole clearance, each in micrometres per pixel."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    write_figures(linkages.study(system, "compiled", error_estimate=False), tmp_path)
+    whole, other, near, last = drawn["orbits.png"].axes
+    for wide, magnified in ((whole, near), (other, last)):
+        scales = [np.ptp(axes.get_xlim()) / axes.get_window_extent().width for axes in (wide, magnified)]
+        stated = float(re.fullmatch(r"magnified ([\d.]+) times", magnified.get_title()).group(1))
+        assert scales[0] / scales[1] == pytest.approx(stated, rel=1e-6)
+        assert stated > 1.0
+
+
+@pytest.mark.parametrize(
+    ("unit", "largest", "shown", "factor"),
+    [
+        ("N m", 6e-5, "µN m", 1e6), ("N m", 0.1, "mN m", 1e3), ("N", 2e4, "kN", 1e-3), ("Pa", 2.8e5, "kPa", 1e-3),
+        ("m/s2", 2e-3, "mm/s²", 1e3), ("rad", 1.4e-5, "µrad", 1e6), ("J", 6e-4, "µJ", 1e6), ("1", 3.0, "", 1.0),
+        ("kg m2", 3.0, "kg m²", 1.0), ("m", 0.0, "m", 1.0),
+    ],
+)  # fmt: skip
+def test_a_unit_suits_the_magnitude(unit, largest, shown, factor):
+    assert engineering(unit, largest) == (shown, factor)
