@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
+import numpy as np
+
 from linkages.errors import InputError, nearest
 from linkages.files.keys import unit_of
 from linkages.files.toml import Table
@@ -13,7 +15,14 @@ from linkages.files.units import SLIDING, read
 from linkages.laws import CONTACTS
 from linkages.model.bending import check_links
 from linkages.model.contact_tables import LineContact, Stop
-from linkages.model.experiment import BENDING_QUANTITIES, FRAME_BENDING, LINK_BENDING, QUANTITIES, Experiment
+from linkages.model.experiment import (
+    BENDING_QUANTITIES,
+    FRAME_BENDING,
+    LINK_BENDING,
+    PIN_QUANTITIES,
+    QUANTITIES,
+    Experiment,
+)
 from linkages.model.functions import OF_JOINTS, OF_POINTS
 from linkages.model.gear import Gear
 from linkages.model.load_tables import Force, Function, JointFriction, Spring, Torque, TorsionSpring
@@ -22,6 +31,8 @@ from linkages.model.tables import Contact, Drive, JointModel
 
 #: Deepest wear, in parts of the bearing's radius, for which the geometry of overlaps holds.
 DEEPEST = 0.2
+
+_SAME = 1e-9  # distance of a frame from a joint that is at its place [m]
 
 #: Parts of a run that tables know without being told.
 OWN_WINDOWS = ("whole", "report", "steady")
@@ -208,7 +219,8 @@ class _Check:
         for name in load.signals:
             key = "formula" if load.formulas else "over"
             owner, _, part = name.rpartition(".")
-            known: Iterable[str] = self.mechanism.point if part in OF_POINTS else self.mechanism.joint
+            places = self.mechanism.place if part in PIN_QUANTITIES else self.mechanism.point
+            known: Iterable[str] = places if part in OF_POINTS else self.mechanism.joint
             self.known(key, owner, known)
             unit = (OF_POINTS | OF_JOINTS)[part]
             if part in OF_JOINTS:
@@ -239,9 +251,13 @@ class _Check:
 
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")
+        if point in self.mechanism.joint:
+            if quantity not in PIN_QUANTITIES:
+                self.refuse("", f'"{quantity}" of a joint is no output here; {nearest(quantity, PIN_QUANTITIES)}')
+            return
         if point not in self.mechanism.point:
-            near = nearest(point, self.mechanism.point)
-            self.refuse("", f'{self.mechanism.source.name} has no link or frame "{point}"; {near}')
+            near = nearest(point, self.mechanism.place)
+            self.refuse("", f'{self.mechanism.source.name} has no link, frame or joint "{point}"; {near}')
         link = self.mechanism.point[point].link
         if quantity in BENDING_QUANTITIES and link not in self.experiment.flexible:
             self.refuse(
@@ -262,6 +278,10 @@ class _Check:
         """Find a named point."""
         if name == "world":
             self.refuse(key, 'is "world"; name a frame, or give a spring an anchor')
+        if (pin := self.mechanism.pin.get(name)) is not None:
+            there = [p.name for p in self.mechanism.point.values() if np.allclose(p.origin, pin.origin, atol=_SAME)]
+            where = f", such as {' or '.join(sorted(there))}" if there else ""
+            self.refuse(key, f'"{name}" is a joint of two links; name a link or frame{where}')
         self.known(key, name, self.mechanism.point)
         return self.mechanism.point[name]
 

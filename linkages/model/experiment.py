@@ -61,6 +61,10 @@ FRAME_BENDING = {
     "deflection": "a frame's distance from the line between the beam's ends, to its left, less that unbent [m]"
 }
 
+#: Quantities of a joint's place, through which two links turn.
+PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
+PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
+
 #: And of a link that bends, as a whole.
 LINK_BENDING = {
     "deflection": "largest distance of the link from the line between the beam's ends, its magnitude [m]",
@@ -95,7 +99,9 @@ class Experiment(Brief, Table):
         description="where journals start: at their offset, by default the centre, or at rest under their loads",
     )
     outputs: list[str] = Field(
-        [], description="what to report: LINK_OR_FRAME." + "|".join((*QUANTITIES, *BENDING_QUANTITIES))
+        [],
+        description=f"what to report: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
+        f" JOINT.{'|'.join(PIN_QUANTITIES)}",
     )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")

@@ -132,6 +132,20 @@ class Mechanism(Brief):
         own = {link.name: Frame(link.name, link.name, link.origin, link.angle) for link in self.links}
         return own | {frame.name: frame for frame in self.frames}
 
+    @cached_property
+    def pin(self) -> dict[str, Frame]:
+        """Places of the joints by name: on a joint's child, or on its parent if the child is the world."""
+        ends = {
+            joint.name: (joint.child, joint.on_child) if joint.child != "world" else (joint.parent, joint.on_parent)
+            for joint in self.joints
+        }
+        return {name: Frame(name, link, origin, 0.0) for name, (link, origin) in ends.items()}
+
+    @cached_property
+    def place(self) -> dict[str, Frame]:
+        """Everything that has a position: named frames, and joints."""
+        return self.pin | self.point
+
     def value(self, path: str) -> float:
         """Return the number at a dotted path.
 

@@ -23,7 +23,7 @@ import numpy as np
 
 from linkages.errors import AssemblyError, InputError, nearest
 from linkages.kernel import Records
-from linkages.model.experiment import FRAME_BENDING, LINK_BENDING, QUANTITIES
+from linkages.model.experiment import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
 from linkages.model.segments import HINGE
 from linkages.outputs.values import (
     BEND,
@@ -64,6 +64,7 @@ class Owner:
     #: Index, other index, marker and constant of `linkages.outputs.values.OUTPUT` of the thing with a name.
     record: Callable[[System, str], tuple[Any, ...]]
     quantities: dict[str, Quantity]
+    asked: Callable[[System], Iterable[str]] | None = None  # of these alone a run has columns; default: of all
 
 
 def _described(quantities: dict[str, str]) -> dict[str, Quantity]:
@@ -131,7 +132,13 @@ def _contact(system: System, name: str) -> tuple[Any, ...]:
 
 
 def _point(system: System, name: str) -> tuple[Any, ...]:
-    return 0, 0, system.tree.named_marker(name), system.mechanism.point[name].angle
+    return 0, 0, system.tree.named_marker(name), system.mechanism.place[name].angle
+
+
+def _pins_asked(system: System) -> Iterator[str]:
+    """List the joints whose places the experiment asks for."""
+    asked = {name.rpartition(".")[0] for name in system.experiment.outputs}
+    return (name for name in system.mechanism.joint if name in asked)
 
 
 def _deflection(system: System, name: str) -> tuple[Any, ...]:
@@ -190,6 +197,11 @@ def _loads(*tables: str) -> Callable[[System], Iterable[str]]:
 #: Every kind of thing that has outputs; of equal names the first counts.
 OWNERS = (
     Owner(POINT, "POINT", False, lambda s: s.mechanism.point, _point, _described(QUANTITIES)),
+    Owner(
+        POINT, "JOINT", False, lambda s: s.mechanism.joint, _point,
+        {name: found for name, found in _described(QUANTITIES | PIN_QUANTITIES).items() if name in PIN_QUANTITIES},
+        _pins_asked,
+    ),
     Owner(
         CONTACT, "JOINT (film)", True, _contacts(film=True, touching=False), _contact,
         _some(_CONTACT, "penetration", "closing", "sliding", "load"),
@@ -316,7 +328,7 @@ def names(system: System, ideal: bool = False) -> list[str]:
     for owner in OWNERS:
         if ideal and owner.real:
             continue
-        for thing in owner.names(system):
+        for thing in (owner.asked or owner.names)(system):
             found |= {_joined(thing, name): None for name in owner.quantities}
     return list(found)
 

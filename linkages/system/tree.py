@@ -281,8 +281,8 @@ class Tree:
         return self.marker(link, beam.start)[0], self.marker(link, beam.end)[0]
 
     def named_marker(self, name: str) -> tuple[int, float, float]:
-        """Marker of a link's or frame's origin."""
-        point = self.mechanism.point[name]
+        """Marker of the origin of a link or frame, or of a joint's place on its child."""
+        point = self.mechanism.place[name]
         return self.marker(point.link, point.origin)
 
     def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:

@@ -182,7 +182,7 @@ def _shapes(
         yield from parts.beneath(joint)
     if ways:
         for name in points:
-            frame = mechanism.point[name]
+            frame = mechanism.place[name]
             marker = np.array([parts.on(frame.link, frame.origin)])
             path = np.concatenate([placed(marker, pose) for pose in _thinned(ways[0].pose, _PATH)])
             yield shape("path", [(0, 0.0, 0.0, *at) for at in path])

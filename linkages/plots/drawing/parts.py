@@ -182,7 +182,7 @@ class Parts:
 
     def point(self, name: str) -> Iterator[Shape]:
         """Mark a point that is asked about."""
-        point = self.mechanism.point[name]
+        point = self.mechanism.place[name]
         yield shape("point", [self.on(point.link, point.origin)], text=name)
         ends = [joint.on_child for joint in self.mechanism.joints]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
