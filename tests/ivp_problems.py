@@ -257,9 +257,10 @@ def residual(problem, t, y, dy, out):
 
 
 @kernel
-def arrive(problem, t, y, dy):
-    """Fill the event; derivatives stay as the collocation has them."""
+def arrive(problem, t, y, dy, out):
+    """Fill the event; derivatives stay as the collocation has them, and whatever is left of the equations is small."""
     rhs(problem, t, y, np.empty(len(dy)))
+    return 0.0
 
 
 @kernel

@@ -14,6 +14,7 @@ from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.passage import accelerate_through
+from linkages.planar.record_types import REVOLUTE
 
 BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
 
@@ -104,27 +105,58 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 
 
 @kernel
-def arrive(equations: Equations, t: float, y: Array, dy: Array) -> None:
+def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> float:
     """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.radau`.
 
     So no accelerations are solved for, unless a singular position is passed. Where loops are closed by multipliers the
     work is not solved, as these are not known; the state will be moved to where the loops are closed anyway.
+
+    Returns what is left of the balance of forces, see `residual`, in parts of the largest force of a contact; zero
+    where loops are closed by multipliers.
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
+    clear(out)
     if w.passing[0] > 0.0:
         derivatives(equations, t, y, dy)
-        return
+        return 0.0
     set_state(model, work, t, y)
     _add_forces(equations, t)
     for i in range(n):
         dy[i] = y[n + i]
         w.a[model.free[i]] = dy[n + i]
+    left = 0.0 if len(model.rows) else _unbalanced(model, work, out)
     body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     for k in range(len(model.bristles)):
         dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
     if not len(model.rows):
         _mark_solved(work, t, y)
+    return left
+
+
+@inlined_kernel
+def _unbalanced(model: Arrays, work: Work, out: Array) -> float:
+    """Fill ``out`` with the forces that the accelerations leave on the free coordinates; return the largest.
+
+    It is in parts of the largest force of a contact; moments count by the linkage's length. Leaves tau as it was.
+    """
+    w, largest, force = work.dynamics, 0.0, 0.0
+    balance(model.bodies, model.gravity, w)
+    for k in range(len(model.driven)):
+        w.tau[model.driven[k]] = 0.0
+    for k in range(1, len(model.bodies.records)):
+        body = model.bodies.records[k]
+        if body.moving and body.dof >= 0:
+            left = abs(w.tau[body.dof])
+            largest = max(largest, left / model.size if body.type == REVOLUTE else left)
+    for i in range(len(model.free)):
+        out[i] = w.tau[model.free[i]]
+        w.tau[model.free[i]] = 0.0
+    for k in range(len(model.powered)):
+        w.tau[model.powered[k]] = work.value[k]
+    for k in range(len(model.ends)):
+        force = max(force, math.hypot(work.contacts[k, 2], work.contacts[k, 3]))
+    return largest / force if force > 0.0 else 0.0
 
 
 @kernel
