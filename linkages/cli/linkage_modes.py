@@ -118,7 +118,8 @@ def _warnings(result: dict[str, Any]) -> list[str]:
     """Say what the numbers do not hold for."""
     said = []
     if not result["at_rest"]:
-        said.append("the pose is not an equilibrium: hold its free joints by drives, or balance its loads")
+        advice = 'hold its free joints by drives; links start at rest with start = "quasi-static"'
+        said.append(f"the pose is not an equilibrium, and frequencies are without a part of its loads: {advice}")
     elif not result["conservative"]:
         said.append("some loads have no potential: of complex eigenvalues the real parts are given")
     for k, mode in enumerate(result["modes"]):

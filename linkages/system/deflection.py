@@ -42,7 +42,7 @@ def deflected(system: System, assembly: Assembly, time: float = 0.0) -> Assembly
     AssemblyError
         If the loops do not close with bent links.
     """
-    finder = _Finder(system, assembly)
+    finder = _Finder(system, assembly, time)
     if not len(finder.modes):
         return assembly
     q, a = finder.shape(time, assembly.q, assembly.v)
@@ -60,8 +60,8 @@ def deflected(system: System, assembly: Assembly, time: float = 0.0) -> Assembly
 class _Finder:
     """Finds the steady shape for positions and rates of the joints."""
 
-    def __init__(self, system: System, assembly: Assembly) -> None:
-        tree = system.tree
+    def __init__(self, system: System, assembly: Assembly, time: float) -> None:
+        tree, self.time = system.tree, time
         self.system, self.tree, self.rows = system, tree, tree.closure_rows
         owned = {
             tree.coordinates.index(name): link
@@ -120,7 +120,9 @@ class _Finder:
 
     def _refused(self, mode: int, problem: str) -> InputError:
         where = f"links.{self.links[mode]}.start"
-        return InputError(self.system.experiment.source, where, f'the loads at t = 0 {problem}; set "undeformed"')
+        return InputError(
+            self.system.experiment.source, where, f'the loads at t = {self.time:g} {problem}; set "undeformed"'
+        )
 
     def _left(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """Find what forces are left on the modes, and the accelerations of the linkage that keeps its shape.

@@ -69,6 +69,19 @@ def test_an_axial_force_stiffens_and_softens_bending(system_of, part):
     assert found.strain()["rod"] == pytest.approx(1.0)
 
 
+def test_a_strut_beyond_its_buckling_load_is_unstable(experiment_file, tmp_path, capsys):
+    """It grows by e in 1 / sqrt(-p2), p2 = (pi / L)4 E I / (rho A) (1 - N / N_E)."""
+    euler = np.pi**2 * STIFFNESS / LENGTH**2
+    push = f'duration = 1.0\n[forces.N]\npoint = "slider"\nforce = [{-1.5 * euler}, 0.0]\n'
+    file = experiment_file(TIE, push + FINE.replace("axial = 4", "axial = 0") + 'start = "undeformed"\n')
+    assert main(["modes", str(file), "--no-plots", "--out", str(tmp_path / "out")]) == 0
+    time = (LENGTH / np.pi) ** 2 * np.sqrt(DENSITY / STIFFNESS / 0.5)
+    assert f"mode 1 is unstable: a disturbance grows by e in {time:.3g} s" in capsys.readouterr().out
+    found = json.loads((tmp_path / "out" / "modes.json").read_text())
+    assert found["modes"][0]["frequency"] is None
+    assert found["at_rest"]
+
+
 PENDULUM = model("pendulum", bar("rod", LENGTH, "__model__", -np.pi / 2) + joint("O", "world", "rod"))
 
 
