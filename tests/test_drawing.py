@@ -9,10 +9,12 @@ from machines import PLANES, bar, four_bar, joint, model, slider_crank
 
 from linkages import Status, Trajectory
 from linkages.cli.main import main
+from linkages.explore.transmission import dyads
 from linkages.explore.travel import movable, travel
 from linkages.files.shipped import find_file
 from linkages.model.doubts import doubts
 from linkages.model.experiment import nothing_done
+from linkages.model.gear import Gear
 from linkages.model.mechanism import load_mechanism
 from linkages.model.skeleton import skeleton
 from linkages.plots import orbit, pose
@@ -59,12 +61,24 @@ def test_transmission_angles_of_a_crank_rocker_are_those_of_its_triangles(machin
         assert angle == pytest.approx(angle_between(0.25, 0.3, diagonal), abs=1e-7)
 
 
-def test_a_link_that_is_moved_by_several_has_no_transmission_angle(machine):
-    """A second rod from the coupler to a floating link: only joints of links on the ground have ways of their own."""
+def test_links_with_drives_of_their_own_have_no_transmission_angle(machine):
+    """A driven rod on the coupler and a driven foot on the rod: only coupler and follower are a dyad."""
     text = four_bar(extra=FOOT + bar("rod", 0.1, "toe", 0.3) + bar("foot", 0.2, "rod_tip", 1.0))
     text = text.replace("</model>", joint("T", "coupler", "rod") + joint("S", "rod_tip", "foot") + "</model>")
     way = travel(movable(machine(text), {"O": 0.0, "T": 0.0, "S": 0.0}), "O")
-    assert [(one.link, one.joint) for one in way.transmissions] == []
+    assert [(one.link, one.other, one.joint) for one in way.transmissions] == [("coupler", "follower", "B")]
+    assert way.together == ()
+
+
+def test_a_geared_crank_counts_as_moved_by_the_drive():
+    """A five-bar with one driven crank: the rods are a dyad only if a gear moves the other crank."""
+    mechanism = load(find_file("five_bar_dry.toml")).mechanism
+    found, rest = dyads(mechanism, ["O1"], [Gear(joints=["O1", "O2"], ratio=-2.0)])
+    assert [one.inner.name for one in found] == ["C"]
+    assert rest == ()
+    found, rest = dyads(mechanism, ["O1"])
+    assert found == []
+    assert len(rest) == len(mechanism.links) - 1
 
 
 def test_dead_centres_of_a_rocker_are_where_crank_and_coupler_lie_in_line(machine):

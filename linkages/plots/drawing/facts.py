@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from linkages.errors import Status, listed
-from linkages.explore.travel import Transmission, Travel
+from linkages.explore.transmission import Transmission
+from linkages.explore.travel import Travel
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.model.skeleton import skeleton
@@ -52,6 +53,8 @@ def facts(
         yield f"drive {way.drive} {_reach(way, turns)}"
         for one in way.transmissions:
             yield _passed(way, one, turns)
+        if way.together:
+            yield f"{listed(way.together)} move together: no transmission angle is defined for them"
     masses = [f"{link.name} {link.mass:.3g} kg" for link in mechanism.links if link.mass > 0.0]
     total = sum(link.mass for link in mechanism.links)
     yield f"masses: {', '.join(masses)}; {total:.3g} kg in all" if len(masses) > 1 else f"mass: {total:.3g} kg"
@@ -107,11 +110,12 @@ _END = {Status.LOCKED: "a dead point", Status.NO_ASSEMBLY: "where the loops come
 
 
 def _passed(way: Travel, one: Transmission, turns: bool) -> str:
-    """Say how well a link passes a force on, and where what it moves turns back."""
+    """State the transmission angles of a dyad, and the dead centres of the joint that it moves."""
     angles = np.degrees(one.angle)
     least = int(np.nanargmin(angles))
+    meeting = f"{one.link} moves {one.joint}" if one.grounded else f"{one.link} and {one.other} meet at {one.joint}"
     text = (
-        f"{one.link} moves {one.joint} at transmission angles from {angles[least]:.1f}° (at {way.drive} ="
+        f"{meeting} at transmission angles from {angles[least]:.1f}° (at {way.drive} ="
         f" {_value(way.values[least], turns)}) to {np.nanmax(angles):.1f}°"
     )
     if one.turns:

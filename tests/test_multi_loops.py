@@ -1,0 +1,106 @@
+"""Twelve linkages with several loops against natural coordinates: mobility, dead points, transmission angles, energy."""
+
+import numpy as np
+import pytest
+from multi_loops import LINES, MACHINES, natural
+
+from linkages import Status, ideal, load, simulate
+from linkages.cli.main import main
+from linkages.explore.travel import movable, travel
+from linkages.results.extremes import integral
+
+SPEED, GRAVITY = 2.0 * np.pi, 9.81  # rad/s, m/s2
+
+
+@pytest.fixture(scope="module", params=list(MACHINES))
+def case(request, tmp_path_factory):
+    """A machine of the table: its name, its system, its own model."""
+    folder = tmp_path_factory.mktemp("machine")
+    (folder / "made.machine.toml").write_text(MACHINES[request.param], encoding="utf-8")
+    assert main(["new", "--from", str(folder / "made.machine.toml"), "--out", str(folder)]) == 0
+    system = load(folder / "made.toml", {"gravity": [0.0, -GRAVITY, 0.0]})
+    return request.param, system, natural(MACHINES[request.param], system.mechanism)
+
+
+@pytest.fixture(scope="module")
+def way(case):
+    """The way of the machine's drive."""
+    _, system, model = case
+    return travel(movable(system.mechanism, {model.pivot: 0.0}), model.pivot)
+
+
+def test_mobility_and_dead_points(case, way):
+    _, system, model = case
+    assert system.assembly.mobility == model.mobility() == 1
+    end = model.farthest(1.0)
+    assert way.full == (end >= 2.0 * np.pi)
+    if not way.full:
+        ends = model.farthest(-1.0), end
+        assert way.ends == (Status.LOCKED, Status.LOCKED)
+        np.testing.assert_allclose(way.values[[0, -1]], ends, rtol=0, atol=2e-7)
+
+
+def test_transmission_angles_of_every_dyad(case, way):
+    name, _, model = case
+    assert {one.joint for one in way.transmissions} == set(LINES[name])
+    assert bool(way.together) == (not LINES[name])
+    part = (way.values - way.values[0]) / (way.values[-1] - way.values[0])
+    chosen = np.flatnonzero((part > 0.01) & (part < 0.99))[::8]
+    model.go_to(way.values[chosen[0]])
+    points = model.at_each(way.values[chosen])
+    for one in way.transmissions:
+        lines = [
+            points[line[1]] - points[line[0]] if isinstance(line, tuple) else np.full(len(chosen), line)
+            for line in LINES[name][one.joint]
+        ]
+        angle = np.abs(np.angle(lines[1] / lines[0]))
+        np.testing.assert_allclose(one.angle[chosen], np.minimum(angle, np.pi - angle), rtol=0, atol=1e-8)
+
+
+def test_a_joint_turns_back_where_its_velocity_does(case, way):
+    _, _, model = case
+    ends = (0.0, 1.0) if way.full else (0.01, 0.99)
+    inside = way.values[0] + (way.values[-1] - way.values[0]) * np.linspace(*ends, 250)
+    for one in way.transmissions:
+        if not one.grounded:
+            assert one.turns == ()
+            continue
+        model.go_to(inside[0])
+        rates = np.array([model.rate(one.joint, angle) for angle in inside])
+        back = np.flatnonzero((rates[1:] * np.conj(rates[:-1])).real < 0.0)
+        turns = np.sort(np.mod(one.turns, 2.0 * np.pi) if way.full else one.turns)
+        assert len(turns) == len(back)
+        step = inside[1] - inside[0]
+        assert np.all((turns >= inside[back] - 1e-3) & (turns <= inside[back] + step + 1e-3))
+
+
+@pytest.fixture(scope="module")
+def turning(case, way):
+    """The system with its drive at a constant speed for 0.4 s, or for most of its way."""
+    _, system, model = case
+    duration = 0.4 if way.full else 0.8 * way.values[-1] / SPEED
+    return system.replaced({"duration": duration, f"drives.{model.pivot}.speed": SPEED})
+
+
+def test_the_drive_does_the_work_that_changes_the_energy(case, turning):
+    """Torque at a constant speed = derivative of kinetic and potential energy to the angle."""
+    _, _, model = case
+    times = np.linspace(0.0, turning.experiment.duration, 6)
+    exact = ideal(turning).evaluate(times)[f"{model.pivot}.torque"]
+    own = [model.torque(SPEED * time, SPEED, GRAVITY) for time in times]
+    np.testing.assert_allclose(exact, own, rtol=0, atol=1e-6 * np.abs(exact).max())
+
+
+def test_the_energy_of_a_run_balances(case, turning):
+    """Work of the drive in a run of the compiled engine = change of the model's own energy."""
+    _, _, model = case
+    run = simulate(turning, "compiled")
+    assert run.status is Status.OK
+    assert run.provenance["loop_error"] < 1e-9
+    work = SPEED * integral(run, f"{model.pivot}.torque")
+    energies = []
+    for angle in (0.0, SPEED * turning.experiment.duration):
+        model.go_to(angle)
+        energies.append(model.energy(angle, SPEED, GRAVITY))
+    size = max(map(abs, energies)) + np.abs(run["kinetic_energy"]).max()
+    assert work == pytest.approx(energies[1] - energies[0], abs=1e-6 * size)
