@@ -19,10 +19,16 @@ class InputError(ValueError):
         The element or key, as the user wrote it: ``<joint name="A">`` or ``joints.A.clearance``.
     problem : str
         What is wrong, and what would be right.
+
+    Attributes
+    ----------
+    source, where, problem
+        As given.
     """
 
     def __init__(self, source: str | Path, where: str, problem: str) -> None:
         name = source.name or str(source) if isinstance(source, Path) else source
+        self.source, self.where, self.problem = source, where, problem
         parts = [part for part in (str(name), where, problem) if part]
         super().__init__(" ".join(": ".join(parts).split()))
 

@@ -13,7 +13,7 @@ from contextlib import redirect_stdout
 from math import sqrt
 
 import pytest
-from machines import four_bar
+from machines import four_bar, slider_crank
 
 from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
@@ -225,6 +225,37 @@ def test_keys_and_outputs_are_listed_with_their_units(seven_bar, capsys):
         assert listed[name].partition(";")[0].endswith(f" [{unit}]")  # then its bounds and default
     quantities = {name.rpartition(".")[2] for name in listed}
     assert {name.rpartition(".")[2] for name in names(seven_bar) if not name.startswith("q.")} <= quantities
+
+
+@pytest.mark.parametrize("path", ["joints.A.friction", "joints.NAME.friction", "contacts.foot.friction", "friction"])
+def test_keys_at_a_path_are_listed(path, capsys):
+    assert main(["keys", path]) == 0
+    listed = [line.split("  ")[0] for line in capsys.readouterr().out.splitlines()]
+    tables = ["joints", "contacts"] if path == "friction" else [path.partition(".")[0]]
+    for table in tables:
+        assert {f"{table}.NAME.friction.{key}" for key in ("law", "coefficient", "v_0", "v_1")} <= set(listed)
+    assert {name.split(".")[0] for name in listed} == set(tables)
+    assert all("friction" in name for name in listed)
+
+
+def test_outputs_are_listed_by_path_and_a_wrong_path_is_answered(capsys):
+    assert main(["keys", "A.eccentricity_ratio"]) == 0
+    assert capsys.readouterr().out.startswith("JOINT (film, dry, mixed).eccentricity_ratio  ")
+    assert main(["keys", "joints.A.frictoin"]) == 2
+    assert capsys.readouterr().err.startswith("error: keys: joints.A.frictoin: is no key and no output; did you mean")
+
+
+def test_names_with_a_slash_become_files(tmp_path, capsys, experiment_file):
+    text = slider_crank().replace('"slider"', '"arm/slider"').replace(">slider<", ">arm/slider<")
+    file = experiment_file(text, 'duration = 0.05\noutputs = ["arm/slider.x"]\n[drives.O]\nspeed = 100.0\n')
+    out = tmp_path / "out"
+    assert main(["simulate", str(file), "--out", str(out), "--no-animation"]) == 0
+    assert (out / "output_arm%2Fslider.x.png").is_file()
+    assert main(["report", str(out)]) == 0
+    assert "arm/slider.x over time" in (out / "report.html").read_text()
+    for form in ("csv", "mat", "netcdf"):
+        assert main(["export", str(out), "--to", form]) == 0
+    capsys.readouterr()
 
 
 def test_a_reader_that_leaves_is_no_error():

@@ -1,10 +1,14 @@
 """Experiments from TOML: sources, overrides, refusals."""
 
+import math
+import re
+
 import pytest
 from machines import four_bar
 
 from linkages import InputError, load, load_experiment
 from linkages.cli.main import main
+from linkages.laws import FRICTIONS
 from linkages.model.experiment import keys
 
 GOOD = """
@@ -138,8 +142,37 @@ def test_missing_files_are_refused(tmp_path):
         load(tmp_path / "none.toml")
     path = tmp_path / "e.toml"
     path.write_text('mechanism = "none.sdf"\nduration = 1.0\n')
-    with pytest.raises(InputError, match=r"none\.sdf: cannot be read"):
+    with pytest.raises(InputError, match=r'^e\.toml: mechanism: is "none\.sdf", which cannot be read'):
         load(path)
+    (tmp_path / "A.x").write_text("no machine")
+    for name, problem in (
+        ("A.x", "is not well-formed XML"),
+        ("e.toml", "is not well-formed XML"),
+        ("B.x", "cannot be"),
+    ):
+        path.write_text(f'mechanism = "{name}"\nduration = 1.0\n')
+        with pytest.raises(InputError, match=rf'^e\.toml: mechanism: is "{re.escape(name)}", which {problem}'):
+            load(path)
+
+
+@pytest.mark.parametrize(("law", "fine"), [("coulomb", True), ("lugre", True), ("ambrosio", False), ("cubic", False)])
+def test_a_law_without_v_0_takes_any_v_1(experiment_file, law, fine):
+    """Coulomb's law is mu_d tanh(v/v_1), which v_0 is no part of."""
+    contact = 'contact = { law = "flores", restitution = 0.8, youngs_modulus = 2e11 }\n'
+    friction = f'friction = {{ law = "{law}", coefficient = 0.1, v_1 = 1e-4 }}\n'
+    text = f'duration = 1.0\n[joints.A]\nmodel = "dry"\nclearance = 1e-4\n{contact}{friction}'
+    file = experiment_file(four_bar(), text)
+    if fine:
+        system = load(file)
+        assert system.laws["v_1"][0] == 1e-4
+        v = 2e-4
+        record = system.laws[0]
+        if law == "coulomb":
+            assert FRICTIONS[law].coefficient(v, 0.0, record) == pytest.approx(0.1 * math.tanh(2.0), rel=1e-14)
+    else:
+        with pytest.raises(InputError, match=r"v_1 must be above v_0, which is 0\.0001 m/s, the default; give v_0"):
+            load(file)
+        assert load(file, {"joints.A.friction.v_0": 1e-5}).laws["v_0"][0] == 1e-5
 
 
 def test_files_without_an_end_are_refused(tmp_path, experiment_file):

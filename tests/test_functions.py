@@ -7,7 +7,7 @@ import pytest
 from machines import four_bar
 from test_loads import GOOD, RNG, direction, slope, states
 
-from linkages import InputError, ideal, load
+from linkages import InputError, ideal, load, simulate
 from linkages.files.formula import FUNCTIONS, parse
 from linkages.model.functions import formula, program, table_over
 from linkages.planar.jets import CODES
@@ -243,3 +243,26 @@ def test_wrong_functions_are_refused_in_one_line(experiment_file, case):
         load(experiment_file(four_bar(), start + text)).assembly  # noqa: B018
     assert reason in str(problem.value)
     assert "\n" not in str(problem.value)
+
+
+def test_a_controller_of_seventy_thousand_characters_moves_as_its_sum(experiment_file):
+    """A formula as programs write it: 1,600 terms, whose sum is one term."""
+    factors = [1e-6 * (k + 1) for k in range(1600)]
+    terms = " - ".join(f"{factor!r}*sin(O.coordinate)*cos(A.coordinate)" for factor in factors)
+    short = f"-{math.fsum(factors)!r}*sin(O.coordinate)*cos(A.coordinate)"
+    assert len(terms) > 70_000
+    runs = []
+    for text in (f"-{terms}", short):
+        load_text = f'duration = 0.2\ngravity = [0.0, -9.81, 0.0]\n[torques.P]\njoint = "O"\nformula = "{text}"\n'
+        runs.append(simulate(load(experiment_file(four_bar(), load_text)), "compiled"))
+    assert len(runs[0].time) == len(runs[1].time)
+    assert np.abs(runs[0]["P.torque"]).max() > 0.1
+    assert runs[0]["crank.angle"] == pytest.approx(runs[1]["crank.angle"], abs=1e-10)
+
+
+def test_a_part_of_a_formula_that_comes_again_is_computed_once():
+    steps = program(parse("sin(a*b) + 2*sin(a*b) - sin(a*b)*cos(b)"), {"a": 1, "b": 2}).steps
+    assert len(steps) == len({tuple(step) for step in steps.tolist()}) == 10
+    assert jet("sin(a*b) + 2*sin(a*b) - sin(a*b)*cos(b)", 0.3, 0.7)[0] == pytest.approx(
+        math.sin(0.21) * (3.0 - math.cos(0.7)), rel=1e-15
+    )

@@ -3,13 +3,29 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+
+from linkages.errors import InputError, nearest
 
 HELP = "list the keys of an experiment file and the outputs of a run, with units and meanings"
 
+_EXAMPLES = """examples:
+  linkages keys
+  linkages keys joints.A.friction
+  linkages keys friction
+"""
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add examples; the command takes no arguments."""
-    parser.epilog = "examples:\n  linkages keys\n  linkages keys | grep friction\n"
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    parser.add_argument(
+        "path",
+        nargs="?",
+        default="",
+        metavar="PATH",
+        help="list only the keys and outputs there and below; or with this word in their paths",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -17,11 +33,34 @@ def run(options: argparse.Namespace) -> int:
     from linkages.model.experiment import described
     from linkages.outputs.registry import table
 
-    outputs = [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
-    width = max(len(name) for name, _ in (*described(), *outputs))
-    for name, meaning in described():
-        print(f"{name:{width}s}  {meaning}")
-    print("\nOutputs of a run; `outputs` of an experiment takes those of POINTs, links and frames:\n")
-    for name, meaning in outputs:
-        print(f"{name:{width}s}  {meaning}")
+    keys, outputs = [*described()], [(name, f"{meaning} [{unit}]") for name, meaning, unit in table()]
+    if options.path:
+        found = [row for row in (*keys, *outputs) if _has(options.path.split("."), row[0].split("."))]
+        if not found:
+            words = {word for name, _ in (*keys, *outputs) for word in (name, *name.split("."))}
+            raise InputError("keys", options.path, f"is no key and no output; {nearest(options.path, words)}")
+        _show(found)
+        return 0
+    width = max(len(name) for name, _ in (*keys, *outputs))
+    _show(keys, width)
+    print(
+        "\nOutputs of a run; `outputs` of an experiment takes those of POINTs (links, frames), and places of JOINTs:\n"
+    )
+    _show(outputs, width)
     return 0
+
+
+def _has(wanted: Sequence[str], parts: Sequence[str]) -> bool:
+    """Tell whether a path has these parts, one after the other; capitals, as NAME, stand for any name."""
+    for start in range(len(parts) - len(wanted) + 1):
+        same = [word == part for word, part in zip(wanted, parts[start:], strict=False)]
+        named = [part.partition(" ")[0].isupper() for part in parts[start:]]
+        if any(same) and all(map(max, same, named)):
+            return True
+    return False
+
+
+def _show(rows: Sequence[tuple[str, str]], width: int = 0) -> None:
+    width = width or max(len(name) for name, _ in rows)
+    for name, meaning in rows:
+        print(f"{name:{width}s}  {meaning}")

@@ -11,8 +11,9 @@ from typing import TypeVar
 
 from linkages.errors import nearest
 
-_LONGEST = 1000  # characters
-_DEEPEST = 60  # levels of nesting: evaluation recurses
+_LONGEST = 200_000  # characters: formulas of controllers are written by programs
+_DEEPEST = 60  # levels of nesting, of which a sum or a product of many terms is one: evaluation recurses
+_SHOWN = 80  # characters of a formula in an error
 
 _OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
     ast.Add: operator.add,
@@ -88,8 +89,12 @@ class Formula:
                     return name(f"{owner}.{part}")
                 case ast.UnaryOp(op=op, operand=operand):
                     return apply(_OPERATORS[type(op)].__name__, [value(operand)])
-                case ast.BinOp(left=left, op=op, right=right):
-                    return apply(_OPERATORS[type(op)].__name__, [value(left), value(right)])
+                case ast.BinOp():
+                    first, others = _terms(node)
+                    result = value(first)
+                    for operation, other in others:
+                        result = apply(_OPERATORS[type(operation)].__name__, [result, value(other)])
+                    return result
                 case ast.Call(func=ast.Name(id=function), args=arguments):
                     return apply(function, [value(argument) for argument in arguments])
             raise AssertionError(ast.dump(node))  # `_check` let nothing else through
@@ -112,11 +117,15 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
         One sentence: what is wrong, and what would be right.
     """
     if len(text) > _LONGEST:
-        raise ValueError(f"is longer than {_LONGEST} characters")
+        raise ValueError(f"is longer than {_LONGEST:,} characters; give a table instead, or several loads")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f'"{text}" is not a formula') from None
+    except (RecursionError, MemoryError):
+        raise ValueError(
+            "has too many terms, or is nested too deeply; put parts of a long sum in parentheses"
+        ) from None
+    except (SyntaxError, ValueError):
+        raise ValueError(f'"{shown(text)}" is not a formula') from None
     names: set[str] = set()
     _check(tree, names, parts)
     return Formula(text, frozenset(names - set(CONSTANTS)), tree)
@@ -140,9 +149,10 @@ def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int =
             raise ValueError(f'"{owner}.{part}" is not arithmetic: behind a dot, {nearest(part, parts)}')
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
             _check(operand, names, parts, depth + 1)
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
-            _check(left, names, parts, depth + 1)
-            _check(right, names, parts, depth + 1)
+        case ast.BinOp(op=op) if type(op) in _OPERATORS:
+            first, others = _terms(node)
+            for term in (first, *(other for _, other in others)):
+                _check(term, names, parts, depth + 1)
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             if name not in FUNCTIONS:
                 raise ValueError(f'has no function "{name}"; {nearest(name, FUNCTIONS)}')
@@ -152,4 +162,19 @@ def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int =
             for argument in arguments:
                 _check(argument, names, parts, depth + 1)
         case _:
-            raise ValueError(f'"{ast.unparse(node)}" is not arithmetic: use numbers, names, + - * / ** and functions')
+            problem = "is not arithmetic: use numbers, names, + - * / ** and functions"
+            raise ValueError(f'"{shown(ast.unparse(node))}" {problem}')
+
+
+def _terms(node: ast.expr) -> tuple[ast.expr, list[tuple[ast.operator, ast.expr]]]:
+    """Split ``a + b - c`` into its first term, and the operators with the other ones: its left side nests deep."""
+    others: list[tuple[ast.operator, ast.expr]] = []
+    while isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+        others.append((node.op, node.right))
+        node = node.left
+    return node, others[::-1]
+
+
+def shown(text: str) -> str:
+    """Shorten a formula for an error."""
+    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

@@ -101,9 +101,11 @@ def write_parquet(path: Path, columns: Columns, units: Mapping[str, str], attrib
 
 
 def write_netcdf(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write NetCDF (version 3, which every reader knows) as `dataset` has it."""
+    """Write NetCDF (version 3, which every reader knows) as `dataset` has it; its names have no slash."""
     needed("xarray", "--to netcdf")
-    dataset(columns, units, attributes).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+    made = dataset(columns, units, attributes)
+    made = made.rename({name: str(name).replace("/", "_") for name in made if "/" in str(name)})
+    made.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
 
 
 #: How each format is written, and the end of its files' names.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import math
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -16,7 +17,20 @@ from linkages import disk
 from linkages.errors import InputError, RunError
 from linkages.signals import held
 
+_NO_FILE_NAME = re.compile(r"[%/\\\0]")
 _NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
+
+
+def file_name(name: str) -> str:
+    """Write a name of a link, a joint or an output so that it can be that of a file; `urllib.parse.unquote` reads it.
+
+    Examples
+    --------
+    >>> from linkages.files.writing import file_name
+    >>> file_name("arm/link.x")
+    'arm%2Flink.x'
+    """
+    return _NO_FILE_NAME.sub(lambda found: f"%{ord(found[0]):02X}", name)
 
 
 @contextmanager

@@ -9,8 +9,9 @@ bristle
     State z of the bristles [m], of LuGre only (`bristle_rate` is its rate).
 joint
     Record of `linkages.laws.PARAMETERS`: static and dynamic coefficient ``mu_s >= mu_d >= 0``, ``mu_s > 0`` (LuGre:
-    ``mu_d > 0``); where both are zero no law is called. Speeds ``0 <= v_0 < v_1`` [m/s], whose meaning is said with
-    each law; ``bristle_stiffness`` sigma_0 [1/m] and ``bristle_damping`` sigma_1 [s/m], per unit of load.
+    ``mu_d > 0``); where both are zero no law is called. Speeds ``v_0 >= 0`` and ``v_1 > 0`` [m/s], whose meaning is
+    said with each law, ``v_0 < v_1`` of a law with `Friction.two_speeds`; ``bristle_stiffness`` sigma_0 [1/m] and
+    ``bristle_damping`` sigma_1 [s/m], per unit of load.
 
 All laws are odd in (v, bristle), continuous and dissipative (LuGre: passive). To add one: its function here, and a
 line in `FRICTIONS`.
@@ -108,6 +109,7 @@ class Friction(NamedTuple):
     valid: str
     source: str
     bristles: bool = False  # whether the joint has LuGre's bristles as a state
+    two_speeds: bool = True  # whether it needs v_0 below v_1
 
     @property
     def address(self) -> int:
@@ -117,7 +119,7 @@ class Friction(NamedTuple):
 
 #: The friction laws an experiment can name.
 FRICTIONS = {
-    "none": Friction(None, "0", "frictionless contact", "-"),
+    "none": Friction(None, "0", "frictionless contact", "-", two_speeds=False),
     "ambrosio": Friction(
         ambrosio, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
         "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003",
@@ -128,11 +130,12 @@ FRICTIONS = {
     ),
     "coulomb": Friction(
         coulomb, "mu_d tanh(v/v_1)",
-        "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016",
+        "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016", two_speeds=False,
     ),
     "lugre": Friction(
         lugre, "sigma_0 z + sigma_1 dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v)",
-        "stick and slip; one state per joint", "Canudas de Wit et al., IEEE TAC 40, 1995", bristles=True,
+        "stick and slip; one state per joint", "Canudas de Wit et al., IEEE TAC 40, 1995",
+        bristles=True, two_speeds=False,
     ),
 }  # fmt: skip
 

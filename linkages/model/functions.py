@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from linkages.errors import nearest
-from linkages.files.formula import Formula, parse
+from linkages.files.formula import Formula, parse, shown
 from linkages.planar.jets import CODES
 from linkages.planar.motion import INPUT, NUMBER, TABLE, Program
 
@@ -20,6 +21,7 @@ OF_POINTS = {"x": "m", "y": "m", "angle": "rad", "vx": "m/s", "vy": "m/s", "omeg
 OF_JOINTS = {"coordinate": "rad", "rate": "rad/s"}
 
 
+@lru_cache(maxsize=64)  # a long formula takes a second
 def formula(text: str, of_state: bool = True) -> Formula:
     """Read a formula of the time t and, if asked for, of positions and speeds such as ``slider.x``.
 
@@ -32,7 +34,7 @@ def formula(text: str, of_state: bool = True) -> Formula:
     for name in sorted(found.names):
         if name != TIME and not (of_state and "." in name):
             known = f"{TIME}, the time" + (", or POINT.x, JOINT.rate and the like" if of_state else "")
-            raise ValueError(f'"{text}" has "{name}"; it may have {known}')
+            raise ValueError(f'"{shown(text)}" has "{name}"; it may have {known}')
     return found
 
 
@@ -45,11 +47,10 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
     >>> program(formula("2*t"), {"t": 0}).steps.tolist()
     [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [16.0, 0.0, 1.0]]
     """
-    steps: list[tuple[float, float, float]] = []
+    steps: dict[tuple[float, float, float], int] = {}  # each once: formulas written by programs repeat themselves
 
     def add(code: float, first: float, second: float = 0.0) -> int:
-        steps.append((code, first, second))
-        return len(steps) - 1
+        return steps.setdefault((code, first, second), len(steps))
 
     def apply(name: str, arguments: list[int]) -> int:
         if name == "pos":
@@ -63,7 +64,7 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
 
     last = given.fold(lambda value: add(NUMBER, value), lambda name: add(INPUT, inputs[name]), apply)
     assert last == len(steps) - 1
-    return Program(np.array(steps))
+    return Program(np.array([*steps], dtype=np.float64))
 
 
 def table_over(signal: int, table: int) -> Program:

@@ -237,10 +237,16 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
 
 @contextmanager
 def faults_of_values(experiment: Experiment) -> Iterator[None]:
-    """Say what is wrong with a value that an experiment replaces in its machine of that value, not of the file."""
+    """Attribute a fault of an experiment's machine to the key that caused it.
+
+    These keys are a value that the experiment replaces, and the name of a file that is no machine.
+    """
     try:
         yield
-    except InputError:
+    except InputError as fault:
+        if fault.source == experiment.mechanism_path and not fault.where:
+            problem = f'is "{experiment.mechanism}", which {fault.problem}'
+            raise InputError(experiment.origin("mechanism"), "mechanism", problem) from None
         path, values = experiment.mechanism_path, experiment.sdf_overrides
         for known in ({}, *({key: value} for key, value in values.items())):
             try:

@@ -139,15 +139,16 @@ class Friction(Table):
         None, description="dynamic coefficient; every law but none needs it; 0: no friction [1]"
     )
     static: NonNegative | None = Field(None, description="static coefficient; default: the dynamic one [1]")
-    v_0: NonNegative = Field(1e-4, description="first speed of the law [m/s]")
-    v_1: Positive = Field(1e-3, description="second speed of the law, above v_0 [m/s]")
+    v_0: NonNegative = Field(1e-4, description="lower speed of a law with two, as ambrosio and cubic [m/s]")
+    v_1: Positive = Field(1e-3, description="upper speed of a law with two; the speed of others [m/s]")
     bristle_stiffness: Positive = Field(1e5, description="LuGre: sigma_0 per unit of load [1/m]")
     bristle_damping: NonNegative = Field(0.0, description="LuGre: sigma_1 per unit of load [s/m]")
 
     @model_validator(mode="after")
     def _ordered(self) -> Friction:
-        if self.v_1 <= self.v_0:
-            raise ValueError("v_1 must be above v_0")
+        if self.v_1 <= self.v_0 and FRICTIONS[self.law].two_speeds:
+            default = "" if "v_0" in self.model_fields_set else ", the default; give v_0 as well"
+            raise ValueError(f"v_1 must be above v_0, which is {self.v_0:g} m/s{default}")
         if self.coefficient is None and self.law != "none":
             raise ValueError(f"{self.law} needs its coefficient [1]")
         if self.static is not None and self.static < (self.coefficient or 0.0):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from linkages.files.writing import file_name
 from linkages.outputs.registry import unit
 from linkages.plots.guides import guides_figure
 from linkages.plots.journals import contacts_figure, orbits_figure
@@ -59,7 +60,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         The files written.
     """
     figures: dict[str, Callable[[Study], Figure]] = {
-        f"output_{name}": partial(output_figure, name=name) for name in study.system.experiment.outputs
+        f"output_{file_name(name)}": partial(output_figure, name=name) for name in study.system.experiment.outputs
     }
     if study.system.tree.journals:
         figures["orbits"] = orbits_figure

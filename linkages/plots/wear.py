@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from linkages.files.numbers import rounded
+from linkages.files.writing import file_name
 from linkages.plots.style import COLORS, figure_style, typeset
 
 Array = NDArray[np.float64]
@@ -31,7 +32,7 @@ def write_figures(found: Mapping[str, Any], folder: Path) -> None:
     folder : Path
     """
     for name in found["joints"]:
-        profile_figure(found, name).savefig(folder / f"wear_{name}.png")
+        profile_figure(found, name).savefig(folder / f"wear_{file_name(name)}.png")
     history_figure(found).savefig(folder / "wear_history.png")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from importlib.resources import files
 from pathlib import Path
+from urllib.parse import unquote
 
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
@@ -83,9 +84,9 @@ def render(results: Results) -> str:
 
 def _figure(path: Path) -> dict[str, str]:
     """Caption, and the picture as a data URI."""
-    output = path.stem.removeprefix("output_")
+    output = unquote(path.stem.removeprefix("output_"))
     caption = FIGURES.get(path.stem, path.stem)
-    if output != path.stem:
+    if path.stem.startswith("output_"):
         caption = f"{output} over time, ideal joints beside clearance; below, their difference."
     return {"caption": caption, "source": data_uri(path, "png")}
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from linkages.errors import InputError
 from linkages.files.toml import validate
+from linkages.files.writing import file_name
 from linkages.results.impacts import Impact, read_impacts
 from linkages.results.shape import Summary
 
@@ -113,7 +114,7 @@ def _summary(folder: Path) -> dict[str, Any]:
 
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
-    order = {stem: k for k, stem in enumerate([*(f"output_{name}" for name in outputs), *FIGURES])}
+    order = {stem: k for k, stem in enumerate([*(f"output_{file_name(name)}" for name in outputs), *FIGURES])}
     found = (path for path in folder.glob("*.png") if path.stem != "drawing")
     return tuple(sorted(found, key=lambda path: (order.get(path.stem, len(order)), path.name)))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from markupsafe import Markup
 
@@ -121,4 +122,5 @@ _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
 def _caption(stem: str) -> str:
     if stem == "wear_history":
         return "Worn volume, depth and play; peaks of forces, torques and jitter over those of the new machine."
-    return f"Joint {stem.removeprefix('wear_')}: profiles over the life; round, with the wear enlarged, and unrolled."
+    joint = unquote(stem.removeprefix("wear_"))
+    return f"Joint {joint}: profiles over the life; round, with the wear enlarged, and unrolled."

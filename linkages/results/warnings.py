@@ -13,6 +13,12 @@ from linkages.system.segments import system_of
 
 ROUGH = 0.1  # of a peak: a change at the tighter tolerance that makes it rough
 _NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding or residue, and its change says nothing
+#: Peaks that are rounding, whatever they are beside: of motions of 1 m or 1 rad at 100 rad/s, in SI units.
+_ROUNDING = (
+    dict.fromkeys(("x", "y", "angle", "deflection"), 1e-12)
+    | dict.fromkeys(("vx", "vy", "omega", "rate"), 1e-10)
+    | dict.fromkeys(("ax", "ay", "alpha", "acceleration"), 1e-8)
+)
 _NAMED = 4  # most peaks, joints or times in a sentence
 
 #: Outputs that stay bounded in a singular position, and those that do where two branches cross.
@@ -127,7 +133,8 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
     found = []
     for key, error in errors.items():
         peak = peaks[key]
-        if error is not None and peak is not None and peak > _NOTHING * largest[_kind(key)]:
+        least = max(_NOTHING * largest[_kind(key)], _ROUNDING.get(_kind(key), 0.0))
+        if error is not None and peak is not None and peak > least:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])
 

@@ -14,6 +14,7 @@ from linkages import Status, ideal, simulate, study, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
 from linkages.results.singular import NEAR, passages
+from linkages.results.warnings import rough
 
 #: Drawn at 1 rad and driven at 6 rad/s: flat at pi and 2 pi.
 DRIVEN = """duration = {}
@@ -166,6 +167,20 @@ def test_peaks_that_another_tolerance_changes_by_more_than_a_tenth_are_rough():
     assert (warning["kind"], warning["time"]) == ("rough", None)
     assert "A.force.peak by 20 %" in warning["what"]
     assert "B.force" not in warning["what"]
+
+
+def test_the_noise_of_a_zero_is_not_rough():
+    """Rounding of an angle of 1 rad is 1e-16; a peak of 1e-14 that changes by all of itself is zero."""
+    noise = {
+        "slider.angle.peak": 1.7e-14,
+        "slider.omega.peak": 3e-13,
+        "slider.alpha.peak": 2e-11,
+        "slider.y.peak": 2e-15,
+    }
+    assert rough(None, noise, noise) == []
+    small = {key: 1e6 * peak for key, peak in noise.items()}
+    (warning,) = rough(None, small, small)
+    assert all(key.removesuffix(".peak") in warning["what"] for key in small)
 
 
 def test_errors_that_could_not_be_estimated_are_null_and_said(tmp_path, capsys, monkeypatch):
