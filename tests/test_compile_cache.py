@@ -1,6 +1,7 @@
 """Compiled code on disk: several processes at once, no place for it, a disk that is full, files that are damaged."""
 
 import os
+import pickle
 import subprocess
 import sys
 import threading
@@ -122,17 +123,51 @@ def no_place(tmp_path):
 
 def test_code_without_a_place_is_kept_in_a_temporary_folder_of_the_users_own(start, no_place, tmp_path):
     kept = tmp_path / "temporary" / f"linkages-{os.getuid()}"
+    why = f"because {tmp_path / 'file'} cannot be written; set NUMBA_CACHE_DIR to a folder that only you can write to\n"
     for hits in "01":
         found, errors = start("1", **no_place).communicate()
         assert found.split()[0] == hits
-        assert errors == (
-            f"warning: compiled code is kept in {kept}; set NUMBA_CACHE_DIR to a folder that can be written\n"
-        )
+        assert errors == f"warning: compiled code is kept in {kept}, {why}"
     kept.chmod(0o777)  # anybody could put code there
-    found, errors = start("1", **no_place).communicate()
-    assert found == "0 compiled\n"
-    assert errors.startswith("warning: compiled code is not kept")
-    assert len(errors.splitlines()) == 1
+    assert start("1", **no_place).communicate() == ("0 compiled\n", f"warning: compiled code is not kept, {why}")
+    kept.rename(tmp_path / "elsewhere")
+    (tmp_path / "elsewhere").chmod(0o700)
+    kept.symlink_to(tmp_path / "elsewhere")  # as anybody can make in a temporary folder
+    assert start("1", **no_place).communicate() == ("0 compiled\n", f"warning: compiled code is not kept, {why}")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders have other permissions here")
+@pytest.mark.parametrize("mode", [0o777, 0o775])
+def test_a_cache_that_other_users_can_write_to_is_not_used(start, tmp_path, mode):
+    """Its files are code: whoever can write them can do anything in the user's name."""
+    cache, private = tmp_path / "cache", tmp_path / "temporary" / f"linkages-{os.getuid()}"
+    (tmp_path / "temporary").mkdir()
+    assert start("1", TMPDIR=tmp_path / "temporary").communicate() == ("0 compiled\n", "")
+    assert cache.stat().st_mode & 0o777 == 0o700
+    assert not private.exists()  # a folder that is not needed is not made
+    cache.chmod(mode)
+    assert start("1", TMPDIR=tmp_path / "temporary").communicate() == (
+        "0 compiled\n",
+        f"warning: compiled code is kept in {private}, because other users can write to {cache};"
+        " set NUMBA_CACHE_DIR to a folder that only you can write to\n",
+    )
+
+
+def test_code_that_cannot_be_unpickled_is_compiled_again(start, tmp_path):
+    """Files that are sound and hold something else: whole, or in the part that numba reads."""
+
+    def other_result(content):
+        *rest, _ = pickle.loads(content)
+        return pickle.dumps((*rest, b"no pickle"))
+
+    assert start("1").communicate() == ("0 compiled\n", "")
+    for change in (lambda _: b"no pickle", lambda _: pickle.dumps((1, 2)), lambda _: b"cos\ngone\n.", other_result):
+        for file in (tmp_path / "cache").rglob("*.nbc"):
+            name = (file.parent.name + file.stem).encode()
+            keep(file, name, change(kept(file, name)))
+        found, errors = start("1").communicate()
+        assert (found, errors) == ("0 compiled\n", "")
+        assert start("1").communicate() == ("1\n", "")
 
 
 def test_damaged_code_is_compiled_again(start, tmp_path):

@@ -42,45 +42,51 @@ class Code(NamedTuple):
 
 
 def folder() -> Path | None:
-    """Where compiled code is kept: NUMBA_CACHE_DIR, the user's cache, or a temporary folder; None if all are closed."""
+    """Return the folder of compiled code: NUMBA_CACHE_DIR, the user's cache, or a temporary folder; None without any.
+
+    Code is loaded from there, so it is a folder that no other user can write to.
+    """
     named = os.environ.get("NUMBA_CACHE_DIR")
     return _folder(Path(named) if named else cache_directory() / "compiled")
 
 
 @cache
 def _folder(wanted: Path) -> Path | None:
-    for place in (wanted, temporary_folder()):
-        with suppress(OSError):
-            place.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=place):
-                pass
-            if place != wanted:
-                say(f"kept in {place}")
-            return place
-    say("not kept")
+    problem = _made(wanted)
+    if not problem:
+        return wanted
+    private = temporary_folder()
+    if not _made(private, follow_symlinks=False):
+        say(f"kept in {private}, because {problem}")
+        return private
+    say(f"not kept, because {problem}")
     return None
 
 
 def temporary_folder() -> Path:
-    """Where compiled code is kept if the user's cache cannot be written.
+    """Return the name of the folder of compiled code that is used if the user's cache cannot be."""
+    return Path(tempfile.gettempdir()) / f"linkages-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
 
-    Only in a folder of the user's own, and nobody else's: code is loaded from there.
-    """
-    path = Path(tempfile.gettempdir()) / f"linkages-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
+
+def _made(place: Path, follow_symlinks: bool = True) -> str:
+    """Make a folder for this user alone; returns the reason why code cannot be kept there, "" if it can."""
     try:
-        path.mkdir(mode=0o700, exist_ok=True)
-        seen = path.lstat()
-        if os.name == "posix" and (seen.st_uid != os.getuid() or seen.st_mode & 0o077 or path.is_symlink()):
-            return Path(os.devnull)
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        seen = place.stat(follow_symlinks=follow_symlinks)
+        if os.name == "posix" and (seen.st_uid not in (os.getuid(), 0) or seen.st_mode & 0o022):
+            return f"other users can write to {place}"
+        with tempfile.TemporaryFile(dir=place):
+            return ""
     except OSError:
-        return Path(os.devnull)
-    return path
+        return f"{place} cannot be written"
 
 
 @cache
 def say(how: str) -> None:
-    """Say once that compiled code is not kept where it should be."""
-    print(f"warning: compiled code is {how}; set NUMBA_CACHE_DIR to a folder that can be written", file=sys.stderr)
+    """Print once that compiled code is not kept where it should be."""
+    print(
+        f"warning: compiled code is {how}; set NUMBA_CACHE_DIR to a folder that only you can write to", file=sys.stderr
+    )
 
 
 class CodeCache:
@@ -112,7 +118,7 @@ class CodeCache:
             return None
         try:
             description, environment, typed = pickle.loads(code.result)
-        except (AttributeError, ImportError):  # of code of a user's own, whose types have other names now
+        except Exception:  # of types that have other names now, or of another version of a package
             return None
         return compile_result(
             typing_context=context.typing_context,
@@ -191,7 +197,10 @@ def _read(name: str) -> Code | None:
     content = None if place is None else kept(_path(place, name), name.encode())
     if place is None or content is None:
         return None
-    library_name, needs, symbols, code, result = pickle.loads(content)
+    try:
+        library_name, needs, symbols, code, result = pickle.loads(content)
+    except Exception:  # compiled again
+        return None
     for need, symbol in needs:
         if need is None and binding.address_of_symbol(symbol) is None:
             cpu_target.target_context.refresh()  # half of numba, for what few functions call
