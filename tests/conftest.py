@@ -6,6 +6,7 @@ from hypothesis import settings
 from shipped import shipped
 
 import linkages
+from linkages.cli import progress
 
 # Compiled functions are compiled at their first call: no deadline. The same examples in every run: a failure is one
 # that can be repeated; searching for new ones is `pytest --hypothesis-profile=default`.
@@ -15,6 +16,13 @@ settings.load_profile("repeatable")
 # Ctrl-C is ignored in a script's background job and in all that it starts; tests that press it need it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(autouse=True)
+def no_signs_of_life(monkeypatch):
+    """Keep the standard error of commands free of lines that depend on how busy the machine is."""
+    monkeypatch.setattr(progress, "_FIRST", 1e6)
+    monkeypatch.setattr(progress, "_LATER", 1e6)
 
 
 @pytest.fixture(scope="session")

@@ -1,15 +1,17 @@
-"""Files and ``--set`` values with something wrong in them, made at random, the same ones for the same seed."""
+"""Files, ``--set`` values and results with something wrong in them, made at random, the same ones for the same seed."""
 
 from __future__ import annotations
 
 import copy
+import json
 import random
 import re
 import tomllib
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
-from shipped import NAMES
+from shipped import BENT, NAMES
 
 from linkages.files.shipped import data_folder
 from linkages.files.toml import leaves
@@ -17,7 +19,7 @@ from linkages.model.experiment import keys
 from optim.problem.shipped import studies_folder
 
 MACHINES = [path for path in sorted(data_folder().glob("*.sdf")) if not path.stem.startswith("three_rrr")]
-EXPERIMENTS = [data_folder() / f"{name}.toml" for name in NAMES]
+EXPERIMENTS = [data_folder() / f"{name}.toml" for name in (*NAMES, *BENT)]
 STUDIES = sorted(studies_folder().glob("*.toml"))
 
 ET.register_namespace("linkages", "urn:linkages:sdf")
@@ -39,6 +41,14 @@ FACTORS = (-1.0, 0.5, 0.99, 1.01, 2.0, 10.0, *(10.0**power for power in range(-4
 ENCODINGS = """utf-16 utf-16-le utf-32 utf-7 latin-1 cp037 cp1252 shift_jis gb18030 big5 euc-kr iso2022_jp base64 hex rot13 zlib idna
 punycode unicode_escape raw_unicode_escape undefined mbcs koi8-r nonsense""".split()  # noqa: SIM905
 PATHS = sorted({path.replace("NAME", name) for path, _ in keys() for name in ("A", "O", "O1", "B")})
+
+
+def nested(content: Any) -> list[Any]:
+    """Find the tables and lists of JSON that have something in them, the outer ones first."""
+    if not isinstance(content, dict | list) or not content:
+        return []
+    inner = content.values() if isinstance(content, dict) else content
+    return [content, *(found for part in inner for found in nested(part))]
 
 
 class Mutator:
@@ -71,6 +81,33 @@ class Mutator:
         for _ in range(self.dice.choice((1, 1, 2, 8))):
             data = self.byte(data)
         return data
+
+    def result(self, name: str, data: bytes) -> bytes:
+        """Change a file of results."""
+        ways = [self.damage, self.json] if name.endswith(".json") else [self.damage]
+        if not name.endswith((".npz", ".png", ".block")):
+            ways.append(self.mutant)
+        return self.dice.choice(ways)(data)
+
+    def json(self, data: bytes) -> bytes:
+        """Drop, double, rename or replace a value of JSON."""
+        whole = json.loads(data)
+        places = [
+            (where, key) for where in nested(whole) for key in (where if isinstance(where, dict) else range(len(where)))
+        ]
+        (where, key), (other, name) = self.dice.choice(places), self.dice.choice(places)
+        match self.dice.randrange(4):
+            case 0:
+                del where[key]
+            case 1:
+                where[key] = copy.deepcopy(other[name])
+            case 2 if isinstance(where, dict):
+                where[f"{key}x"] = where.pop(key)
+            case _:
+                where[key] = self.dice.choice(
+                    (None, True, "", "x", "\ud800", -1, 0, 0.5, 1e308, float("nan"), 10**400, [], {}, [[]])
+                )
+        return json.dumps(whole).encode()
 
     def setting(self, text: str) -> str:
         """Make an item of ``--set`` for an experiment with this text."""

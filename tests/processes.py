@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+PROGRESS = re.compile(r".*, \d+ s so far$|.*: [\d.]+% in \d+ s")
 COMMAND = [sys.executable, "-m", "linkages.cli.main"]
 
 
@@ -26,10 +28,11 @@ def start(*words: object, room: int | None = None, **settings) -> subprocess.Pop
 
 
 def finish(process: subprocess.Popen) -> tuple[int, str]:
-    """Wait for a command; returns its exit status as a shell has it, and what it wrote on standard error."""
+    """Wait for a command; returns its exit status as a shell has it, and its standard error without progress."""
     _, errors = process.communicate(timeout=300)
     code = process.returncode
-    return (code if code >= 0 else 128 - code), errors
+    lines = [line for line in errors.splitlines(keepends=True) if not PROGRESS.match(line)]
+    return (code if code >= 0 else 128 - code), "".join(lines)
 
 
 def begun(process: subprocess.Popen) -> None:

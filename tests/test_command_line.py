@@ -172,6 +172,8 @@ def test_compilation_is_announced_once(tmp_path):
 
 def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_then_every_ten(monkeypatch, capsys):
     now = [0.0]
+    monkeypatch.setattr(progress, "_FIRST", 1.2)
+    monkeypatch.setattr(progress, "_LATER", 9.0)
     monkeypatch.setattr("time.monotonic", lambda: now[0])
     progress._silence.begin(False)
     advance = progress.progress_bar("run", 2.0)

@@ -1,6 +1,7 @@
 """Trajectories, extremes, and the command line's files."""
 
 import json
+import math
 import signal
 import subprocess
 import sys
@@ -113,6 +114,42 @@ def test_a_broken_trajectory_is_refused(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"t\.npz: is not a trajectory"):
         load_trajectory(path)
+
+
+def damaged_archives(path):
+    """A trajectory's file, spoilt as disks and other programs spoil files."""
+    whole, arrays = path.read_bytes(), dict(np.load(path))
+    header = json.loads(str(arrays["header"]))
+
+    def written(**changed):
+        np.savez_compressed(path, **(arrays | {name: np.array(value) for name, value in changed.items()}))
+        return path.read_bytes()
+
+    start = whole.index(b"PK\x01\x02")  # of the directory
+    yield "encrypted", whole[: start + 8] + b"\x01" + whole[start + 9 :]
+    yield "compressed by other means", whole[: start + 10] + b"\x63" + whole[start + 11 :]
+    middle = whole.index(b"PK\x03\x04", 4) - 20
+    yield "a bit", whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+    yield "no table", written(header="[]")
+    yield "deep", written(header="[" * 100_000)
+    yield "units", written(header=json.dumps(header | {"units": {"z": 1}}))
+    yield "provenance", written(header=json.dumps(header | {"provenance": "x"}))
+    yield "shorter", written(z=[1.0])
+    yield "text", written(z=["x"] * 11)
+    yield "table", written(time=np.zeros((11, 1)))
+    yield "backwards", written(time=np.linspace(1, 0, 11))
+    yield "no number", written(time=[0.0] * 10 + [math.nan])
+    yield "empty", written(time=[], z=[])
+
+
+def test_a_damaged_trajectory_is_refused(tmp_path):
+    path = tmp_path / "t.npz"
+    sample(np.linspace(0, 1, 11), wave, Status.OK, {}).save(path)
+    for name, content in damaged_archives(path):
+        path.write_bytes(content)
+        print(name)
+        with pytest.raises(InputError, match=r"t\.npz: is not a trajectory"):
+            load_trajectory(path)
 
 
 TOML = """duration = 0.2

@@ -106,6 +106,11 @@ def test_a_life_that_was_killed_goes_on_and_gives_the_same_bytes(press, tmp_path
     files[-2].write_bytes(files[-2].read_bytes()[:1000])  # half a file, as none is written: it is made again
     assert json.dumps(content(wear_life(system, 40, tolerance=5e-7, folder=folder))) == whole
     assert sorted(folder.iterdir()) == files
+    sound = files[0].read_bytes()
+    for at in (10, 40, len(sound) // 2, sound.rindex(b"PK\x01\x02") + 8, len(sound) - 1):  # a bit, anywhere
+        files[0].write_bytes(sound[:at] + bytes([sound[at] ^ 1]) + sound[at + 1 :])
+        assert json.dumps(content(wear_life(system, 40, tolerance=5e-7, folder=folder))) == whole
+        assert files[0].read_bytes() == sound
     other = wear_life(press(SPRING, **{"wear.coefficient": 2e-12, "wear.nodes": 120}), 20, folder=folder)
     assert other.volumes("B")[-1, 0] < 20 * 2e-12 * 7.0  # nothing of the other life
 
@@ -123,12 +128,12 @@ def test_a_command_that_was_killed_goes_on_whatever_the_number_of_threads(press,
 
     killed = begin("parts", 1)
     blocks = tmp_path / "parts" / "blocks"
-    while killed.poll() is None and len(list(blocks.glob("*.npz"))) < 2:
+    while killed.poll() is None and len(list(blocks.glob("*.block"))) < 2:
         time.sleep(0.001)
     killed.kill()
     assert finish(killed)[0] == 128 + signal.SIGKILL
     assert not (tmp_path / "parts" / "wear.json").exists()
-    left = {path: path.stat().st_mtime_ns for path in blocks.glob("*.npz")}
+    left = {path: path.stat().st_mtime_ns for path in blocks.glob("*.block")}
     assert finish(begin("parts", 2)) == finish(begin("whole", 1))
     assert (tmp_path / "parts" / "wear.json").read_bytes() == (tmp_path / "whole" / "wear.json").read_bytes()
     assert len(left) >= 2
@@ -274,7 +279,7 @@ def test_the_command_writes_the_contract(press, tmp_path, capsys):
     (out / "wear.json").write_text('{"cycles": 20}')
     assert main(["report", str(out)]) == 2
     error = capsys.readouterr().err
-    assert "give the --out folder of `linkages wear`" in error
+    assert error == "error: wear.json: status: is missing\n"
     assert error.count("\n") == 1
 
 

@@ -28,6 +28,7 @@ It may import errors and `flexible`.
 | numbers     | which numbers of a file are plausible, how they are written for readers |
 | tables      | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF     |
 | shipped     | the machines and experiments that come with the package                 |
+| arrays      | NumPy archives, read safely                                             |
 | reading     | files of the user's, read whole                                         |
 | writing     | files and folders that are written whole or not at all                  |
 | lock        | one process at a time                                                   |

@@ -44,9 +44,15 @@ def whole(path: Path) -> Iterator[Path]:
     RunError
         If there is no room.
     """
+    with errors_of_writing(path), disk.whole(path) as partial:
+        yield partial
+
+
+@contextmanager
+def errors_of_writing(path: Path) -> Iterator[None]:
+    """Raise an OSError of a place that is written to as an InputError, or a RunError if there is no room."""
     try:
-        with disk.whole(path) as partial:
-            yield partial
+        yield
     except OSError as problem:
         raise _refusal(path, problem) from None
 

@@ -69,7 +69,7 @@ def render(results: Results) -> str:
         impacts=tables.impacts(results),
         drawing=data_uri(results.drawing, "svg+xml") if results.drawing else None,
         figures=[_figure(path) for path in results.figures],
-        animation=results.animation.read_text(encoding="utf-8") if results.animation else None,
+        animation=results.animation,
         parameters=tables.parameters(results),
         mechanism=results.experiment["mechanism"],
         provenance=[tables.provenance(results), tables.files(results)],

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from linkages.errors import InputError
-from linkages.files.toml import validate
+from linkages.files.toml import Table, validate
 from linkages.files.writing import file_name
 from linkages.results.impacts import Impact, read_impacts
 from linkages.results.shape import Summary
@@ -35,7 +36,9 @@ class Results:
         ``summary.json``.
     figures : tuple of Path
         PNG files, in the order of reading.
-    animation, drawing : Path or None
+    animation : str or None
+        The page of the animation.
+    drawing : Path or None
     impacts : tuple of Impact or None
         Every contact; None if no joint could touch.
     """
@@ -43,7 +46,7 @@ class Results:
     folder: Path
     summary: dict[str, Any]
     figures: tuple[Path, ...]
-    animation: Path | None
+    animation: str | None
     drawing: Path | None
     impacts: tuple[Impact, ...] | None
 
@@ -92,25 +95,49 @@ def load_results(folder: str | Path) -> Results:
         raise InputError(str(folder), "", "is not a folder; give the --out folder of `linkages simulate`")
     summary = _summary(folder)
     figures, impacts = _figures(folder, list(summary["outputs"])), _impacts(folder)
-    animation, drawing = (
-        path if path.is_file() else None for path in (folder / "animation.html", folder / "drawing.svg")
-    )
-    return Results(folder, summary, figures, animation, drawing, impacts)
+    drawing = folder / "drawing.svg"
+    animation = read_page(folder / "animation.html")
+    return Results(folder, summary, figures, animation, drawing if drawing.is_file() else None, impacts)
 
 
 def _summary(folder: Path) -> dict[str, Any]:
-    path = folder / "summary.json"
     hint = "give the --out folder of `linkages simulate`"
+    if not (folder / "summary.json").exists():
+        raise InputError(str(folder), "summary.json", f"is not there; {hint}")
+    return read_json(folder / "summary.json", Summary, hint)
+
+
+def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
+    """Read a JSON file of a shape.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or a value is missing or wrong; where it is no object of JSON at all, with a hint.
+    """
     try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(str(folder), "summary.json", f"is not there; {hint}") from None
+        content = json.loads(path.read_text(encoding="utf-8"))
+        json.dumps(content, ensure_ascii=False).encode()  # half a character cannot be written into a page
     except (OSError, ValueError, RecursionError) as problem:
         raise InputError(str(path), "", f"cannot be read ({problem}); {hint}") from None
-    if not isinstance(summary, dict):
-        raise InputError(str(path), "", f"is not a summary of `linkages simulate`; {hint}")
-    validate(Summary, summary, path)
-    return summary
+    if not isinstance(content, dict):
+        raise InputError(str(path), "", f"holds no table of values; {hint}")
+    validate(shape, content, path)
+    return content
+
+
+def read_page(path: Path) -> str | None:
+    """Read a page that is shown within another; None if there is none.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8") if path.is_file() else None
+    except (OSError, ValueError) as problem:
+        raise InputError(str(path), "", f"cannot be read ({problem}); remove it, or write it anew") from None
 
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:
@@ -125,5 +152,5 @@ def _impacts(folder: Path) -> tuple[Impact, ...] | None:
         return None
     try:
         return tuple(read_impacts(folder))
-    except (OSError, ValueError, KeyError, TypeError) as problem:
+    except (OSError, ValueError, KeyError, TypeError, csv.Error) as problem:
         raise InputError(str(path), "", f"is not a list of contacts written by linkages ({problem})") from None

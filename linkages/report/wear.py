@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -10,16 +9,15 @@ from urllib.parse import unquote
 from markupsafe import Markup
 
 from linkages.brief import counted
-from linkages.errors import InputError
 from linkages.files.writing import whole
 from linkages.report.page import data_uri, own, template
+from linkages.report.results import read_json, read_page
 from linkages.report.tables import Table, number
 from linkages.report.words import typeset
+from linkages.results.shape import Wear
 
 #: What a life leaves in its folder.
 CONTENT = "wear.json"
-
-_HINT = "give the --out folder of `linkages wear`"
 
 
 def write_wear_report(folder: Path, path: Path) -> None:
@@ -37,24 +35,18 @@ def write_wear_report(folder: Path, path: Path) -> None:
     InputError
         If the folder holds no life, or the file cannot be written.
     """
-    source = folder / CONTENT
-    try:
-        found = json.loads(source.read_text(encoding="utf-8"))
-        text = _render(found, folder)
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as problem:
-        raise InputError(str(source), "", f"cannot be read ({problem!r}); {_HINT}") from None
+    text = _render(read_json(folder / CONTENT, Wear, "give the --out folder of `linkages wear`"), folder)
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
 
 def _render(found: dict[str, Any], folder: Path) -> str:
-    animation = folder / "wear.html"
     return template("wear.html").render(
         style=Markup(own("page.css")),
         title=found["title"] or found["experiment"],
         answer=_answer(found),
         results=[_joints(found), _peaks(found), _stages(found)],
-        animation=animation.read_text(encoding="utf-8") if animation.is_file() else None,
+        animation=read_page(folder / "wear.html"),
         figures=[
             {"caption": _caption(figure.stem), "source": data_uri(figure, "png")}
             for figure in sorted(folder.glob("wear_*.png"))

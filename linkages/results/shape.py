@@ -1,4 +1,4 @@
-"""The shape of ``summary.json``, to check what is read: docs/outputs.md tells what its keys mean."""
+"""The shapes of ``summary.json`` and ``wear.json``, to check a file that is read: docs/outputs.md explains the keys."""
 
 from __future__ import annotations
 
@@ -179,4 +179,39 @@ class Summary(_Numbers):
                 raise ValueError(f"{where}.{missing} is missing")
         if self.report != "whole" and self.report not in self.windows:
             raise ValueError(f'report: there is no window "{self.report}"')
+        return self
+
+
+class _WornJoint(_Part):
+    volume: Finite
+    depth: Finite
+    play: Finite
+    clearance: Finite
+    coefficient: Finite
+    load_distance: Finite
+
+
+class _WearBlock(_Part):
+    cycles: int = Field(ge=0)
+    error: _Number
+    peaks: dict[str, Finite]
+    joints: dict[str, _WornJoint]
+
+
+class Wear(_Part):
+    """The shape of ``wear.json``."""
+
+    cycles: int = Field(ge=0)
+    status: _Status
+    title: str | None
+    experiment: str
+    joints: dict[str, _WornJoint]
+    blocks: list[_WearBlock] = Field(min_length=1)
+    simulated_cycles: int = Field(ge=0)
+    tolerance: Finite
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if missing := self.blocks[0].peaks.keys() - self.blocks[-1].peaks.keys():
+            raise ValueError(f"blocks: the last one has no peak of {min(missing)}")
         return self

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
 from linkages.files import tables
+from linkages.files.arrays import read_arrays
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
 from linkages.results.loops import Loops
@@ -183,13 +183,24 @@ def load_trajectory(path: str | Path) -> Trajectory:
     """
     path = Path(path)
     try:
-        with np.load(path, allow_pickle=False) as data:
-            header = json.loads(str(data["header"]))
-            columns = {name: data[name] for name in data.files if name != "header"}
-        status, provenance = Status(header["status"]), header["provenance"]
-        return Trajectory(columns["time"], columns, status, provenance, units=header.get("units", {}))
-    except (OSError, EOFError, ValueError, KeyError, BadZipFile) as problem:
+        return _trajectory(read_arrays(path))
+    except (ValueError, KeyError, TypeError, RecursionError) as problem:
         raise InputError(path, "", f"is not a trajectory written by linkages ({problem})") from None
+
+
+def _trajectory(columns: dict[str, NDArray[Any]]) -> Trajectory:
+    """Make a trajectory of the arrays of a file."""
+    header = json.loads(str(columns.pop("header")))
+    status, provenance, units = Status(header["status"]), dict(header["provenance"]), dict(header.get("units", {}))
+    time = columns["time"]
+    if time.ndim != 1 or not len(time) or not np.all(np.diff(time, prepend=time[0]) >= 0.0):
+        raise ValueError("its times do not increase")
+    for name, column in columns.items():
+        if column.dtype != np.float64 or column.shape != time.shape:
+            raise ValueError(f"its column {name} is not a list of as many numbers as there are times")
+    if not all(isinstance(unit, str) for unit in units.values()):
+        raise ValueError("its units are not texts")
+    return Trajectory(time, columns, status, provenance, units=units)
 
 
 def sample(

@@ -204,7 +204,10 @@ BAD = {
     "no summary": (lambda folder: (folder / "summary.json").unlink(), "summary.json: is not there"),
     "no JSON": (lambda folder: (folder / "summary.json").write_text("{"), "cannot be read"),
     "another summary": (lambda folder: (folder / "summary.json").write_text("{}"), "is missing"),
-    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "is not a summary"),
+    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "holds no table"),
+    "half a character": (lambda folder: (folder / "summary.json").write_text(r'{"title": "\ud800"}'), "cannot be read"),
+    "no text": (lambda folder: (folder / "animation.html").write_bytes(b"<html>\xff"), "animation.html: cannot be read"),
+    "endless contact": (lambda folder: (folder / "impacts.csv").write_text('joint\n"' + 200_000 * "x"), "list of contacts"),
     "broken contacts": (lambda folder: (folder / "impacts.csv").write_text("joint,start\nB,1\n"), "list of contacts"),
 }  # fmt: skip
 

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from linkages.disk import keep, kept
 from linkages.errors import Status
 from linkages.explore.wear.measure import Block, Removed, Start, measure
 from linkages.files.versions import versions
-from linkages.files.writing import whole
+from linkages.files.writing import errors_of_writing
 from linkages.system import System
 
 
@@ -21,7 +22,8 @@ class Store:
     """Measures blocks, or finds them in a folder where they were measured before.
 
     A block follows from the system, the profiles, where it begins and how well it must be known; these, and the
-    versions of the packages, make its file's name. Each file is written whole or not at all.
+    versions of the packages, make its file's name. A file is written whole or not at all, with a digest: a
+    damaged one is as good as none.
 
     Parameters
     ----------
@@ -51,13 +53,15 @@ class Store:
         for part in parts:
             digest.update(np.ascontiguousarray(part).tobytes())
         self.count += 1
-        path = self.folder / f"{self.count:04d}-{digest.hexdigest()[:16]}.npz"
-        block = _read(path)
-        if block is None:
-            block = measure(self.system, removed, start, scatter, self.drive, single)
-            self.folder.mkdir(parents=True, exist_ok=True)
-            with whole(path) as partial, partial.open("wb") as file:
-                np.savez(file, **_arrays(block))
+        path = self.folder / f"{self.count:04d}-{digest.hexdigest()[:16]}.block"
+        content = kept(path, digest.digest())
+        if content is not None:
+            return _block(content)
+        block = measure(self.system, removed, start, scatter, self.drive, single)
+        written = io.BytesIO()
+        np.savez(written, **_arrays(block))
+        with errors_of_writing(path):
+            keep(path, digest.digest(), written.getvalue())
         return block
 
 
@@ -70,18 +74,14 @@ def _arrays(block: Block) -> dict[str, Any]:
     return found | end | {"cycles": np.array(block.cycles), "status": np.array(block.status.value)}
 
 
-def _read(path: Path) -> Block | None:
-    """Read a block back; None if there is none, or none that is whole."""
-    try:
-        with np.load(path) as file:
-            data = {name: file[name] for name in file.files}
+def _block(content: bytes) -> Block:
+    """Make a block of the bytes that were kept of it."""
+    with np.load(io.BytesIO(content)) as file:
+        data = {name: file[name] for name in file.files}
 
-            def of(kind: str) -> dict[str, Any]:
-                return {name.removeprefix(kind): data[name] for name in file.files if name.startswith(kind)}
+    def of(kind: str) -> dict[str, Any]:
+        return {name.removeprefix(kind): values for name, values in data.items() if name.startswith(kind)}
 
-            end = Start(data["y"], data["memory"], float(data["step"]))
-            peaks = {name: float(value) for name, value in of("peak ").items()}
-            status = Status(str(data["status"]))
-            return Block(of("loads "), of("work "), peaks, int(data["cycles"]), end, status)
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
-        return None
+    end = Start(data["y"], data["memory"], float(data["step"]))
+    peaks = {name: float(value) for name, value in of("peak ").items()}
+    return Block(of("loads "), of("work "), peaks, int(data["cycles"]), end, Status(str(data["status"])))
