@@ -21,7 +21,6 @@ from numba.extending import intrinsic
 
 from linkages.kernel import claims
 from linkages.kernel.cache import CodeCache
-from linkages.kernel.pipeline import hurried
 from linkages.kernel.units import UnitCompiler
 
 _COMPILING = not getattr(config, "DISABLE_JIT", False)
@@ -50,7 +49,7 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     kinds, options = (signature.args, signature.return_type), {"error_model": "numpy"}
     compiled: Any = CFunc(plain, kinds, {}, options, pipeline_class=UnitCompiler)
     compiled._cache = CodeCache(plain, UnitCompiler)
-    with global_compiler_lock, hurried():
+    with global_compiler_lock:
         compiled.compile()
     place = cast(int, compiled.address)
     _alive[place] = compiled

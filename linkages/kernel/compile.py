@@ -18,7 +18,6 @@ from numba.core.sigutils import normalize_signature
 
 from linkages.kernel import ahead
 from linkages.kernel.cache import CodeCache
-from linkages.kernel.pipeline import hurried
 from linkages.kernel.units import PartCompiler, UnitCompiler
 
 failures: list[BaseException] = []  #: met where compiled code asked for a late kernel, to be raised in Python
@@ -59,7 +58,7 @@ class _Dispatcher(CPUDispatcher):
         kinds, result = normalize_signature(sig)
         kinds = tuple(map(types.unliteral, kinds))
         sig = kinds if result is None else result(*kinds)
-        with global_compiler_lock, hurried(), self._compiling_counter:
+        with global_compiler_lock, self._compiling_counter:
             if kinds not in self.overloads:
                 compiled = self._cache.load_overload(sig, self.targetctx)
                 if compiled is None:

@@ -22,7 +22,7 @@ from numba.core.funcdesc import default_mangler
 
 from linkages.kernel import ahead, claims, indices
 from linkages.kernel.identity import identity
-from linkages.kernel.pipeline import ShortCompiler
+from linkages.kernel.ownership import KernelCompiler
 
 
 class _Library(JITCodeLibrary):
@@ -126,7 +126,7 @@ def _mangled(name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> s
     return str(default_mangler(name, (), abi_tags=(*abi_tags, digest), uid=uid))
 
 
-class _Named(ShortCompiler):
+class _Named(KernelCompiler):
     """Names code by what the function is, so that names are the same in all processes."""
 
     library: type[JITCodeLibrary]
