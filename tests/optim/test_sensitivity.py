@@ -35,7 +35,7 @@ def closed_form():
 
 def test_ishigami():
     first, total, variance = closed_form()
-    found = sobol(ishigami, LOWER, UPPER, 4096, 1)
+    found = sobol(ishigami, LOWER, UPPER, 2**14, 1)
     assert found.first[0] == pytest.approx(first, abs=0.01)
     assert found.total[0] == pytest.approx(total, abs=0.01)
     assert found.deviation[0] ** 2 == pytest.approx(variance, rel=0.01)
