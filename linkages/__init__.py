@@ -34,7 +34,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import lazy_names
+import lazy_loader
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -61,9 +61,9 @@ if TYPE_CHECKING:
     from linkages.system.system import System, load
 
 #: Modules and their public names, which are loaded on first use, so that ``import linkages`` is fast.
-__all__, __getattr__ = lazy_names(
+__getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
-    {
+    submod_attrs={
         "engines.compiled.batch": ("Batch", "simulate_batch"),
         "engines.study": ("ideal", "simulate", "study"),
         "errors": ("AssemblyError", "InputError", "RunError", "Status"),

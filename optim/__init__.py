@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import lazy_names
+import lazy_loader
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
     from optim.store.store import Store, read_store
 
 #: Modules and their public names, which are loaded on first use, so that ``import optim`` is fast.
-__all__, __getattr__ = lazy_names(
+__getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
-    {
+    submod_attrs={
         "algorithms.archive": ("Archive",),
         "algorithms.nlp": ("Ending", "Problem", "Progress", "Result", "Values"),
         "algorithms.pareto": ("hypervolume", "knee"),

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import lazy_names
+import lazy_loader
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from linkages.plots.style import COLORS, LINES, figure_style
 
 #: Modules and their public names, loaded on first use: the animation needs Drake, the palette nothing.
-__all__, __getattr__ = lazy_names(
+__getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
-    {
+    submod_attrs={
         "animation.recording": ("write_animation",),
         "attractors": ("bifurcation_figure", "exponent_figure", "section_figure", "spectrum_figure"),
         "drawing.raster": ("pose",),

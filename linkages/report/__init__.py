@@ -16,7 +16,7 @@ anything else, so that what is read in ten years is what is read today.
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import lazy_names
+import lazy_loader
 
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
@@ -24,7 +24,11 @@ if TYPE_CHECKING:
     from linkages.report.results import Results, load_results
     from linkages.report.wear import CONTENT, write_wear_report
 
-__all__, __getattr__ = lazy_names(
+__getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
-    {"page": ("write_report",), "results": ("Results", "load_results"), "wear": ("CONTENT", "write_wear_report")},
+    submod_attrs={
+        "page": ("write_report",),
+        "results": ("Results", "load_results"),
+        "wear": ("CONTENT", "write_wear_report"),
+    },
 )

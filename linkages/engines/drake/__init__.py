@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from linkages.lazy import lazy_names
+import lazy_loader
 
 # ruff: noqa: F401 - for type checkers; what compiles ahead needs no Drake
 if TYPE_CHECKING:
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from linkages.engines.drake.simulation import simulate
     from linkages.engines.drake.wiring import picture
 
-__all__, __getattr__ = lazy_names(
+__getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
-    {
+    submod_attrs={
         "clearance": ("JOINT_OUTPUTS",),
         "diagram": ("Linkage", "add_linkage", "build_diagram"),
         "wiring": ("picture",),
