@@ -6,7 +6,7 @@ Each folder imports only from those above it:
 |-----------|---------------------------------------------------------------------------------------------|
 | errors    | bad input, failed runs, named statuses with remedies                                        |
 | brief     | objects that show themselves in one line, and as a small table in a notebook                 |
-| signals   | Ctrl-C and SIGTERM                                                                          |
+| signals   | SIGINT and SIGTERM                                                                          |
 | disk      | what is written whole or not at all, and read only if it is sound                           |
 | kernel    | how functions are compiled                                                                  |
 | files     | SDFormat, TOML, shipped files, files written whole or not at all                            |

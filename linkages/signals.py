@@ -1,75 +1,66 @@
-"""Ctrl-C and SIGTERM: held back where they would do harm, and alike where they end a command."""
+"""Interrupts: SIGINT (Ctrl-C) and SIGTERM end a command alike, and can be deferred to the end of a short block."""
 
 from __future__ import annotations
 
-import _thread
 import signal
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from types import FrameType
+
+_NUMBERS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Interrupted(KeyboardInterrupt):
+    """SIGINT or SIGTERM arrived while a command ran."""
 
 
 @contextmanager
-def held() -> Iterator[None]:
-    """Hold Ctrl-C back to the end of what must not be struck: compiled code that hands over what it made, renaming."""
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
-        yield
-        return
-    pressed: list[tuple[Any, ...]] = []
-    signal.signal(signal.SIGINT, lambda *arguments: pressed.append(arguments))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if pressed:
-        before(*pressed[0])
+def interruptible() -> Iterator[list[int]]:
+    """Raise `Interrupted` where SIGINT or SIGTERM arrives; yield the list of the numbers that have arrived.
 
-
-@contextmanager
-def terminable() -> Iterator[list[int]]:
-    """Let SIGTERM act as Ctrl-C does, in the background too; gives a list to which each signal that ends is added.
-
-    Python drops a KeyboardInterrupt that strikes a callback (of a weak reference, of a compiler) with an "Exception
-    ignored" and goes on, and C code that imports something may print it and go on; here it is raised again soon after,
-    without a word.
+    A SIGINT that the process ignores, as a background job of a script does, stays ignored. Outside the main thread
+    nothing changes.
     """
-    came: list[int] = []
+    received: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        received.append(number)
+        raise Interrupted
+
     if threading.current_thread() is not threading.main_thread():
-        yield came
+        yield received
         return
-    foreground = signal.getsignal(signal.SIGINT) is not signal.SIG_IGN  # a script's background job ignores Ctrl-C
-    again: list[threading.Timer] = []
-
-    def terminate(number: int, _: Any) -> None:
-        came.append(number)
-        signal.raise_signal(signal.SIGINT)
-
-    def interrupt(number: int, frame: Any) -> None:
-        if foreground or came:
-            came.append(number)
-            signal.default_int_handler(number, frame)
-
-    def raised_again(problem: BaseException | None) -> bool:
-        if not isinstance(problem, KeyboardInterrupt):
-            return False
-        again.append(threading.Timer(0.01, _thread.interrupt_main))
-        again[-1].start()
-        return True
-
-    hooks = sys.unraisablehook, sys.excepthook
-    sys.unraisablehook = lambda what: raised_again(what.exc_value) or hooks[0](what)
-    sys.excepthook = lambda *what: raised_again(what[1]) or hooks[1](*what)
-    before = {
-        number: signal.signal(number, act) for number, act in ((signal.SIGTERM, terminate), (signal.SIGINT, interrupt))
-    }
+    before = {number: signal.getsignal(number) for number in _NUMBERS}
+    for number, handler in before.items():
+        if handler is not signal.SIG_IGN:
+            signal.signal(number, interrupt)
     try:
-        yield came
+        yield received
     finally:
-        for timer in again:
-            timer.cancel()
         for number, handler in before.items():
             signal.signal(number, handler)
-        sys.unraisablehook, sys.excepthook = hooks
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """Defer SIGINT and SIGTERM to the end of the block; outside the main thread, which no signal reaches, do nothing.
+
+    For blocks that must not end half-way: files that are moved into place, compiled code that allocates its results,
+    and LLVM, which calls Python where an exception is dropped and then crashes.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    found: dict[int, object] = {number: signal.getsignal(number) for number in _NUMBERS}
+    handlers = {number: handler for number, handler in found.items() if callable(handler)}
+    received: list[tuple[int, FrameType | None]] = []
+    for number in handlers:
+        signal.signal(number, lambda *arguments: received.append(arguments))
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        for number, frame in received:
+            handlers[number](number, frame)

@@ -1,4 +1,3 @@
-import ctypes
 import json
 import os
 import random
@@ -8,8 +7,6 @@ import signal
 import sqlite3
 import subprocess
 import sys
-import time
-import weakref
 from pathlib import Path
 
 import pytest
@@ -19,7 +16,7 @@ from processes import finish, start, strike
 from linkages import load_trajectory
 from linkages.cli.main import exit_status, main
 from linkages.errors import InputError
-from linkages.kernel.units import _signals_put_off
+from linkages.signals import deferred, interruptible
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at processes in /proc")
 
@@ -102,24 +99,6 @@ def place(folder: Path, name: str) -> Path:
     return folder / name / "report.html" if name == "report" else folder / name
 
 
-def in_a_callback():
-    """Ctrl-C strikes what Python calls by itself, where it drops every exception and says that it does."""
-    thing = type("Thing", (), {})()
-    reference = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGINT))
-    del thing
-    for _ in range(500):  # the command goes on
-        time.sleep(0.01)
-    return 0 if reference else 1
-
-
-def in_c_code():
-    """Ctrl-C strikes what C code asks Python for: it prints the exception, as a part of Numba does that imports another."""
-    ctypes.pythonapi.PyRun_SimpleString(b"import signal; signal.raise_signal(signal.SIGINT)")
-    for _ in range(500):  # the command goes on
-        time.sleep(0.01)
-    return 0
-
-
 def in_a_class():
     """Ctrl-C strikes where Python makes another exception of it."""
 
@@ -140,30 +119,30 @@ def in_a_handler():
     return 0
 
 
-def test_ctrl_c_waits_until_llvm_has_its_code():
-    """It asks Python for it, where exceptions are dropped."""
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_waits_for_the_end_of_a_deferred_block(number):
     after = []
 
-    @_signals_put_off()
+    @deferred()
     def struck():
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(number)
         after.append("here")
 
-    with pytest.raises(KeyboardInterrupt):
+    with interruptible() as received, pytest.raises(KeyboardInterrupt):
         struck()
     assert after == ["here"]
+    assert received == [number]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-@pytest.mark.parametrize("run", [in_a_callback, in_c_code, in_a_class, in_a_handler])
-def test_ctrl_c_that_python_drops_or_changes_ends_the_command_all_the_same(run, capsys):
-    hooks = sys.unraisablehook, sys.excepthook
+@pytest.mark.parametrize("run", [in_a_class, in_a_handler])
+def test_an_interrupt_that_other_code_turns_into_another_exception_ends_the_command(run, capsys):
     assert exit_status(run) == 130
     assert capsys.readouterr().err == "interrupted\n"
-    assert (sys.unraisablehook, sys.excepthook) == hooks
 
 
-def test_the_exit_status_is_kept_where_ctrl_c_strikes_a_text_being_executed(tmp_path):
+def test_the_exit_status_is_kept_where_a_signal_arrives_in_text_that_is_executed(tmp_path):
+    """Python ends by SIGINT itself where KeyboardInterrupt, but no subclass of it, leaves such text."""
     (tmp_path / "struck.py").write_text(
         "import os, signal, sys, threading\n"
         "from linkages.cli.main import exit_status\n"

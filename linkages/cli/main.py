@@ -6,22 +6,17 @@ by SIGTERM, 141 the reader of the output has gone.
 
 from __future__ import annotations
 
-import atexit
-import gc
 import importlib.metadata
 import os
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 
 from linkages.cli import Command, commands
 from linkages.cli.parsing import Parser
 from linkages.cli.progress import be_quiet, heartbeat
 from linkages.errors import InputError, RunError, nearest
-from linkages.signals import terminable
-
-_YOUNG = 250_000  # objects made between two looks for garbage
+from linkages.signals import interruptible
 
 _EXAMPLES = """examples:
   linkages new my_linkage                                 a machine and an experiment to begin with
@@ -89,27 +84,18 @@ def _version() -> str:
 
 def exit_status(run: Callable[..., int], *arguments: object) -> int:
     """Run a command and return its exit status; bad input, failed runs and interruptions become one line of text."""
-    _collect_seldom()
-    with terminable() as came:
+    with interruptible() as received:
         try:
             with heartbeat():
                 status = run(*arguments)
             sys.stdout.flush()
-        except BaseException as problem:  # after a signal: the interruption, or what the code it struck made of it
-            if came or isinstance(problem, KeyboardInterrupt):
+        except BaseException as problem:  # code that a signal interrupts may raise an exception of its own
+            if received or isinstance(problem, KeyboardInterrupt):
                 print("interrupted", file=sys.stderr)
-                exec("")  # Python ends by SIGINT if that struck in the last text it executed
                 status = 130
             else:
                 status = _said(problem)
-    return 143 if signal.SIGTERM in came and status == 130 else status
-
-
-@cache
-def _collect_seldom() -> None:
-    """Look for garbage seldom, and not again while Python ends: nearly all that a command makes stays to its end."""
-    gc.set_threshold(_YOUNG)
-    atexit.register(gc.freeze)
+    return 143 if signal.SIGTERM in received and status == 130 else status
 
 
 def _said(problem: BaseException) -> int:

@@ -15,7 +15,7 @@ from typing import Any
 
 from linkages import disk
 from linkages.errors import InputError, RunError
-from linkages.signals import held
+from linkages.signals import deferred
 
 _NO_FILE_NAME = re.compile(r"[%/\\\0]")
 _NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
@@ -123,7 +123,7 @@ class OutputFolder:
     def __exit__(self, kind: type[BaseException] | None, problem: BaseException | None, _: object) -> None:
         try:
             if kind is None:
-                with held():
+                with deferred():
                     self._move()
         except OSError as refusal:
             problem = refusal

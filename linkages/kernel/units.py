@@ -9,10 +9,7 @@ be put into their callers; they are never machine code by themselves.
 from __future__ import annotations
 
 import hashlib
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from typing import Any
 
 from llvmlite import binding, ir
@@ -23,6 +20,7 @@ from numba.core.funcdesc import default_mangler
 from linkages.kernel import ahead, claims, indices
 from linkages.kernel.identity import identity
 from linkages.kernel.ownership import KernelCompiler
+from linkages.signals import deferred
 
 
 class _Library(JITCodeLibrary):
@@ -71,7 +69,7 @@ class UnitLibrary(_Library):
         manager.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
-        with _signals_put_off():
+        with deferred():
             super()._finalize_final_module()
 
     def _get_module_for_linking(self) -> Any:
@@ -98,26 +96,6 @@ class PartLibrary(_Library):
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._finalized = True
-
-
-@contextmanager
-def _signals_put_off() -> Iterator[None]:
-    """Answer Ctrl-C afterwards: what it raises where LLVM asks Python for code is dropped, and LLVM crashes then."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    met: list[tuple[int, Any]] = []
-    found = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    handlers: dict[int, Any] = {number: handler for number, handler in found.items() if callable(handler)}
-    for number in handlers:
-        signal.signal(number, lambda *struck: met.append(struck))
-    try:
-        yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        for struck in met:
-            handlers[struck[0]](*struck)
 
 
 def _mangled(name: str, kinds: Any, *, abi_tags: Any = (), uid: Any = None) -> str:

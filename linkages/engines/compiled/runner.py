@@ -21,7 +21,7 @@ from linkages.model.tables import IMPLICIT
 from linkages.outputs.values import OF_FORCES
 from linkages.planar.contacts import WIDTH, landing
 from linkages.planar.ideal import Ideal
-from linkages.signals import held
+from linkages.signals import deferred
 from linkages.system import System
 
 STATUS = {
@@ -113,7 +113,7 @@ class Runner:
         duration = self.system.experiment.duration
         largest = self.system.experiment.solver.max_step or self._longest
         options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
-        with held():
+        with deferred():
             record = run(self._equations, self._stepper, self.tolerance, t, y, options)
         if record.status == OPEN and len(record.times) > 1:
             times, states, observed = record.times[:-1], record.states[:-1], record.observed[:-1]
