@@ -11,9 +11,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numba import types
 
 from linkages.engines.drop import drop
-from linkages.kernel.by_address import address
+from linkages.kernel.by_reference import packed, reference_type
 from linkages.outputs.columns import columns
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
@@ -21,14 +22,26 @@ from linkages.system import System
 
 def compiled(implicit: bool) -> list[Callable[[], Any]]:
     """Jobs for the compiled engine."""
-    from linkages.engines.compiled.binding import targets
+    from linkages.engines.compiled.equations import solve_state
+    from linkages.engines.compiled.jacobian import jacobian
+    from linkages.engines.compiled.methods import attempt_dormand_prince, attempt_radau
+    from linkages.engines.compiled.model import Equations, make_work
     from linkages.engines.compiled.simulation import simulate
     from linkages.integrate.stepper import make_stepper
-    from linkages.kernel.by_reference import packed
 
     system = drop().replaced({"solver.integrator": "radau3" if implicit else "runge_kutta5"})
-    wanted = targets(system.arrays, packed(make_stepper(2 * system.tree.size, system.tree.size)), implicit)
-    return [*(partial(address, *one) for one in wanted.values()), partial(_outputs, system), partial(simulate, system)]
+    work = make_work(system.arrays, np.zeros((0, 2)), np.zeros(0, np.int64))
+    equations = reference_type(packed(Equations(system.arrays, work, implicit)))
+    stepper = reference_type(packed(make_stepper(2 * system.tree.size, system.tree.size)))
+    number, vector, matrix = types.float64, types.float64[::1], types.float64[:, ::1]
+    step = (equations, stepper, number, number, vector, types.boolean)
+    wanted: list[tuple[Any, ...]] = [(solve_state, equations, number, vector)]
+    if implicit:
+        wanted += [(jacobian, equations, number, vector, matrix, matrix), (attempt_radau, *step)]
+    else:
+        wanted += [(attempt_dormand_prince, *step)]
+    prepared = [partial(kernel.prepare, *kinds) for kernel, *kinds in wanted]
+    return [*prepared, partial(_outputs, system), partial(simulate, system)]
 
 
 def drake() -> list[Callable[[], Any]]:

@@ -1,6 +1,6 @@
 """How functions are compiled: `kernel` and its relatives, named tuples by reference, calls by address, lanes."""
 
-from linkages.kernel.by_address import address, addresses, caller
+from linkages.kernel.by_address import address, caller
 from linkages.kernel.clear import clear
 from linkages.kernel.compile import inlined_kernel, kernel
 from linkages.kernel.late import late_kernel
@@ -11,7 +11,6 @@ __all__ = [
     "Indices",
     "Records",
     "address",
-    "addresses",
     "caller",
     "clear",
     "inlined_kernel",

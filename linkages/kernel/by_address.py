@@ -8,7 +8,6 @@ NUMBA_DISABLE_JIT=1 the addresses are tokens for the Python functions, which are
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from functools import cache
 from typing import Any, cast
 
@@ -19,7 +18,6 @@ from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
 
-from linkages.kernel import claims
 from linkages.kernel.cache import CodeCache
 from linkages.kernel.units import UnitCompiler
 
@@ -54,14 +52,6 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     place = cast(int, compiled.address)
     _alive[place] = compiled
     return place
-
-
-def addresses(wanted: Sequence[tuple[Callable[..., Any], Any]]) -> list[int]:
-    """Compile several functions with their signatures: last those of which another process is compiling a part."""
-    for one in wanted:
-        with claims.impatient(), suppress(claims.ClaimedError):
-            address(*one)
-    return [address(*one) for one in wanted]
 
 
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:

@@ -136,6 +136,11 @@ def _shape(value: Any) -> Any:
     return type(value)
 
 
+def reference_type(value: Any) -> Any:
+    """Return the numba type of a packed named tuple."""
+    return value._numba_type_
+
+
 def packed(value: T) -> T:
     """Lay a named tuple out in memory; see `Packed`, which is what is returned."""
     return cast(T, Packed(value))

@@ -63,6 +63,10 @@ class LateKernel(Kernel):
     def _numba_type_(self) -> Any:
         return self._compiled
 
+    def prepare(self, *kinds: Any) -> None:
+        """Compile for arguments of these numba types, or load the code."""
+        address(self.py_func, self.result(*kinds))
+
     def _type_call(self) -> Callable[..., Any]:
         """Make what types a call and gives what writes it, as numba's intrinsics do."""
 

@@ -5,7 +5,7 @@ It may import whatever lies below the engines, and not the Drake engine.
 | module     | responsibility                                                                         |
 |------------|----------------------------------------------------------------------------------------|
 | model      | a system as named tuples of plain arrays                                               |
-| entry_points | the engine's own functions, called by address                                        |
+| methods    | one attempted step, by the implicit or the explicit method                             |
 | equations  | equations of motion, driven coordinates eliminated: accelerations; balance of forces   |
 | jacobian   | their Jacobian: exact mechanics, partial derivatives of the contacts' laws             |
 | linear     | the equations of motion linearised about a state at rest                               |

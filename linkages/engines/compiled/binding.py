@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import typeof
 
-from linkages.engines.compiled import entry_points
-from linkages.engines.compiled.equations import add_loads, arrive, derivatives, outside, residual, solve_state
-from linkages.engines.compiled.jacobian import add_loads_tangent, jacobian
-from linkages.engines.compiled.model import Calls, Equations, make_work
+from linkages.engines.compiled.equations import derivatives, outside, solve_state
+from linkages.engines.compiled.methods import attempt
+from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
 from linkages.engines.compiled.replay import Steps, replay
-from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, Options, Record, driver
-from linkages.integrate.radau import radau
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, addresses, kernel
-from linkages.kernel.by_reference import Reference
-from linkages.planar.arrays import Arrays
+from linkages.kernel import Array, kernel
 from linkages.planar.closure import LOOSE, loop_error
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, approach_at_start
 
@@ -51,7 +43,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
         work.memory[event, 0] = work.contacts[event, _CLOSING]
     changed = False
     if len(model.rows):
-        changed = entry_points.project(equations, y)
+        changed = project_state(equations, y)
         if loop_error(model.rows, work.dynamics.pose) > LOOSE * model.size:
             return OPEN, changed
     return (LEFT if outside(model, work) >= 0 else DONE), changed
@@ -65,21 +57,7 @@ def observe(equations: Equations, t: float, y: Array, row: Array) -> None:
         row[k] = work.memory[k, 0]
 
 
-_attempt_radau = radau(derivatives, residual, entry_points.jacobian, arrive)
-_attempt_explicit = dormand_prince(derivatives)
-_drive = driver(derivatives, entry_points.attempt, signs, settle, observe)
-
-
-def attempt_radau(equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool) -> tuple[float, float]:
-    """Attempt a step with Radau IIA."""
-    return _attempt_radau(equations, s, t, h, y, exact)
-
-
-def attempt_explicit(
-    equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
-) -> tuple[float, float]:
-    """Attempt a step with Dormand and Prince's pair."""
-    return _attempt_explicit(equations, s, t, h, y, exact)
+_drive = driver(derivatives, attempt, signs, settle, observe)
 
 
 @kernel
@@ -87,7 +65,7 @@ def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: A
     """Run from (t, y); the work's memory and modes of the contacts are kept up to date."""
     model, work = equations.model, equations.work
     if t == 0.0:
-        entry_points.solve(equations, t, y)
+        solve_state(equations, t, y)
         for k in range(len(model.ends)):
             delta, closing = work.contacts[k, _PENETRATION], work.contacts[k, _CLOSING]
             work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing > 0.0)) else -1
@@ -117,29 +95,3 @@ def evaluate(
         copy(w.a, a[i])
         for c in range(contacts.shape[1]):
             copy(equations.work.contacts[c], contacts[i, c])
-
-
-_signatures: dict[str, Any] = {}
-
-
-def targets(model: Arrays, stepper: Stepper, implicit: bool) -> dict[str, tuple[Any, Any]]:
-    """Functions behind `linkages.engines.compiled.entry_points` with their signatures; the types never change."""
-    if not _signatures:
-        work = make_work(model, np.zeros((0, 2)), np.zeros(0, np.int64))
-        equations = typeof(Equations(model, work, Calls()))
-        _signatures.update(entry_points.signatures(Reference(equations), typeof(stepper)))
-    functions: dict[str, Any] = {"solve": solve_state}
-    if implicit:
-        functions["jacobian"] = jacobian
-    functions["attempt"] = attempt_radau if implicit else attempt_explicit
-    if len(model.rows):
-        functions["project"] = project_state
-    if len(model.loads):
-        functions |= {"loads": add_loads, "loads_tangent": add_loads_tangent}
-    return {name: (function, _signatures[name]) for name, function in functions.items()}
-
-
-def bind(model: Arrays, stepper: Stepper, implicit: bool) -> Calls:
-    """Compile or load what a model needs of these functions."""
-    wanted = targets(model, stepper, implicit)
-    return Calls(**dict(zip(wanted, addresses(list(wanted.values())), strict=True)))

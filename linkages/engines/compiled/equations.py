@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from linkages.engines.compiled.entry_points import loads, solve
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.kernel import Array, clear, inlined_kernel, kernel, late_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import balance
@@ -50,10 +49,11 @@ def _add_forces(equations: Equations, t: float) -> None:
     clear(w.wrench)
     clearance_wrenches(model.ends, model.laws, model.tables, work.memory, w.pose, w.vel, w.wrench, work.contacts)
     if len(model.loads):
-        loads(equations, t)
+        tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
+        load_wrenches(tables, t, w.pose, w.vel, w.wrench)
 
 
-@kernel
+@late_kernel
 def solve_state(equations: Equations, t: float, y: Array) -> None:
     """Fill the work with everything that is known at a state: accelerations, contacts, loop reactions."""
     model, work = equations.model, equations.work
@@ -84,18 +84,10 @@ def is_solved(work: Work, t: float, y: Array) -> bool:
 
 
 @kernel
-def add_loads(equations: Equations, t: float) -> None:
-    """Add the wrenches of the applied loads."""
-    model, w = equations.model, equations.work.dynamics
-    tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    load_wrenches(tables, t, w.pose, w.vel, w.wrench)
-
-
-@kernel
 def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
     """Right-hand side of dy/dt = f(t, y)."""
     model, work = equations.model, equations.work
-    solve(equations, t, y)
+    solve_state(equations, t, y)
     n = len(model.free)
     for i in range(n):
         dy[i] = y[n + i]

@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from linkages.engines.compiled.entry_points import loads_tangent, solve
-from linkages.engines.compiled.equations import is_solved
+from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, kernel
+from linkages.kernel import Array, clear, kernel, late_kernel
 from linkages.kernel.lanes import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
@@ -37,7 +36,7 @@ from linkages.planar.tangent import (
 )
 
 
-@kernel
+@late_kernel
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 
@@ -46,7 +45,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
     if not is_solved(work, t, y):
-        solve(equations, t, y)
+        solve_state(equations, t, y)
     s = work.scratch
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
@@ -145,24 +144,18 @@ def _close(model: Arrays, w: Workspace, s: Scratch, column: int) -> None:
 @kernel
 def _add_loads_tangent(equations: Equations, s: Scratch, t: float, count: int) -> None:
     """Add the changes of the applied loads' wrenches, direction by direction: their functions are of numbers."""
+    model, w = equations.model, equations.work.dynamics
+    tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
     dpose, dvel, dwrench = s.one
     for column in range(count):
         for i in range(len(dpose)):
             for k in range(3):
                 dpose[i, k], dvel[i, k] = lane(s.dpose[i, k], column), lane(s.dvel[i, k], column)
                 dwrench[i, k] = 0.0
-        loads_tangent(equations, t, dpose, dvel, dwrench)
+        load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, dwrench)
         for i in range(len(dpose)):
             for k in range(3):
                 s.dwrench[i, k] = with_lane(s.dwrench[i, k], column, lane(s.dwrench[i, k], column) + dwrench[i, k])
-
-
-@kernel
-def add_loads_tangent(equations: Equations, t: float, dpose: Array, dvel: Array, out: Array) -> None:
-    """Add the change of the applied loads' wrenches; see `linkages.planar.loads.load_wrenches_tangent`."""
-    model, w = equations.model, equations.work.dynamics
-    tables = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    load_wrenches_tangent(tables, t, w.pose, w.vel, dpose, dvel, out)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""What compiled code runs on: a system's arrays, arrays to work on, functions; the state and the scale of its errors.
+"""What compiled code runs on: a system's arrays, arrays to work on; the state and the scale of its errors.
 
 The state is y = [q, v of the free coordinates; bristles of the contacts with LuGre friction].
 """
@@ -39,23 +39,12 @@ class Work(NamedTuple):
     scratch: Scratch
 
 
-class Calls(NamedTuple):
-    """Addresses of the functions of `linkages.engines.compiled.entry_points`; 0 where nothing is called."""
-
-    solve: int = 0
-    jacobian: int = 0
-    project: int = 0
-    attempt: int = 0
-    loads: int = 0
-    loads_tangent: int = 0
-
-
 class Equations(NamedTuple):
-    """What the integrators hand on: the model, arrays to work on, functions."""
+    """Arguments of the right-hand side beside time and state."""
 
     model: Arrays
     work: Work
-    calls: Calls
+    implicit: bool  # whether the method is Radau IIA; else Dormand and Prince's pair
 
 
 def make_work(model: Arrays, memory: Array, modes: Indices) -> Work:

@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.entry_points import attempt, project, solve
-from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.equations import derivatives, solve_state
+from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.projection import project_state
 from linkages.integrate.radau import hint
 from linkages.integrate.stepper import OF, Stepper, copy, restart
 from linkages.kernel import Array, Indices, kernel
@@ -80,6 +81,6 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
         if now < t:  # better no number than a wrong one
             for i in range(len(y)):
                 y[i] = np.nan
-    solve(equations, t, y)
-    if len(equations.model.rows) and project(equations, y):
-        solve(equations, t, y)
+    solve_state(equations, t, y)
+    if len(equations.model.rows) and project_state(equations, y):
+        solve_state(equations, t, y)

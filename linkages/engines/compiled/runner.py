@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.engines.compiled.binding import LEFT, OPEN, bind, evaluate, run
+from linkages.engines.compiled.binding import LEFT, OPEN, evaluate, run
 from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.statistics import make_sampler, summarise
@@ -82,7 +82,6 @@ class Runner:
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
         self._landing = landing(self.model.laws, self.model.size)
         self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
-        self._calls = bind(self.model, self._stepper, self.implicit)
         self._equations = packed(self._with(self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -149,7 +148,7 @@ class Runner:
         return self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1))
 
     def _with(self, memory: Array, modes: Indices) -> Equations:
-        return Equations(self.model, make_work(self.model, memory, modes), self._calls)
+        return Equations(self.model, make_work(self.model, memory, modes), self.implicit)
 
 
 def _restored(system: System, memory: Array, modes: Indices) -> Runner:

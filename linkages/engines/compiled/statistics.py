@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.entry_points import solve
+from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.parabola import parabola_top
@@ -167,7 +167,7 @@ def summarise(given: Sampler, windows: Array, out: Array) -> bool:
     bracket, table = np.empty((2, 3)), np.empty((nt, no))
     for i in range(nt):
         remember(sampler.equations, sampler.steps, i)
-        solve(sampler.equations, grid[i], states[i])
+        solve_state(sampler.equations, grid[i], states[i])
         if not _look(sampler, grid[i], table[i]):
             return False
     for m in range(len(windows)):
