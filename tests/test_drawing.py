@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from browser import find_browser, open_page
 from machines import PLANES, bar, four_bar, joint, model, slider_crank
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from shipped import BENT, NAMES
 
 from linkages import Status, Trajectory
 from linkages.cli.main import main
@@ -426,3 +428,55 @@ def test_orbits_of_runs_share_one_clearance_circle(loaded):
     radii = [np.linalg.norm(line.get_xydata(), axis=1) for line in axis.lines]
     np.testing.assert_allclose(radii, [np.full(50, 30.0), np.full(50, 80.0)])
     assert [line.get_label() for line in axis.lines] == ["B", "second"]
+
+
+def _texts(drawing):
+    """Texts of the picture as matplotlib sets them: text and box [px]."""
+    figure = picture(drawing, said=False)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    renderer = canvas.get_renderer()
+    (axes,) = figure.axes
+    return axes, {text: text.get_window_extent(renderer) for text in axes.texts}
+
+
+def _check_names(drawing, name=""):
+    """No name lies on another name, on an arrow or on a bar's middle line, and none is cut off."""
+    axes, boxes = _texts(drawing)
+    arrows = [one for one in drawing.shapes if one.role in ("drive", "load", "bar") and len(one.at) == 2]
+    ends = [axes.transData.transform(placed(one.at, drawing.pose)) for one in arrows]
+    found = list(boxes.items())
+    for k, (one, box) in enumerate(found):
+        for other, beside in found[k + 1 :]:
+            inside = max(0.0, min(box.x1, beside.x1) - max(box.x0, beside.x0))
+            inside *= max(0.0, min(box.y1, beside.y1) - max(box.y0, beside.y0))
+            part = inside / min(box.width * box.height, beside.width * beside.height)
+            assert part < 0.05, f"{name}: {one.get_text()} lies on {other.get_text()}"
+        for tail, tip in ends:
+            on = tail + np.linspace(0.0, 1.0, 50)[:, None] * (tip - tail)
+            hit = (on > [box.x0, box.y0]).all(axis=1) & (on < [box.x1, box.y1]).all(axis=1)
+            assert not hit.any(), f"{name}: {one.get_text()} lies on an arrow or a bar"
+        frame = axes.get_window_extent()
+        assert frame.x0 - 2.0 < box.x0 < box.x1 < frame.x1 + 2.0, f"{name}: {one.get_text()} is cut off"
+
+
+@pytest.mark.parametrize("name", [*NAMES, *BENT, "three_rrr_clearance"])
+def test_names_of_shipped_machines_lie_apart(name):
+    _check_names(draw(load(find_file(f"{name}.toml"))), name)
+
+
+def test_rounding_of_the_files_digits_is_no_gap():
+    assert draw(load(find_file("five_bar_dry.toml"))).facts[1] == "drawn closed"  # 7e-11 m
+    assert draw(load(find_file("seven_bar.toml"))).facts[1] == "as drawn, its loops are open by 255.1 µm at most, at C3"
+
+
+@pytest.mark.parametrize("name", ["corner", "left_end", "D_and_more"])
+def test_a_joint_in_the_corner_is_not_named_on_the_arrow_of_gravity(experiment_file, name):
+    """A short arm to the left on a pin in the upper right corner: its name would stand above it to the right."""
+    text = '<frame name="pivot" attached_to="world"><pose>0.3 0.3 0 0 0 0</pose></frame>'
+    text += bar("arm", 0.002, "pivot", np.pi) + joint(name, "world", "arm")
+    text += bar("low", 0.1, "__model__", 0.0) + joint("O", "world", "low")
+    done = "duration = 0.1\ngravity = [0, -9.81, 0]\n[drives.O]\nspeed = 1.0\n"
+    drawing = draw(load(experiment_file(model("corner", text), done)))
+    assert any(one.text == "g" for one in drawing.shapes)
+    _check_names(drawing)

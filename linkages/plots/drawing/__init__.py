@@ -3,6 +3,7 @@
 | module  | responsibility                                                                                     |
 |---------|----------------------------------------------------------------------------------------------------|
 | shapes  | `Shape`: points fixed to bodies and how they look; the table of styles                             |
+| room    | where there is still room for a name                                                               |
 | parts   | the shapes of links, joints, ground, points                                                        |
 | values  | which way drives go and loads act                                                                  |
 | done    | the shapes of what is done with the machine: drives, loads, gears, stops                           |

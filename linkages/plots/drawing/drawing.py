@@ -139,7 +139,7 @@ def draw(asked: System) -> Drawing:
     sliders = tuple(_slider(system, way, way_of.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
         title, shapes, pose, sliders, low, high,
-        tuple(facts(mechanism, system, ways, starts)), tuple(doubts(mechanism, tree.extent, experiment)),
+        tuple(facts(mechanism, system, ways, starts, tree.extent)), tuple(doubts(mechanism, tree.extent, experiment)),
         joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
     )  # fmt: skip
 
@@ -207,12 +207,17 @@ def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) ->
     def at(corner: Array, x: float, y: float) -> tuple[float, float, float, float, float]:
         return 0.0, 0.0, 0.0, float(corner[0] + x * unit), float(corner[1] + y * unit)
 
+    def take(corner: Array, one: tuple[float, float], other: tuple[float, float]) -> None:
+        parts.room.take_box(corner + unit * np.array(one), corner + unit * np.array(other))
+
     length, text = round_length(22.0 * unit)
     right = np.array([high[0], low[1]])
     wide = length / unit
     for line in (((-3 - wide, 2), (-3, 2)), ((-3 - wide, 1.4), (-3 - wide, 2.6)), ((-3, 1.4), (-3, 2.6))):
         yield shape("scale", [at(right, *end) for end in line])
     yield shape("note", [at(right, -3 - 0.5 * wide, 3.6)], text=text)
+    take(right, (-4 - wide, 0.5), (-2, 5))
+    take(low, (0.5, 0.5), (10, 10))
     for way, name in (((1, 0), _axis(basis[:, 0])), ((0, 1), _axis(basis[:, 1]))):
         yield shape("scale", [at(low, 2, 2), at(low, 2 + 5 * way[0], 2 + 5 * way[1])])
         yield shape("note", [at(low, 2 + 6.4 * way[0], 2 + 6.4 * way[1])], text=name)
@@ -221,6 +226,7 @@ def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) ->
         down = gravity / np.linalg.norm(gravity)
         yield from parts.arrow("drive", [at(high, *(s * down - 6.0)) for s in (-3.5, 3.5)])
         yield shape("note", [at(high, -3.4, -6.0)], text="g")
+        take(high, (-10.5, -10.5), (-1.5, -1.5))
 
 
 def _axis(direction: Array) -> str:

@@ -15,11 +15,12 @@ from linkages.model.mechanism import Joint, Mechanism
 from linkages.model.skeleton import skeleton
 from linkages.system import System
 
+_CLOSED = 1e-9  # of the linkage's size: gaps below it are rounding of the file's digits
 Rows = tuple[tuple[str, ...], ...]
 
 
 def facts(
-    mechanism: Mechanism, system: System | None, ways: Sequence[Travel], starts: Mapping[str, float]
+    mechanism: Mechanism, system: System | None, ways: Sequence[Travel], starts: Mapping[str, float], size: float
 ) -> Iterator[str]:
     """Say what the machine is made of, how it can be moved and what it weighs.
 
@@ -32,6 +33,8 @@ def facts(
         Of its drives.
     starts : mapping of str to float
         Drives of the experiment.
+    size : float
+        Extent of the linkage [m].
     """
     kinds = Counter(joint.type for joint in mechanism.joints)
     joints = listed(f"{count} {kind} joint{_s(count)}" for kind, count in kinds.items())
@@ -46,7 +49,7 @@ def facts(
     gaps = {joint.name: _gap(joint) for joint in mechanism.joints}
     worst = max(gaps, key=lambda name: gaps[name], default="")
     gap = gaps.get(worst, 0.0)
-    closed = gap < 1e-12  # rounding
+    closed = gap < _CLOSED * size
     yield "drawn closed" if closed else f"as drawn, its loops are open by {_length(gap)} at most, at {worst}"
     for way in ways:
         turns = mechanism.joint[way.drive].type == "revolute"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from linkages.model.mechanism import Joint, Link
 from linkages.model.skeleton import skeleton
+from linkages.plots.drawing.room import Room
 from linkages.plots.drawing.shapes import Point, Shape, placed, shape
 from linkages.system.tree import Tree
 
@@ -19,6 +20,7 @@ _SIDE = (4.6, 3.2)  # of a block
 _STAND = (1.7, 2.6)  # half the width, and the height, of a stand on the ground
 _HATCH = 0.75  # from one line of a hatching to the next
 _HEAD = 1.5
+_ALONG, _BESIDE = (0.55, 0.4, 0.7, 0.25), 0.95  # of a link's name: part of the bar, and distance from its middle line
 _AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # of a name from a pin, from a block, and from the arrow of a drive
 
 
@@ -37,6 +39,7 @@ class Parts:
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
         self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
         self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0
+        self.room = Room(low, high)
         self._taken: list[tuple[Array, Array]] = []  # places, and directions in which something lies there
 
     # -- places ------------------------------------------------------------------------------------
@@ -88,10 +91,10 @@ class Parts:
         letters = max(len(text) - 1, 0)
         reach = away + 0.5 * letters * np.abs(ways[:, 0])
         middle = here + self.unit * reach[:, None] * ways
-        edge = self.unit * (0.65 * letters + 1.0)  # half of the text
-        outside = (middle[:, 0] - edge < self.low[0]) | (middle[:, 0] + edge > self.high[0])
-        best = int(np.argmin(np.round(nearest + 2.0 * outside, 6)))
+        crowded = np.array([self.room.cost(role, at, text) for at in middle])
+        best = int(np.argmin(np.round(nearest + crowded, 6)))
         self.take(here, ways[best])
+        self.room.take_name(role, middle[best], text)
         return shape(role, [self.off(link, drawn, reach[best] * ways[best])], text=text)
 
     def _same(self, one: Array, other: Array) -> bool:
@@ -106,6 +109,7 @@ class Parts:
         if form.plate:
             yield shape("plate", [places[k] for k in form.plate], form.color)
         for a, b in form.bars:
+            self.room.take_line([self.at(places[a]), self.at(places[b])])
             yield shape("bar", [places[a], places[b]], form.color)
         slides = any(joint.type == "prismatic" and joint.child == link.name for joint in self.mechanism.joints)
         if not form.bars and not slides:  # `joint` draws the block of a guide
@@ -117,14 +121,25 @@ class Parts:
         """Name a link beside the middle of its longest bar."""
         form = skeleton(self.mechanism, link, self.tree.extent)
         if not form.bars:
-            self.take(self.at(self.on(link.name, form.places[0])), np.array([0.0, -1.0]))
+            here = self.at(self.on(link.name, form.places[0]))
+            self.take(here, np.array([0.0, -1.0]))
+            self.room.take_name("link name", here - [0.0, 4.0 * self.unit], link.name)
             return shape("link name", [self.off(link.name, form.places[0], (0.0, -4.0))], form.color, link.name)
         a, b = max(form.bars, key=lambda bar: float(np.linalg.norm(form.places[bar[1]] - form.places[bar[0]])))
         start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
         across = np.array([start[1] - end[1], end[0] - start[0]]) / max(float(np.linalg.norm(end - start)), 1e-300)
-        reach = 1.9 + 0.35 * len(link.name) * abs(across[0])  # words are wide
-        middle = form.places[a] + 0.55 * (form.places[b] - form.places[a])
-        return shape("link name", [self.off(link.name, middle, reach * across)], form.color, link.name)
+        reach = _BESIDE + float(self.room.half("link name", link.name) @ np.abs(across)) / self.unit
+        tried = []
+        for part in _ALONG:
+            middle = form.places[a] + part * (form.places[b] - form.places[a])
+            for side in (1.0, -1.0):
+                at = self.at(self.on(link.name, middle)) + self.unit * side * reach * across
+                tried.append(
+                    (self.room.cost("link name", at, link.name), len(tried), middle, side * reach * across, at)
+                )
+        _, _, middle, away, at = min(tried, key=lambda one: one[:2])
+        self.room.take_name("link name", at, link.name)
+        return shape("link name", [self.off(link.name, middle, away)], form.color, link.name)
 
     # -- joints ------------------------------------------------------------------------------------
 
@@ -140,6 +155,7 @@ class Parts:
         """Draw a stand on hatched ground."""
         wide, high = _STAND
         foot = [self.off("world", drawn, (x, y)) for x, y in ((0.0, 0.0), (-wide, -high), (wide, -high))]
+        self.room.take_line([self.at(at) for at in (*foot, foot[0])])
         yield shape("ground", foot)
         ends = np.array([[-1.6 * wide, -high], [1.6 * wide, -high]])
         yield from self.hatching("world", drawn, ends, np.array([0.0, -1.0]))
@@ -186,7 +202,7 @@ class Parts:
         yield shape("point", [self.on(point.link, point.origin)], text=name)
         ends = [joint.on_child for joint in self.mechanism.joints]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
-            yield shape("point name", [self.off(point.link, point.origin, (0.0, 1.9))], text=name)
+            yield self.name_beside("point name", point.link, point.origin, 1.9, name, [point.link])
 
     # -- pieces ------------------------------------------------------------------------------------
 
@@ -237,6 +253,7 @@ class Parts:
     def arrow(self, role: str, ends: list[Point]) -> Iterator[Shape]:
         """Draw a straight arrow from one point to another, both given alike."""
         tail, tip = (np.array(end) for end in ends)
+        self.room.take_line([self.at(ends[0]), self.at(ends[1])])
         way = tip - tail
         length = float(np.hypot(np.hypot(way[1], way[2]), np.hypot(way[3], way[4]))) or 1.0
         way /= length
@@ -250,7 +267,9 @@ class Parts:
         """Draw a round arrow, counter-clockwise for a positive sign."""
         turn = sign * np.linspace(-0.2, 1.25 * np.pi, 40)
         ring = radius * np.column_stack([np.cos(turn), np.sin(turn)])
-        yield shape(role, [self.off(link, drawn, at) for at in ring])
+        arc = [self.off(link, drawn, at) for at in ring]
+        self.room.take_line([self.at(at) for at in arc])
+        yield shape(role, arc)
         way = sign * np.array([-ring[-1, 1], ring[-1, 0]]) / radius
         side = ring[-1] / radius
         corners = [ring[-1] + _HEAD * way, *(ring[-1] + s * 0.45 * _HEAD * side for s in (1.0, -1.0))]
