@@ -2,7 +2,7 @@
 // Draws curves over time into an element, ideal joints wide and pale below the run: the wheel zooms, dragging moves, a
 // click calls seek(time); all curves share a cursor. Returns functions: point(time) moves it, all() shows all of the run.
 function drawCurves(holder, curves, seek) {
-  const [W, H, LEFT, RIGHT, BOTTOM, TOP] = [720, 190, 64, 20, 22, 8];
+  const [W, H, LEFT, RIGHT, BOTTOM, TOP] = [720, 190, 78, 34, 22, 8];
   const from = Math.min(...curves.map((c) => c.run.time[0])), to = Math.max(...curves.map((c) => c.run.time.at(-1)));
   let view = [from, to], cursor = null;
 
@@ -62,7 +62,7 @@ function drawCurves(holder, curves, seek) {
     }
     for (const t of marks(view[0], view[1], 7)) {
       make("line", {x1: x(t), x2: x(t), y1: TOP, y2: H - BOTTOM, class: "grid"}, svg);
-      make("text", {x: x(t), y: H - 6, "text-anchor": "middle"}, svg).textContent = text(t);
+      make("text", {x: x(t), y: H - 6, "text-anchor": "middle"}, svg).textContent = `${text(t)} s`;
     }
     const clip = make("svg", {x: LEFT, y: 0, width: W - LEFT - RIGHT, height: H, viewBox: `${LEFT} 0 ${W - LEFT - RIGHT} ${H}`}, svg);
     for (const line of lines) {

@@ -15,7 +15,8 @@ from linkages.plots.style import COLORS
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{{ title }}: wear</title>
 <style>
-body { font: 15px sans-serif; margin: 1.5em; max-width: 60em } canvas { border: 1px solid #ccc; margin: 0 1em 1em 0 }
+body { font: 15px sans-serif; margin: 1.5em; max-width: 60em } canvas { border: 1px solid #ccc; max-width: 100% }
+figure { display: inline-block; width: 362px; max-width: 100%; margin: 1em 1em 1em 0; vertical-align: top }
 label { display: block; margin: .6em 0 } input[type=range] { width: 24em; vertical-align: middle }
 </style></head><body>
 <h1>{{ title }}: wear</h1>
@@ -30,7 +31,11 @@ const when = document.getElementById("when"), zoom = document.getElementById("zo
 const views = Object.keys(life.joints).map(name => {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = side; canvas.title = "joint " + name;
-  document.getElementById("joints").append(canvas);
+  const figure = document.createElement("figure"), caption = document.createElement("figcaption");
+  caption.textContent = `joint ${name}: bearing (orange) and journal (blue), each in its own frame;`
+    + " dotted: the new bearing";
+  figure.append(canvas, caption);
+  document.getElementById("joints").append(figure);
   return [name, canvas.getContext("2d")];
 });
 function between(name, part, cycles) {  // profile by straight lines between the stages
@@ -56,7 +61,7 @@ function draw() {
   for (const [name, g] of views) {
     const joint = life.joints[name], most = Math.max(joint.depth, joint.clearance);
     const scale = 0.35 * base / most * zoom.value / 60, times = scale / (base / joint.radius);
-    document.getElementById("times").value = "x " + times.toPrecision(3);
+    document.getElementById("times").value = `${Number(times.toPrecision(3))} times`;
     const c = scale * joint.clearance;
     g.fillStyle = "#e6e6e6"; g.fillRect(0, 0, side, side);
     g.fillStyle = "#ffffff"; ring(g, base, between(name, "bearing", cycles), 1, scale); g.fill();
@@ -65,8 +70,6 @@ function draw() {
     g.beginPath(); g.arc(side / 2, side / 2, base, 0, 2 * Math.PI); g.stroke(); g.setLineDash([]);
     g.fillStyle = "#c9d9ea"; ring(g, base - c, between(name, "journal", cycles), -1, scale); g.fill();
     g.strokeStyle = colors[0]; g.lineWidth = 2; g.stroke();
-    g.fillStyle = "#222"; g.font = "14px sans-serif";
-    g.fillText("joint " + name + ": bearing and journal, each in its own frame", 8, side - 10);
   }
 }
 when.oninput = zoom.oninput = draw;

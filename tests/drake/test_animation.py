@@ -283,4 +283,4 @@ def test_links_that_bend_are_drawn_bent_so_that_it_is_seen(tmp_path):
     gaps = [np.abs(closure_error(tree.bodies, tree.closure_rows, none, q, pose)).max() for q in drawn[::40]]
     assert max(gaps) < 1e-9
     write_animation(found, tmp_path / "animation.html")
-    assert "Links are drawn bent 10 times as far as they bend" in (tmp_path / "animation.html").read_text()
+    assert "Deflections of links are magnified 10 times." in (tmp_path / "animation.html").read_text()

@@ -41,8 +41,9 @@ def add_captions(page: str, labels: list[Label], shown: Mapping[str, Any]) -> st
         HTML.
     labels : list of Label
     shown : mapping
-        ``clock``, a text for each frame; ``legend``, a text; ``curves``, from `linkages.plots.curves.curves`; ``end``,
-        the machine's time at the last frame [s].
+        ``view`` and ``aspect``, width and height [m] of what is to be seen and the window's ratio of both for which the
+        camera was set; ``clock``, a text for each frame; ``legend``, a text; ``curves``, from
+        `linkages.plots.curves.curves`; ``end``, the machine's time at the last frame [s].
 
     Returns
     -------

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,7 @@ def _page(study: Study, exaggerate: float | None) -> str:
     surroundings = Surroundings(study, meshcat)
     span = surroundings.span()
     views = _joint_views(study, meshcat, times, *span)
-    _look_at(study, meshcat, views, *span)
+    seen = _look_at(study, meshcat, views, *span)
     scale = surroundings.draw()
     root = diagram.CreateDefaultContext()
     context = plant.GetMyMutableContextFromRoot(root)
@@ -106,7 +107,8 @@ def _page(study: Study, exaggerate: float | None) -> str:
         )
         for group in places.values()
     ]
-    return _captioned(meshcat.StaticHtml(), study, views, [*names, scale], times, slow, magnified)
+    shown_at = {"view": seen.tolist(), "aspect": _ASPECT}
+    return _captioned(meshcat.StaticHtml(), study, views, [*names, scale], times, slow, magnified, shown_at)
 
 
 def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
@@ -177,8 +179,8 @@ def _joint_views(study: Study, meshcat: Meshcat, times: Array, low: Array, high:
     return views
 
 
-def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high: Array) -> None:
-    """Look along the plane's normal at the middle of everything that moves."""
+def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high: Array) -> Array:
+    """Look along the plane's normal at the middle of everything that moves; returns its width and height [m]."""
     low = low - [0.0, 0.18 * max(*(high - low), study.system.tree.extent)]  # the scale
     for view in views:
         low = np.minimum(low, view.centre - 1.3 * view.radius)
@@ -194,10 +196,18 @@ def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high
     meshcat.SetProperty("/Grid", "visible", False)
     meshcat.SetProperty("/Axes", "visible", False)
     meshcat.SetCameraPose(middle + distance * (basis[:, 2] - 0.15 * basis[:, 1]), middle)
+    return size
 
 
 def _captioned(
-    page: str, study: Study, views: list[View], names: list[Label], times: Array, slow: float, magnified: float
+    page: str,
+    study: Study,
+    views: list[View],
+    names: list[Label],
+    times: Array,
+    slow: float,
+    magnified: float,
+    shown_at: dict[str, Any],
 ) -> str:
     """Write names, eccentricities, forces and the time over the recording."""
     labels = [
@@ -207,14 +217,19 @@ def _captioned(
     clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
-        "Beside the linkage: clearances magnified; the largest force on journal or block within each frame (arrow, its"
-        f" length by the square root), where it touches (spot), the orbit of the journal's centre (line). {scales}"
+        "Beside the linkage, magnified: the largest force on journal or block within each frame (arrow; its length goes"
+        f" with the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Links are drawn bent {rounded(magnified)} times as far as they bend. " if study.system.tree.bent else ""
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if study.system.tree.bent else ""
     drawn = curves(
         columns(study.system.experiment.outputs, study.system.tree.play, study.system.experiment.drives),
         study.run,
         study.ideal,
     )
-    shown = {"clock": clock, "legend": bent + (legend if views else ""), "curves": drawn, "end": float(times[-1])}
+    shown = shown_at | {
+        "clock": clock,
+        "legend": bent + (legend if views else ""),
+        "curves": drawn,
+        "end": float(times[-1]),
+    }
     return add_captions(page, labels, shown)

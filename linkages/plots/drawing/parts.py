@@ -129,7 +129,7 @@ class Parts:
         start, end = (self.at(self.on(link.name, form.places[k])) for k in (a, b))
         across = np.array([start[1] - end[1], end[0] - start[0]]) / max(float(np.linalg.norm(end - start)), 1e-300)
         reach = _BESIDE + float(self.room.half("link name", link.name) @ np.abs(across)) / self.unit
-        tried = []
+        tried: list[tuple[float, int, Array, Array, Array]] = []
         for part in _ALONG:
             middle = form.places[a] + part * (form.places[b] - form.places[a])
             for side in (1.0, -1.0):
