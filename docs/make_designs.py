@@ -19,7 +19,7 @@ from optim import Evaluator, find_study, load_study, optimise
 from optim.evaluate.drake_runs import run_on_drake
 
 STUDIES = (
-    "sevenbar_force", "sevenbar_acceleration", "sevenbar_spike", "sevenbar_robust", "fourbar_kept", "fivebar_jitter",
+    "sevenbar_force", "sevenbar_acceleration", "sevenbar_paper_force", "sevenbar_paper_acceleration", "sevenbar_robust", "fourbar_kept", "fivebar_jitter",
     "sixbar_jitter", "sevenbar_jitter",
 )  # fmt: skip
 

@@ -30,13 +30,14 @@ def film_law(data, joint, e, v, omega_b, omega_j, approach):
 
 @dataclass
 class Data:
-    """Masses [kg] and inertias [kg m2] of bodies 1, 2, 3, 4, 6, 7 (Table 3), film and drives."""
+    """Masses [kg] and inertias [kg m2] of bodies 1, 2, 3, 4, 6, 7 (Table 3), film, drives and gravity."""
 
     mass: tuple = (0.107, 0.219, 0.374, 0.107, 0.354, 0.139)
     inertia: tuple = (1.179e-4, 7.736e-4, 3.595e-3, 1.179e-4, 3.056e-3, 6.083e-5)
     clearance: tuple = (0.3e-3, 0.3e-3)  # A, B
     viscosity: tuple = (0.4, 0.4)
     omega: tuple = (2 * np.pi, 2 * np.pi)  # cranks 1 and 4
+    gravity: tuple = (0.0, 0.0)  # m/s2
     law: Callable = film_law
 
 
@@ -152,6 +153,11 @@ def joints(q, v, data, approach=(None, None)):
     return result
 
 
+def masses(data):
+    """Diagonal of the mass matrix (21), (18,)."""
+    return np.stack([data.mass, data.mass, data.inertia], axis=1).ravel()
+
+
 def accelerations(t, q, v, data, approach=(None, None)):
     """Eq. (22)."""
     force = np.zeros(18)
@@ -159,7 +165,8 @@ def accelerations(t, q, v, data, approach=(None, None)):
         for body, arm, sign in ((bearing, arm_b, -1), (journal, arm_j, 1)):
             force[3 * body : 3 * body + 2] += sign * f
             force[3 * body + 2] += sign * (arm[0] * f[1] - arm[1] * f[0] + couple)
-    mass = np.stack([data.mass, data.mass, data.inertia], axis=1).ravel()
+    mass = masses(data)
+    force += mass * np.tile([*data.gravity, 0.0], 6)
     J = jacobian(q)
     phi_t = np.zeros(14)
     phi_t[12:] = -np.array(data.omega)

@@ -213,7 +213,7 @@ def test_comments_are_kept_as_sources(experiment_file):
 
 
 def test_every_number_of_the_shipped_experiments_has_a_source(seven_bar):
-    for name in ("seven_bar.toml", "seven_bar_rig.toml"):
+    for name in ("seven_bar.toml", "seven_bar_paper.toml", "seven_bar_rig.toml"):
         experiment = load_experiment(seven_bar.experiment.source.parent / name)
         for path in ("duration", "gravity", "drives.O1.speed", "joints.A.clearance", "joints.B.viscosity"):
             assert len(experiment.sources[path]) > 5

@@ -135,16 +135,16 @@ def write_spike(plain: Columns, patched: Mapping[str, Columns], printed: Mapping
     plain : columns
     patched : mapping of columns
     printed : mapping of float
-        Printed values of the spike by design [m/s2].
+        Printed sizes at the start by design [m/s2].
     path : Path
     """
     with _figure(path, (7.5, 3.8), 1, 2) as (_, (whole, start)):
-        for ax, end, scale in ((whole, np.inf, 1.0), (start, 0.01, 1e3)):
+        for ax, end, scale in ((whole, np.inf, 1.0), (start, 1e-4, 1e6)):
             for key, columns in {"without (12)-(13)": plain, **patched}.items():
                 part = columns["time"] <= end
                 look = STYLES.get(key, {"color": "0.6", "linewidth": 2.5})
                 ax.plot(scale * columns["time"][part], columns["slider7.ax"][part], label=key, **look)
-            ax.set_xlabel("time [s]" if scale == 1.0 else "time [ms]")
+            ax.set_xlabel("time [s]" if scale == 1.0 else "time [µs]")
         for key, value in printed.items():
             start.axhline(-value, color=STYLES[key]["color"], linewidth=0.6, linestyle=STYLES[key]["linestyle"])
         whole.set_ylabel("acceleration [m/s²]")
@@ -163,14 +163,58 @@ def write_generations(searches: Mapping[str, tuple[str, Mapping[str, Any]]], pat
         axes[0].legend(frameon=False)
 
 
-def write_map(found: Mapping[str, Any], marked: Mapping[str, tuple[float, float]], path: Path) -> None:
-    """Draw the miss of all printed numbers over the speeds of both cranks, with some guesses by name."""
-    values = np.exp(np.array(found["mismatch"], dtype=float))
-    with _figure(path, (5.6, 4.4), 1, 1) as (figure, ax):
-        shades = ax.pcolormesh(found["speeds"], found["speeds"], values, cmap="viridis_r", vmin=1.0, shading="nearest")
-        figure.colorbar(shades, label="root mean square of the misses, a factor")
-        for (name, at), marker in zip(marked.items(), "o^sDv", strict=False):
-            ax.plot(*at, marker, color="#D55E00", markeredgecolor="white", label=name)
-        ax.set(xlabel="ω₁ [rad/s]", ylabel="ω₄ [rad/s]", aspect="equal")
-        ax.grid(visible=False)
-        figure.legend(loc="outside lower center", ncols=1, frameon=False, fontsize=8)
+def write_maps(
+    speeds: NDArray[np.float64],
+    maps: Mapping[str, NDArray[np.float64]],
+    marked: Mapping[str, tuple[float, float]],
+    path: Path,
+) -> None:
+    """Draw how far the ideal press is from the printed forces over the speeds of both cranks.
+
+    Parameters
+    ----------
+    speeds : (n,) array
+        Of either crank [rad/s].
+    maps : mapping of (n, n) arrays
+        Root mean square of the logarithms, rows omega_4, by title; infinite where the linkage does not close.
+    marked : mapping of float pairs
+        Points by name: omega_1 and omega_4 [rad/s].
+    path : Path
+    """
+    with _figure(path, (7.5, 7.4), 2, 2, sharex=True, sharey=True) as (figure, axes):
+        for ax, (title, values) in zip(axes.flat, maps.items(), strict=True):
+            shades = ax.pcolormesh(
+                speeds, speeds, 100.0 * values, cmap="viridis_r", vmin=0.0, vmax=60.0, shading="nearest"
+            )
+            ax.contour(
+                speeds, speeds, np.minimum(values, 1.0), levels=[0.05, 0.1], colors=["#D55E00", "white"], linewidths=1.0
+            )
+            for (name, at), marker in zip(marked.items(), "*o^sDv", strict=False):
+                ax.plot(*at, marker, color="#D55E00", markeredgecolor="white", label=name)
+            ax.set_title(title, fontsize=9)
+            ax.set(aspect="equal")
+            ax.grid(visible=False)
+        figure.colorbar(shades, ax=axes, label="root mean square deviation of six forces [%]", shrink=0.7)
+        for ax in axes[-1]:
+            ax.set_xlabel("ω₁ [rad/s]")
+        for ax in axes[:, 0]:
+            ax.set_ylabel("ω₄ [rad/s]")
+        figure.legend(
+            *axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False, fontsize=8
+        )
+
+
+def write_profiles(
+    profiles: Mapping[str, Any], best: Mapping[str, float], labels: Mapping[str, str], path: Path
+) -> None:
+    """Draw the least miss of all printed numbers with one unknown held, the others fitted anew; labels by unknown."""
+    with _figure(path, (7.5, 4.6), 2, 3, sharey=True) as (_, axes):
+        for ax, (name, label) in zip(axes.flat, labels.items(), strict=False):
+            found = profiles[name]
+            ax.plot(found["values"], 100.0 * np.array(found["mismatch"]), "o-", color=COLORS[0], markersize=3)
+            ax.axvline(best[name], color="#D55E00", linewidth=0.8)
+            ax.set(xlabel=label, ylim=(0.0, 40.0), xscale="log" if name == "eps_0" else "linear")
+        for ax in axes[:, 0]:
+            ax.set_ylabel("miss of ten numbers [%]")
+        for ax in axes.flat[len(labels) :]:
+            ax.set_axis_off()

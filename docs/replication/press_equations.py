@@ -1,4 +1,7 @@
-"""The press paper's film as it is printed, eqs. (4), (9)-(11), beside what is used: along our run of joint A."""
+"""The press paper's film as it is printed, eqs. (4), (9)-(11), beside what is used: along a run of joint A.
+
+The run is that of `seven_bar.toml`, where the journal turns and returns; whether an equation is right does not depend on the run.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,7 @@ def jump() -> float:
 
 @dataclass(frozen=True)
 class Orbit:
-    """Joint A along our run, after the start: what the film's equations take; (nt,) arrays."""
+    """Joint A along the run, after the start: what the film's equations take; (nt,) arrays."""
 
     eps: Array
     rate: Array  # d(eps)/dt [1/s]
@@ -49,9 +52,9 @@ class Orbit:
 
 @cache
 def orbit() -> Orbit:
-    """Joint A of the nominal design from 0.05 s on."""
+    """Joint A of the nominal design from 0.05 s on, under the conditions that `seven_bar.toml` assumes."""
     t = np.linspace(0.05, paper.DURATION, 4001)
-    c = paper.columns("nominal", t)
+    c = paper.run({}, name="seven_bar.toml").evaluate(t)
     ex, ey, journal, bearing = c["A.ex"], c["A.ey"], c["link2.omega"], c["crank1.omega"]
     vx, vy, size = np.gradient(ex, t), np.gradient(ey, t), np.hypot(c["A.ex"], c["A.ey"])
     r = paper.CLEARANCE

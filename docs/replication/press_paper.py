@@ -19,8 +19,11 @@ from replication.claims import change
 from replication.recorded import Array, load_record
 
 ENGINE = "compiled"
+PAPER = "seven_bar_paper.toml"
+RIG_FILE = "seven_bar_rig.toml"
 CLEARANCE = 0.3e-3  # m, section 3.3
 DURATION = 1.0  # s: figures 6-10
+START = 0.05  # s: the acceleration's peak of figure 8 lies in it
 OUTPUTS = (
     "slider7.x", "slider7.vx", "slider7.ax", "A.force", "B.force", "A.eccentricity_ratio", "B.eccentricity_ratio",
 )  # fmt: skip
@@ -43,8 +46,12 @@ PRINTED = {
     "B.force": {"nominal": 13.26, "paper 1": 14.66, "paper 2": 10.84},
     "slider7.ax": {"nominal": 5.434, "paper 1": 4.290, "paper 2": 5.485},
 }
+#: Windows of the printed largest forces, from the start [s]: section 3.4.
+WINDOWS = {"A.force": 0.8, "B.force": 0.2}
 #: Section 3.2: "largest values" of the slider's acceleration, with the printed signs [m/s2].
 RIG = {"measured": -13.72, "computed": 4.366}
+#: Speed at which friction in the guide is three quarters of its full value, assumed [m/s].
+SLIDING = 1e-4
 POSITION = 0.560  # m, Table 2: S_0
 
 
@@ -57,7 +64,7 @@ class Optimum:
     nominal: float
 
 
-def run(overrides: Mapping[str, Any], duration: float = DURATION, name: str = "seven_bar.toml") -> Trajectory:
+def run(overrides: Mapping[str, Any], duration: float = DURATION, name: str = PAPER) -> Trajectory:
     """Run the press with some values replaced.
 
     Raises
@@ -74,17 +81,18 @@ def run(overrides: Mapping[str, Any], duration: float = DURATION, name: str = "s
 @cache
 def design_run(name: str) -> Trajectory:
     """Run a design of `DESIGNS`, or "ours" for our optimum of the forces."""
-    return run(optimum("sevenbar_force").design if name == "ours" else DESIGNS[name])
+    return run(optimum("sevenbar_paper_force").design if name == "ours" else DESIGNS[name])
 
 
 @cache
 def design_extremes(name: str) -> dict[str, Extremes]:
-    """Extremes of `OUTPUTS`."""
-    return extremes(design_run(name), OUTPUTS)
+    """Extremes of `OUTPUTS`: of the forces in `WINDOWS`, of others in the whole run."""
+    whole = design_run(name)
+    return {output: extremes(whole.within(0.0, WINDOWS.get(output, DURATION)), [output])[output] for output in OUTPUTS}
 
 
 def peak(name: str, output: str) -> float:
-    """Largest magnitude of one of `OUTPUTS` in a design's run."""
+    """Largest magnitude of one of `OUTPUTS` in a design's run, of a force in its window."""
     return design_extremes(name)[output].peak
 
 
@@ -101,25 +109,43 @@ def columns(name: str, times: Array) -> dict[str, Array]:
 @cache
 def ideal_run() -> Trajectory:
     """Motion of the press without clearance."""
-    return ideal(load(find_file("seven_bar.toml"), {"duration": DURATION}), ENGINE)
+    return ideal(load(find_file(PAPER), {"duration": DURATION}), ENGINE)
+
+
+def conditions() -> dict[str, Any]:
+    """Gravity, speeds and film correction of `PAPER` by path, for other experiments of the press."""
+    found = load(find_file(PAPER)).experiment
+    drives = {f"drives.{name}.speed": drive.speed for name, drive in found.drives.items()}
+    patches = {f"joints.{name}.small_eccentricity": joint.small_eccentricity for name, joint in found.joints.items()}
+    return {"gravity": list(found.gravity), **drives, **{k: dict(p) for k, p in patches.items() if p is not None}}
+
+
+def patch() -> tuple[float, float]:
+    """Give eps_0 and m of eqs. (12)-(13) in `PAPER`."""
+    value = load(find_file(PAPER)).value
+    return value("joints.A.small_eccentricity.ratio"), value("joints.A.small_eccentricity.power")
 
 
 @cache
-def rig_run() -> Trajectory:
-    """Run the test rig with its own clearance, two periods."""
-    return run({}, 2.0 * DURATION, "seven_bar_rig.toml")
+def rig_run(friction: float = 0.0, clearance: float | None = None) -> Trajectory:
+    """Run the test rig, 2 s, with a Coulomb friction in the guide [N] and, if given, another clearance [m]."""
+    more: dict[str, Any] = {} if clearance is None else {f"joints.{j}.clearance": clearance for j in "AB"}
+    if friction:
+        more["forces.friction"] = {"point": "slider7", "formula": [f"-{friction!r}*tanh(slider7.vx/{SLIDING})", "0"]}
+    return run({**conditions(), **more}, 2.0 * DURATION, RIG_FILE)
 
 
 def rig_ideal(times: Array) -> dict[str, Array]:
-    """Columns of the ideal press over the rig's two periods."""
-    return ideal(load(find_file("seven_bar_rig.toml"), {"duration": 2.0 * DURATION}), ENGINE).evaluate(times)
+    """Columns of the ideal press over the rig's 2 s."""
+    return ideal(load(find_file(RIG_FILE), {"duration": 2.0 * DURATION, **conditions()}), ENGINE).evaluate(times)
 
 
 @cache
 def contacts(name: str) -> int:
     """Count the contacts of a design whose joints can touch: eq. (15), with the finite film and the paper's oil."""
     oil = {f"joints.{j}.viscosity": 0.4 for j in "AB"}
-    return len(impacts(run(oil | DESIGNS[name], name="seven_bar_mixed.toml"), "AB"))
+    found = {key: value for key, value in conditions().items() if not key.startswith("joints.")}
+    return len(impacts(run(oil | found | DESIGNS[name], name="seven_bar_mixed.toml"), "AB"))
 
 
 @cache
@@ -148,7 +174,7 @@ def least_film(name: str, joint: str) -> float:
 @cache
 def doubled(path: str) -> tuple[float, float, float]:
     """Double a value of Table 3: changes of acceleration, sum of the forces and crank 4's torque [%]."""
-    value = load(find_file("seven_bar.toml")).value(path)
+    value = load(find_file(PAPER)).value(path)
     outputs = ("slider7.ax", "A.force", "B.force", "O4.torque")
     found = (extremes(x, outputs) for x in (design_run("nominal"), run({path: 2.0 * value})))
     before, after = ([x[name].peak for name in outputs] for x in found)

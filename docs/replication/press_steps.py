@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from replication.press_paper import Array
+from replication.press_paper import Array, conditions
 
 sys.path.append(str(Path(__file__).parents[2] / "tests"))
 import paper_formulation
@@ -17,7 +17,15 @@ STEP = 1e-4  # s, Tables 4 and 5
 #: The classical method is stable up to this step over the time constant of a decay: 1 - z + z^2/2 - z^3/6 + z^4/24 = 1.
 STABLE = 2.785293563405282
 END = 0.01  # s, of which the spike is looked for
-_DATA = paper_formulation.Data()
+
+
+@cache
+def _data() -> paper_formulation.Data:
+    """Give the data of the press under the fitted conditions, without eqs. (12)-(13)."""
+    found = conditions()
+    return paper_formulation.Data(
+        omega=(found["drives.O1.speed"], found["drives.O4.speed"]), gravity=tuple(found["gravity"][:2])
+    )
 
 
 class _Left(Exception):  # noqa: N818 (an event)
@@ -26,15 +34,15 @@ class _Left(Exception):  # noqa: N818 (an event)
 
 def _rates(t: float, state: Array) -> Array:
     q, v = state[:18], state[18:]
-    if not all(np.hypot(*e) < c for (e, *_), c in zip(paper_formulation.gaps(q, v), _DATA.clearance, strict=True)):
+    if not all(np.hypot(*e) < c for (e, *_), c in zip(paper_formulation.gaps(q, v), _data().clearance, strict=True)):
         raise _Left
-    return np.concatenate([v, paper_formulation.accelerations(t, q, v, _DATA)])
+    return np.concatenate([v, paper_formulation.accelerations(t, q, v, _data())])
 
 
 @cache
 def explicit() -> float:
     """Time of the step in which Runge and Kutta's method of fourth order leaves the bearing [s]; the end, if it does not."""
-    state = np.concatenate(paper_formulation.start(_DATA))
+    state = np.concatenate(paper_formulation.start(_data()))
     for n in range(round(END / STEP)):
         t, h = n * STEP, STEP
         try:
@@ -51,7 +59,7 @@ def explicit() -> float:
 @cache
 def implicit() -> float:
     """Largest acceleration of the slider by Euler's implicit method, infinite where its equations are not solved [m/s2]."""
-    state = np.concatenate(paper_formulation.start(_DATA))
+    state = np.concatenate(paper_formulation.start(_data()))
     largest = 0.0
     for n in range(1, round(END / STEP) + 1):
         t, new = n * STEP, state.copy()
@@ -71,7 +79,7 @@ def implicit() -> float:
 @cache
 def fastest() -> float:
     """Least time constant at the start [s]."""
-    rates = np.linalg.eigvals(_jacobian(0.0, np.concatenate(paper_formulation.start(_DATA))))
+    rates = np.linalg.eigvals(_jacobian(0.0, np.concatenate(paper_formulation.start(_data()))))
     return float(1.0 / np.abs(rates).max())
 
 

@@ -82,6 +82,12 @@ class Number(NamedTuple):
         return f"{low:.4g} to {high:.4g} {self.unit}".rstrip()
 
 
+class Fitted(Number):
+    """A printed number that has its part in a fit of what is not printed, beside ours."""
+
+    words = ("met by a fit", "trend only", "not reproduced")
+
+
 class Printed(Number):
     """What a source's equation gives as printed, beside what is right."""
 
@@ -105,7 +111,9 @@ class Share(Number):
 class Claim(NamedTuple):
     """One line of a page: what is claimed and where, what is printed, what we compute, and why they differ.
 
-    `numbers` are what the verdict follows from; `unless` says what in the source or in our assumptions would change it.
+    `numbers` are what the verdict follows from; `unless` says what in the source or in our assumptions would change it. `because` are
+    numbers of a computation that tests a named cause, empty if none is known: a claim that is not reproduced is then explained, if all
+    of these agree, or open.
     """
 
     claim: str
@@ -114,11 +122,18 @@ class Claim(NamedTuple):
     numbers: Sequence[Number]
     why: str
     unless: str = ""
+    because: Sequence[Number] | None = None
 
     @property
     def verdict(self) -> str:
-        """The word of the worst number."""
-        return self._worst.words[self._worst.grade] if self.numbers else "nothing to compare"
+        """The word of the worst number, and whether a miss is explained."""
+        if not self.numbers:
+            return "nothing to compare"
+        word = self._worst.words[self._worst.grade]
+        if word != "not reproduced" or self.because is None:
+            return word
+        explained = bool(self.because) and all(number.grade == 0 for number in self.because)
+        return f"{word}: {'explained' if explained else 'open'}"
 
     @property
     def otherwise(self) -> str:
@@ -135,7 +150,8 @@ LEGEND = f"""All numbers are computed when the page is written; verdicts follow 
 worst number of a row decides:
 
 - *reproduced*: ours is within {100 * WITHIN:.0f} % of the printed number; *trend only*: within a factor of {FACTOR:g}, and of the same sign; *not
-  reproduced*: neither;
+  reproduced*: neither; *explained* if a computation confirms a named cause, else *open*;
+- *met by a fit*: within {100 * WITHIN:.0f} %, but the number has its part in a fit of conditions that are not printed;
 - *right as printed*, *wrong as printed*: an equation, or arithmetic, agrees within {100 * WITHIN:.0f} % with what is right, or does not;
 - *nothing to compare*: no number is printed.
 """

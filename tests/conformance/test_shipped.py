@@ -9,13 +9,16 @@ from engines import slow_on_drake
 from measures import worst
 from shipped import NAMES, run, shipped
 
-from linkages import Status, ideal, impacts, simulate
+from linkages import Status, extremes, ideal, impacts, simulate
 from linkages.cli.main import main
 from linkages.files.shipped import data_folder
 from linkages.results.summary import touching
 
 #: Films only: seconds to simulate, two revolutions; Drake's accuracy at which its own error is a few times 1e-7.
 SMOOTH = {"seven_bar": (2.0, 1e-10), "seven_bar_rig": (2.0, 1e-10), "slider_crank_lubricated": (0.024, 1e-9)}
+
+#: Films whose force jumps, where eqs. (12)-(13) begin: seconds, Drake's accuracy; no tighter one gets over the jump in time.
+JUMPING = {"seven_bar_paper": (0.02, 1e-7)}
 
 #: Contacts: seconds until two of them have ended.
 DRY = {
@@ -35,7 +38,7 @@ TIGHT = 1e-12
 
 
 def test_every_shipped_linkage_is_compared():
-    assert sorted({*SMOOTH, *DRY, *MIXED}) == NAMES
+    assert sorted({*SMOOTH, *JUMPING, *DRY, *MIXED}) == NAMES
 
 
 # --- command line -----------------------------------------------------------------------------------------------------
@@ -155,6 +158,22 @@ def test_lubricated_linkages_move_alike(name):
     assert ours.keys() == theirs.keys()
     column, difference = worst(ours, theirs)
     assert difference <= 1e-6, column
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", JUMPING)
+def test_linkages_whose_film_jumps_move_alike(name):
+    """The peak at the jump, and every column from 1 ms on: each engine steps over the jump in its own way."""
+    duration, accuracy = JUMPING[name]
+    runs = [
+        run(engine, name, duration=duration, **{"solver.accuracy": tight})
+        for engine, tight in (("compiled", 1e-10), ("drake", accuracy))
+    ]
+    ours, theirs = (extremes(found, ["slider7.ax"])["slider7.ax"].peak for found in runs)
+    assert ours == pytest.approx(theirs, rel=1e-4)
+    times = np.linspace(1e-3, duration, 201)
+    column, difference = worst(*(found.evaluate(times) for found in runs))
+    assert difference <= 1e-3, column
 
 
 @pytest.mark.slow

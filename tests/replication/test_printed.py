@@ -4,6 +4,7 @@ import numpy as np
 import paper_formulation
 import pytest
 from paper_formulation import Data, film, gamma, jacobian, start
+from replication.press_designs import inside
 from replication.press_equations import printed
 from replication.press_steps import STABLE, STEP, explicit, fastest
 
@@ -17,6 +18,23 @@ def test_eq_4_pushes_a_returning_journal_on(eps):
     right = pinkus_sternlicht(eps, rate, 0.0, 1.0)[0] * rate
     wrong = printed(eps, abs(rate), 1e-12)[0] * rate
     assert right < 0.0 < wrong
+
+
+@pytest.mark.parametrize("angle", [0.7, 2.5, -2.5, -0.7])
+def test_eq_5_turns_the_force_around_in_half_the_plane(angle):
+    """A journal that moves outwards: the film of eq. (14) must take energy; with eq. (5) it gives some where e_x < 0."""
+    e = 0.4 * np.array([np.cos(angle), np.sin(angle)])
+    normal, tangential = printed(0.4, 3.0, 1e-12)
+    gamma_5 = np.arctan(e[1] / e[0])
+    force = [
+        normal * np.cos(gamma_5) - tangential * np.sin(gamma_5),
+        normal * np.sin(gamma_5) + tangential * np.cos(gamma_5),
+    ]
+    assert np.sign(force @ e) == (-1.0 if e[0] > 0.0 else 1.0)
+
+
+def test_table_6_is_within_either_reading_of_table_1():
+    assert inside(varied=True) == inside(varied=False) == 4
 
 
 @pytest.mark.parametrize("rate", [2.0, -2.0])
