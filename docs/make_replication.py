@@ -45,7 +45,7 @@ eq. (22) with α = β = 50 brings the cranks up to speed within 0.1 s):
 {table(*press_conditions.maps_table())}
 ![How far the ideal press is from the six printed forces, over both speeds](figures/replication_conditions.png)
 
-*Outlined: below 5 % (orange) and below 10 % (white). Blank: the linkage does not close.*
+*Outlined: below 5 % (orange) and below 10 % (white); darkest: 60 % and more.*
 
 Two unknown speeds can meet the forces with gravity along -y at many points, with gravity along +y only where the slider has ten times the
 printed acceleration, and with gravity along x nowhere. All ten numbers, with the best conditions of each scenario, are the rows "all ten

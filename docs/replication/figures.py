@@ -183,14 +183,13 @@ def write_maps(
     """
     with _figure(path, (7.5, 7.4), 2, 2, sharex=True, sharey=True) as (figure, axes):
         for ax, (title, values) in zip(axes.flat, maps.items(), strict=True):
-            shades = ax.pcolormesh(
-                speeds, speeds, 100.0 * values, cmap="viridis_r", vmin=0.0, vmax=60.0, shading="nearest"
-            )
+            shown = np.where(np.isfinite(values), 100.0 * values, np.nan)
+            shades = ax.pcolormesh(speeds, speeds, shown, cmap="viridis_r", vmin=0.0, vmax=60.0, shading="nearest")
             ax.contour(
                 speeds, speeds, np.minimum(values, 1.0), levels=[0.05, 0.1], colors=["#D55E00", "white"], linewidths=1.0
             )
             for (name, at), marker in zip(marked.items(), "*o^sDv", strict=False):
-                ax.plot(*at, marker, color="#D55E00", markeredgecolor="white", label=name)
+                ax.plot(*at, marker, color="#D55E00", markeredgecolor="white", markersize=11, label=name)
             ax.set_title(title, fontsize=9)
             ax.set(aspect="equal")
             ax.grid(visible=False)
