@@ -49,7 +49,7 @@ eq. (22) with α = β = 50 brings the cranks up to speed within 0.1 s):
 
 Two unknown speeds can meet the forces with gravity along -y at many points, with gravity along +y only where the slider has ten times the
 printed acceleration, and with gravity along x nowhere. All ten numbers, with the best conditions of each scenario, are the rows "all ten
-numbers at once" above. Each unknown held, the others fitted anew:
+numbers at once" above. Each unknown held, the others fitted anew by a local search from the neighbouring value (an upper bound):
 
 {table(*press_conditions.profiles_table())}
 ![Least miss of all ten numbers with one unknown held](figures/replication_profiles.png)

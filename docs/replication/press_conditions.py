@@ -141,12 +141,12 @@ def determined(name: str) -> str:
 
 def maps_table() -> tuple[list[str], list[list[str]]]:
     """Head and rows of the maps of the ideal press, by gravity and start."""
-    head = ["gravity", "start", "points below 5 %", "below 10 %", "best", "at ω₁, ω₄ [rad/s]", "slider there [m/s²]"]
+    head = ["gravity, start", "points below 5 %", "below 10 %", "best", "at ω₁, ω₄ [rad/s]", "slider there [m/s²]"]
     rows = []
     for name, found in read("press_conditions")["maps"].items():
         low, high = sorted(found["acceleration"])
         cells = [*map(str, found["below"]), f"{100.0 * found['best']:.1f} %", "{:g}, {:g}".format(*found["speeds"])]
-        rows.append([*name.split(", "), *cells, f"{low:.1f} to {high:.1f}"])
+        rows.append([name, *cells, f"{low:.1f} to {high:.1f}"])
     return head, rows
 
 
