@@ -121,7 +121,7 @@ def rig() -> list[Claim]:
         ),
         Claim(
             "tolerance of the rig's shafts, 11.6 (0/-0.011) mm", "not compared", f"{wide.min:+.3f} to {wide.max:+.3f} m/s² with the widest clearance, {1e3 * WIDEST:.4f} mm", [],
-            f"our question: it changes the extremes by at most {1e3 * max(abs(wide.min - found.min), abs(wide.max - found.max)):.2g} mm/s²",
+            f"our question: it changes the extremes by at most {1e3 * max(abs(wide.min - found.min), abs(wide.max - found.max)):.1f} mm/s²",
         ),
         Claim(
             "diameter of the bearings: Tables 4 and 5, and section 3.2", "30 mm and 12 mm", "rig 12 mm, all else 30 mm", [Printed(30.0, 12.0, "mm")],
