@@ -7,6 +7,7 @@
 | budget   | how many steps a run may take                                                      |
 | study    | `simulate`, the ideal linkage beside a run, and how far the run can be trusted     |
 | drop     | the smallest machine, whose impact is known                                        |
+| threads  | independent runs in threads                                                        |
 | ahead    | what the engines are about to call, compiled ahead on an empty cache               |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory``. The engines do not know each other.

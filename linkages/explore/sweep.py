@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from linkages.brief import Brief, counted
+from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.explore.flow import lasting
 from linkages.explore.sections import Section, horizon, stroboscopic
@@ -19,8 +18,6 @@ from linkages.outputs.registry import pack
 from linkages.system import System
 
 Array = NDArray[np.float64]
-
-_LOOK = 1.0  # s between two calls of the progress function
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,8 @@ def sweep(
 
     part = np.zeros(len(cases))  # of each value that is done
 
-    def work(k: int, value: float, case: System) -> Point:
+    def work(k: int) -> Point:
+        value, case = float(values[k]), cases[k]
         wanted = horizons and case.touching.any()
         share = 0.5 if wanted else 1.0  # a horizon takes about as long again
 
@@ -141,17 +139,6 @@ def sweep(
             part[k] = 1.0
         return Point(value, section, section.status, found)
 
-    pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
-    try:
-        jobs = [
-            pool.submit(work, k, float(value), case) for k, (value, case) in enumerate(zip(values, cases, strict=True))
-        ]
-        pending = set(jobs)
-        while pending:
-            pending = wait(pending, timeout=_LOOK).not_done
-            if progress is not None:
-                progress(float(part.mean()))
-        points = tuple(job.result() for job in jobs)
-    finally:
-        pool.shutdown(cancel_futures=True)
-    return Sweep(path, tuple(names), transient, points)
+    look = None if progress is None else lambda: progress(float(part.mean()))
+    points = in_threads(work, len(cases), threads, look)
+    return Sweep(path, tuple(names), transient, tuple(points))

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +12,7 @@ from linkages.brief import Brief, counted
 from linkages.engines.budget import most
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.files.tables import needed
 from linkages.kernel import Array, Indices
@@ -127,6 +126,7 @@ def simulate_batch(
     outputs: Sequence[str] | None = None,
     windows: Any = None,
     threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Batch:
     """Run a system many times with different values, in parallel threads.
 
@@ -145,6 +145,8 @@ def simulate_batch(
         Times between which outputs are summarised [s]; default the whole run.
     threads : int, optional
         Default as many as there are processors. The results do not depend on it.
+    progress : callable, optional
+        Called now and then with the part of the runs that have ended, 0 to 1.
 
     Returns
     -------
@@ -155,6 +157,10 @@ def simulate_batch(
     ------
     InputError
         If a path, an output or a window is not valid for the nominal experiment.
+    RunError
+        If the threads cannot be started.
+    MemoryError
+        If a run finds no memory: at once, and the other runs are given up.
 
     Examples
     --------
@@ -184,17 +190,15 @@ def simulate_batch(
     status = [Status.OK] * len(table)
     reason = [""] * len(table)
     steps = np.zeros(len(table), dtype=np.int64)
+    ended = np.zeros(len(table), dtype=bool)
 
     def one(i: int) -> None:
         values = dict(zip(variables, map(float, table[i]), strict=True))
         status[i], reason[i], steps[i] = _run(system, values, names, spans, found[i])
+        ended[i] = True
 
-    if threads == 1 or len(table) == 1:
-        for i in range(len(table)):
-            one(i)
-    else:
-        with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-            list(pool.map(one, range(len(table))))
+    look = None if progress is None else lambda: progress(float(ended.mean()))
+    in_threads(one, len(table), threads, look)
     statistics = {name: found[..., k] for k, name in enumerate(STATISTICS)}
     return Batch(tuple(variables), table, names, spans, statistics, status, reason, steps)
 

@@ -1,0 +1,63 @@
+"""Independent runs in threads: the results do not depend on how many, and an error ends all of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from typing import TypeVar
+
+from linkages.errors import RunError
+
+_LOOK = 1.0  # s between two calls of the function that looks on
+
+Result = TypeVar("Result")
+
+
+def in_threads(
+    work: Callable[[int], Result], count: int, threads: int | None = None, look: Callable[[], None] | None = None
+) -> list[Result]:
+    """Return work(0), ..., work(count - 1), computed in threads.
+
+    The first error is raised at once; work that has not begun is then dropped.
+
+    Parameters
+    ----------
+    work : callable
+    count : int
+    threads : int, optional
+        Default: as many as there are processors. One is the calling thread.
+    look : callable, optional
+        Called now and then, at least once a second with several threads, and at the end.
+
+    Raises
+    ------
+    RunError
+        If the threads cannot be started, for instance without memory for their stacks.
+    """
+    if threads == 1 or count == 1:
+        return [_looked_at(work(k), look) for k in range(count)]
+    pool = ThreadPoolExecutor(min(threads or os.cpu_count() or 1, max(count, 1)))
+    try:
+        try:
+            jobs = [pool.submit(work, k) for k in range(count)]
+        except RuntimeError as problem:  # of the interpreter: work raises its errors in `result`
+            raise RunError(
+                f"the threads of {count} runs cannot be started ({problem}): ask for fewer threads"
+            ) from None
+        pending = set(jobs)
+        while pending:
+            done, pending = wait(pending, timeout=_LOOK, return_when=FIRST_EXCEPTION)
+            for job in done:
+                job.result()
+            if look is not None:
+                look()
+        return [job.result() for job in jobs]
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _looked_at(result: Result, look: Callable[[], None] | None) -> Result:
+    if look is not None:
+        look()
+    return result
