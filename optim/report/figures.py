@@ -189,7 +189,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
                 ax.margins(y=0.1)
         for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
             unit = value_unit(value)
-            ax.set_xlabel(axis_label(name, "" if unit == "1" else typeset(unit)))
+            ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # beside a power of ten
         figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
 
 
