@@ -5,29 +5,22 @@ from __future__ import annotations
 import glob
 import hashlib
 import os
-import sys
 import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import platformdirs
+
 _DIGEST = hashlib.sha256().digest_size
 _ABANDONED = 3600.0  # s since the last change of what a killed process left
 
 
 def cache_directory() -> Path:
-    """Where things are kept between runs: LINKAGES_CACHE, or the platform's place for the user's caches."""
+    """Return the folder for results that are kept between runs: LINKAGES_CACHE, or the platform's user cache."""
     named = os.environ.get("LINKAGES_CACHE")
-    if named:
-        return Path(named)
-    if sys.platform == "win32":
-        base = Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
-    elif sys.platform == "darwin":
-        base = Path.home() / "Library" / "Caches"
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "linkages"
+    return Path(named) if named else platformdirs.user_cache_path("linkages", appauthor=False)
 
 
 @contextmanager

@@ -227,7 +227,7 @@ def _read(name: str) -> Code | None:
 @cache
 def _prune(place: Path) -> None:
     """Remove, once in a process, what has not been used for long."""
-    for path in place.glob("??/*.nbc"):
+    for path in (*place.glob("??/*.nbc"), *place.glob("locks/*")):
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > _UNUSED:
                 path.unlink()

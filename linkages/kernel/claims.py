@@ -1,50 +1,52 @@
-"""Who compiles what: a claim is a lock on a byte of a file in the cache's folder, gone with the process that holds it.
+"""Which process compiles which kernel: a lock for each, which ends with the process that holds it.
 
-So processes that need the same code at once compile it once between them; one that has other work does that first.
-Where there are no such locks, each compiles for itself.
+Processes that need the same code at once compile it once between them; a process that has other work does that first.
+On a file system without locks each process compiles for itself.
 """
 
 from __future__ import annotations
 
-import os
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from functools import cache
 from pathlib import Path
 
-try:
-    import fcntl
-except ImportError:  # pragma: no cover - Windows
-    fcntl = None  # type: ignore[assignment]
+from filelock import FileLock, Timeout
 
-_LONGEST = 120.0  # s that another process is waited for: it may have been stopped
-_LOOK = 0.02  # s between two looks
-_patient = ContextVar("patient", default=True)
-_held: set[tuple[Path, str]] = set()  # by this process
+_LONGEST = 120.0  # s to wait for another process, which may have been stopped
+_LOOK = 0.02  # s between two attempts to take a lock
+_patience = ContextVar("patience", default=_LONGEST)
+_held: dict[tuple[Path, str], FileLock] = {}  # by this process
 
 
-def claim(place: Path, name: str) -> bool:
-    """Claim a name for this process; False if another one has it."""
-    if not _lock(place, name, True):
-        return False
-    _held.add((place, name))
+def claim(place: Path, name: str, patience: float = 0.0) -> bool:
+    """Claim a name for this process, waiting so long [s] for another one that has it; False if that was too short."""
+    if (place, name) in _held:
+        return True
+    with suppress(OSError, NotImplementedError):  # a file system without locks
+        folder = place / "locks"
+        folder.mkdir(exist_ok=True)
+        lock = FileLock(folder / name, thread_local=False)
+        try:
+            lock.acquire(timeout=patience, poll_interval=_LOOK)
+        except Timeout:
+            return False
+        _held[place, name] = lock
     return True
 
 
 class ClaimedError(Exception):
-    """Another process has claimed what is needed."""
+    """Another process has claimed the kernel."""
 
 
 @contextmanager
 def impatient() -> Iterator[None]:
     """Raise `ClaimedError` rather than wait: there is other work."""
-    before = _patient.set(False)
+    before = _patience.set(0.0)
     try:
         yield
     finally:
-        _patient.reset(before)
+        _patience.reset(before)
 
 
 def wait_and_claim(place: Path, name: str) -> None:
@@ -55,41 +57,21 @@ def wait_and_claim(place: Path, name: str) -> None:
     ClaimedError
         If another process has it, within `impatient`.
     """
-    end = time.monotonic() + _LONGEST
-    while not claim(place, name) and time.monotonic() < end:
-        if not _patient.get():
-            raise ClaimedError
-        time.sleep(_LOOK)
+    patience = _patience.get()
+    if not claim(place, name, patience) and not patience:
+        raise ClaimedError
 
 
 def release(place: Path, name: str) -> None:
     """Give up a claim."""
-    if (place, name) in _held:
-        _held.remove((place, name))
-        _lock(place, name, False)
+    lock = _held.pop((place, name), None)
+    if lock is not None:
+        lock.release()
+        with suppress(OSError):
+            Path(lock.lock_file).unlink()  # two processes that compile the same kernel would only lose time
 
 
 def release_all() -> None:
     """Give up all claims, where compilation has failed."""
     for place, name in tuple(_held):
         release(place, name)
-
-
-@cache
-def _file(place: Path) -> int:
-    """Open the file of claims; open for good, as closing it would give up all of them."""
-    return os.open(place / "claims", os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o600)
-
-
-def _lock(place: Path, name: str, take: bool) -> bool:
-    """Lock a name's byte or unlock it; False if another process holds it."""
-    if fcntl is None:
-        return True
-    byte = int(name[:15], 16)
-    with suppress(OSError):  # a file system without locks
-        descriptor = _file(place)
-        try:
-            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB if take else fcntl.LOCK_UN, 1, byte)
-        except (BlockingIOError, PermissionError):  # POSIX leaves the choice between the two
-            return False
-    return True

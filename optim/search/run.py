@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError, RunError
-from linkages.files.lock import Lock
+from linkages.files.lock import locked
 from linkages.files.toml import leaves
 from optim.algorithms import nlp
 from optim.evaluate.evaluations import Evaluations
@@ -123,7 +123,7 @@ def run(
     Stopped
         If `stop` said so.
     """
-    with Lock(path.with_name(path.name + ".lock"), path), _opened(task, path, resume) as store:
+    with locked(path.with_name(path.name + ".lock"), path), _opened(task, path, resume) as store:
         recorder = _Recorder(task, store, observe, stop)
         nominal = recorder.evaluate(task.nominal[None])
         recorder.problem = task.problem(recorder.evaluate, nominal)
