@@ -41,7 +41,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--cycle", type=int, metavar="N", help="a linkage's frequencies in N + 1 poses of the drives' period too"
     )
     add_set(parser)
-    parser.add_argument("--verify", action="store_true", help="robot: compare with Drake's rigid plant")
+    parser.add_argument(
+        "--verify", action="store_true", help="robot: compare with Drake's rigid plant; exit status 1 if they differ"
+    )
     parser.add_argument(
         "--dynamic",
         choices=("rest", "quasi-static"),
@@ -126,8 +128,11 @@ def _run_robot(options: argparse.Namespace, path: Path) -> int:
             write_animation(results, folder / "animation.html")
     print(format_table(summary))
     print(f"\n{written(out, outputs.names)}")
+    failed = summary.get("verify", {}).get("failed", ())
+    for line in failed:
+        print(f"the comparison with Drake fails: {line}", file=sys.stderr)
     if results.branch.status is Status.OK:
-        return 0
+        return int(bool(failed))
     fold, end = results.branch.singularities[-1].time, results.branch.times[-1]
     print(
         f"the branch ends at a fold (singularity of type 2) at t = {fold:.6g} s, analysed up to {end:.6g} s;"
@@ -218,6 +223,7 @@ def format_table(result: dict[str, Any]) -> str:
             "  " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in part["stress"].items()),
         ]
     if "verify" in result:
-        lines += ["", "against Drake's rigid plant:"]
-        lines += [f"  {key:18s} {value:.3g}" for key, value in result["verify"].items()]
+        check = result["verify"]
+        lines += ["", f"against Drake's rigid plant: {'FAILED' if check['failed'] else 'passed'}"]
+        lines += [f"  {key:18s} {value:.3g}" for key, value in check.items() if key != "failed"]
     return "\n".join(lines)

@@ -26,6 +26,12 @@ from linkages.three_rrr.robot import Robot, changed
 
 _V = JacobianWrtVariable.kV
 _RANK = 1e-9  # scaled stiffness eigenvalues below this fraction of the largest count as zero
+#: Largest differences that are round-off: of the modal quantities, which are ratios, and of the motion and the torques,
+#: per unit of the largest magnitude compared where that is above one.
+_LIMITS = dict.fromkeys(("zero_eigenvalue", "principal_angle", "mass_error"), 1e-10) | dict.fromkeys(
+    ("position", "velocity", "acceleration", "torque"), 1e-9
+)
+_ZERO_MODES = 3
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,8 @@ class Verification:
         Largest differences: platform and couplers [rad, m and their rates], drive torques [N m].
     poses : int
         Number of poses compared.
+    failed : tuple of str
+        Quantities above their limits: one line each, with value and limit; empty if the comparison passes.
     """
 
     zero_modes: int
@@ -57,6 +65,7 @@ class Verification:
     acceleration: float
     torque: float
     poses: int
+    failed: tuple[str, ...]
 
 
 class RigidPlant:
@@ -199,7 +208,21 @@ def verify(robot: Robot, state: Motion) -> Verification:
         count, modal = _modal(plant, model, state.part(slice(n, n + 1)))
         counts.append(count)
         worst = {key: max(worst.get(key, 0.0), value) for key, value in (found | modal).items()}
-    return Verification(zero_modes=max(counts, key=lambda c: abs(c - 3)), poses=len(state), **worst)
+    count = max(counts, key=lambda c: abs(c - _ZERO_MODES))
+    scales = {
+        "velocity": max(_largest(state.dx), _largest(state.dpsi)),
+        "acceleration": max(_largest(state.ddx), _largest(state.ddpsi)),
+        "torque": _largest(torques),
+    }
+    return Verification(zero_modes=count, poses=len(state), failed=_failures(count, worst, scales), **worst)
+
+
+def _failures(count: int, worst: dict[str, float], scales: dict[str, float]) -> tuple[str, ...]:
+    """List the quantities above their limits; a value that is not a number is above any."""
+    limits = {name: limit * max(1.0, scales.get(name, 1.0)) for name, limit in _LIMITS.items()}
+    lines = [f"zero_modes is {count}; it must be {_ZERO_MODES}"] if count != _ZERO_MODES else []
+    above = [name for name, limit in limits.items() if not worst[name] <= limit]
+    return (*lines, *(f"{name} is {worst[name]:.3g}; it must be at most {limits[name]:.3g}" for name in above))
 
 
 def _kinematics(plant: RigidPlant, state: Motion, n: int, v: Array, a: Array) -> dict[str, float]:

@@ -10,6 +10,7 @@ import pytest
 
 from linkages.cli.main import main
 from linkages.files.shipped import data_folder
+from linkages.three_rrr import verify as verification
 from linkages.three_rrr.branch import follow
 from linkages.three_rrr.direct import assemblies, count
 from linkages.three_rrr.robot import changed, load_robot
@@ -36,7 +37,28 @@ def test_modes_command_writes_what_it_promises(tmp_path: Path, capsys: pytest.Ca
     printed = capsys.readouterr().out
     assert "133.56" in printed
     assert "zero_modes" in printed
+    assert "against Drake's rigid plant: passed" in printed
     assert sorted(p.name for p in out.iterdir()) == ["animation.html", "modes.json"]
+
+
+def test_a_failed_comparison_with_drake_ends_with_status_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Drake's plant has another density than the finite elements: the mass matrices differ by 0.1 %."""
+    heavy = verification.RigidPlant
+    monkeypatch.setattr(
+        verification, "RigidPlant", lambda robot: heavy(changed(robot, material={"density": 1.001 * 7850.0}))
+    )
+    arguments = ["modes", "three_rrr.toml", "--verify", "--no-plots", "--no-animation", "--out", str(tmp_path / "out")]
+    assert main(arguments) == 1
+    shown = capsys.readouterr()
+    assert "against Drake's rigid plant: FAILED" in shown.out
+    lines = shown.err.splitlines()
+    assert any(
+        line.startswith("the comparison with Drake fails: mass_error is 0.000999; it must be at most") for line in lines
+    )
+    assert any("torque is" in line for line in lines)
+    assert json.loads((tmp_path / "out" / "modes.json").read_text())["verify"]["failed"]
 
 
 @pytest.mark.parametrize(

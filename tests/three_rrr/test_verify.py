@@ -27,6 +27,7 @@ def test_everything_agrees_with_drake(robot: Robot, options: dict) -> None:
         branch = follow(robot.geometry, robot.cranks, x, robot.duration)
         found = verify(changed(robot, **options), branch.motion(np.linspace(0.0, robot.duration, 13)))
         assert found.zero_modes == 3
+        assert found.failed == ()
         assert found.zero_eigenvalue <= 1e-10
         assert found.principal_angle <= 1e-10
         assert found.mass_error <= 1e-10
