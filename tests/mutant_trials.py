@@ -204,7 +204,7 @@ def ran(file: Path, engine: str, folder: Path, settings: list[str] = []) -> str:
         assert None not in [output["peak"] for output in summary["outputs"].values()]
         run = linkages.load_trajectory(out / "trajectory.npz")
         assert all(np.isfinite(column).all() for column in run.columns.values())
-        values = {"duration": 0.01} | dict(item.split("=", 1) for item in settings)
+        values = dict(item.split("=", 1) for item in settings) | {"duration": 0.01}
         system = linkages.load(file, values)
         gap, size = summary["mechanism"]["loop_error"], system.tree.extent
         assert gap <= OPEN * size, f"ok with a loop that is open by {gap:.1e} of {size:.1e} m"

@@ -28,7 +28,7 @@ class _Silence:
 
     def begin(self, quiet: bool) -> None:
         """Start to count the silence of a command."""
-        self.quiet, self.stage = quiet, "starting"
+        self.quiet, self.stage = quiet, "at work"
         self.started = self.last = time.monotonic()
         self.patience = _FIRST
 
@@ -78,6 +78,11 @@ def heartbeat() -> Iterator[None]:
 def begin_stage(name: str) -> None:
     """Name what the command does from now on."""
     _silence.stage = name
+
+
+def message_shown() -> None:
+    """Note that the command has shown a message by other means than this module's."""
+    _silence.broken()
 
 
 def be_quiet(options: argparse.Namespace) -> None:

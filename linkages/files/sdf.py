@@ -286,6 +286,7 @@ class _Reader:
         placed = ET.Element("pose")
         placed.text = own.text()
         element.insert(0, placed)
+        element.tail = None  # the text behind the element
         return ET.tostring(element, encoding="unicode")
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from linkages.cli.progress import begin_stage, message_shown
 from optim.algorithms.nlp import Values
 from optim.problem.study import Study
 from optim.store.store import Iteration
@@ -41,6 +42,7 @@ class Observer:
             bar_format="{desc}: {percentage:3.0f}% |{bar}| [{elapsed}<{remaining}]{postfix}",
             total=1,
         )
+        begin_stage(self.title)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -54,6 +56,9 @@ class Observer:
         self._bar.total = max(row.iterations, 1)
         self._bar.set_postfix_str(self._best(row), refresh=False)
         self._bar.update(row.iteration - self._bar.n)
+        begin_stage(f"{self.title}, iteration {row.iteration} of {row.iterations}, {self._best(row)}")
+        if not self._bar.disable:
+            message_shown()
         if time.monotonic() - self._drawn > _EVERY:
             self._draw()
             self._drawn = time.monotonic()

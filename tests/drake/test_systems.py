@@ -184,3 +184,10 @@ def test_a_visual_that_drake_refuses_is_bad_input_and_nothing_else_is_said(syste
     with pytest.raises(InputError, match=r"<visual>: Drake refuses it: .*radius"):
         simulate(system_of(text, "duration = 0.1\n"), "drake")
     assert not caplog.records
+
+
+def test_text_behind_a_visual_is_left_out(system_of):
+    """It belongs to the link: SDFormat has no use for it."""
+    sphere = '<visual name="v"><geometry><sphere><radius>0.01</radius></sphere></geometry></visual>'
+    text = four_bar().replace("</inertial>", f"</inertial>{sphere} --&gt; a note", 1)
+    assert simulate(system_of(text, "duration = 0.001\n"), "drake").status is Status.OK
