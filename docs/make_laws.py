@@ -16,6 +16,7 @@ from linkages.laws import CONTACTS, PARAMETERS
 from linkages.laws.contact.contacts import contact_force
 from linkages.laws.contact.forces import CLIP
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
+from linkages.laws.parameters import set_parameters
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
 from linkages.plots.style import COLORS, LINES
 
@@ -49,7 +50,7 @@ def restitution_figure(path: Path) -> None:
     modulus = contact_modulus(200e9, 0.3, 200e9, 0.3)
     hertz = hertz_stiffness(RADIUS, RADIUS - CLEARANCE, modulus)
     joint = np.zeros((), PARAMETERS)
-    joint["exponent"], joint["damping_limit"] = 1.5, CLIP
+    joint["damping_limit"] = CLIP
     nominal = np.linspace(0.02, 1.0, 50)
     figure, axes = plt.subplots(figsize=(7.0, 5.6))
     axes.plot([0, 1], [0, 1], color="0.6", lw=3.0, alpha=0.5, label="nominal")
@@ -59,7 +60,8 @@ def restitution_figure(path: Path) -> None:
         reached = nominal[nominal >= math.exp(-2.0)] if linear else nominal
         for e in map(float, reached):
             joint["hysteresis"] = law.factor(e)
-            joint["damping"] = kelvin_voigt_damping(LINEAR, MASS, e) if linear else 0.0
+            values_of = {"exponent": 1.5, "damping": kelvin_voigt_damping(LINEAR, MASS, e) if linear else 0.0}
+            set_parameters(joint, "contact", law.parameters, values_of)
             values.append(measure(joint[()], 1e-7))
         label = f"{name} (and the cylinder laws)" if name == "lankarani-nikravesh" else name
         color, style = COLORS[i % len(COLORS)], LINES[i // len(COLORS)]

@@ -7,22 +7,34 @@ from numba import config
 
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.forces import CLIP
-from linkages.laws.parameters import SHEAR
+from linkages.laws.declared import BUILT_IN_PARAMETERS
+from linkages.laws.parameters import SHEAR, set_parameters
 
 
 def joint(film=None, contact=None, friction="none", shear="full", restitution=0.0, **numbers):
-    """Record of a joint with these laws."""
+    """Record of a joint with these laws; numbers are fields of the record, or parameters of the laws."""
     record = np.zeros((), PARAMETERS)
     record["shear"] = SHEAR[shear]
+    laws = {"friction": FRICTIONS[friction]}
     if film is not None:
-        record["film"] = FILMS[film].address
+        laws["film"] = FILMS[film]
+        record["film_reads_record"] = bool(FILMS[film].parameters)
     if contact is not None:
-        law = CONTACTS[contact]
-        record["contact"], record["hysteresis"] = law.address, law.factor(restitution)
-        record["restitution"], record["exponent"], record["damping_limit"] = restitution, 1.5, CLIP
-    record["friction"], record["bristles"] = FRICTIONS[friction].address, FRICTIONS[friction].bristles
-    for name, value in numbers.items():
-        record[name] = value
+        law = laws["contact"] = CONTACTS[contact]
+        record["restitution"], record["hysteresis"] = restitution, law.factor(restitution)
+        record["damping_limit"] = CLIP
+    record["bristles"] = FRICTIONS[friction].rate_address
+    names = {}
+    for kind, law in laws.items():
+        record[kind] = law.address
+        values = {p.name: numbers.get(p.name, p.default) for p in law.parameters}
+        set_parameters(record, kind, law.parameters, values)
+        names |= {p.name: f"{kind}_{slot}" for slot, p in enumerate(law.parameters)}
+    for name in numbers.keys() & set(PARAMETERS.names):
+        record[name] = numbers[name]
+    unknown = numbers.keys() - set(PARAMETERS.names) - {p.name for each in BUILT_IN_PARAMETERS.values() for p in each}
+    assert not unknown, unknown
     if config.DISABLE_JIT:  # attributes of NumPy's records are slow
-        return SimpleNamespace(**{name: record[name].item() for name in PARAMETERS.names})
+        names |= {name: name for name in PARAMETERS.names}
+        return SimpleNamespace(**{name: record[place].item() for name, place in names.items()})
     return record[()]

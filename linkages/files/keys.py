@@ -43,9 +43,18 @@ def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
         yield path, "; ".join(filter(None, [info.description, *_rules(info)]))
 
 
+def taken_keys(model: type[BaseModel], data: Any) -> Mapping[str, FieldInfo]:
+    """Keys that a table with these values takes: some depend on a value, as parameters do on the law."""
+    added = getattr(model, "added_keys", None)
+    if added is None or not isinstance(data, Mapping):
+        return model.model_fields
+    return {**model.model_fields, **added(data)}
+
+
 def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
     """Fields of a table and of the tables in it by dotted path."""
-    for name, info in model.model_fields.items():
+    declared = getattr(model, "declared_keys", tuple)
+    for name, info in (*model.model_fields.items(), *declared()):
         inner = inner_table(info)
         named = is_named(info) and inner is not None
         path = f"{prefix}{name}" + (".NAME" if named else "")
@@ -115,9 +124,9 @@ class UnitError(Exception):
 
 def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Replace what is written with a unit by its number, in a table and the tables in it."""
-    found = dict(data)
+    found, keys = dict(data), taken_keys(model, data)
     for key, value in data.items():
-        info, path = model.model_fields.get(key), f"{prefix}{key}"
+        info, path = keys.get(key), f"{prefix}{key}"
         inner = inner_table(info) if info is not None else None
         if info is None:
             continue

@@ -8,14 +8,14 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sized
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar, TypeVar, cast
 
 import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.errors import InputError, nearest
-from linkages.files.keys import UnitError, in_si, inner_table, names_taken
+from linkages.files.keys import UnitError, in_si, inner_table, names_taken, taken_keys
 from linkages.files.numbers import implausible
 from linkages.files.reading import read_whole
 
@@ -35,6 +35,11 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
     of_any_joint: ClassVar[bool] = False  # whether what has rad in its unit may be of a sliding joint, in m
+
+    @classmethod
+    def unknown(cls, key: str, data: Mapping[str, Any]) -> str:
+        """Say what is wrong with a key that the table does not take."""
+        return f"unknown key; {nearest(key, taken_keys(cls, data))}"
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
@@ -111,7 +116,7 @@ def validate(
         # a misspelt key often leaves another one missing: name the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
-        raise InputError((origins or {}).get(where, source), where, _explain(model, first)) from None
+        raise InputError((origins or {}).get(where, source), where, _explain(model, data, first)) from None
 
 
 def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:
@@ -171,13 +176,13 @@ def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
             yield path, item.trivia.comment.lstrip("# ").strip()
 
 
-def _explain(model: type[BaseModel], error: Any) -> str:
+def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
     """One sentence for a validation error."""
     loc, kind, value = error["loc"], error["type"], error["input"]
-    table = _table_at(model, loc[:-1])
+    table, values = _table_at(model, data, loc[:-1])
     if kind == "extra_forbidden":
-        return f"unknown key; {nearest(str(loc[-1]), table.model_fields)}"
-    field = table.model_fields.get(str(loc[-1])) if loc else None
+        return table.unknown(str(loc[-1]), values)
+    field = taken_keys(table, values).get(str(loc[-1])) if loc else None
     meaning = f" ({field.description})" if field is not None and field.description else ""
     if kind == "missing":
         choices = names_taken(field) if field is not None else []
@@ -192,10 +197,14 @@ def _explain(model: type[BaseModel], error: Any) -> str:
     return f"is {shown if len(shown) <= _LONGEST else shown[:_LONGEST] + '...'}; {message}{meaning}"
 
 
-def _table_at(model: type[BaseModel], loc: tuple[Any, ...]) -> type[BaseModel]:
-    """Find the table that a validation error's location lies in."""
+def _table_at(model: type[Table], data: Any, loc: tuple[Any, ...]) -> tuple[type[Table], Any]:
+    """Find the table that a validation error's location lies in, and its values."""
     for part in loc:
-        info = model.model_fields.get(str(part))
+        info = taken_keys(model, data).get(str(part))
         if info is not None:  # else a name in a table of names
-            model = inner_table(info) or model
-    return model
+            model = cast(type[Table], inner_table(info) or model)
+        if isinstance(data, Mapping):
+            data = data.get(part, data)  # but for tags of unions
+        elif isinstance(data, list) and isinstance(part, int):
+            data = data[part]
+    return model, data

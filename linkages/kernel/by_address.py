@@ -11,12 +11,14 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, cast
 
+import numpy as np
 from llvmlite import ir
 from numba import config
 from numba.core import cgutils, types
 from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
+from numba.np.numpy_support import as_dtype
 
 from linkages.kernel.cache import CodeCache
 from linkages.kernel.units import UnitCompiler
@@ -42,8 +44,9 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     """
     plain = getattr(function, "py_func", function)
     if not _COMPILING:
-        _alive[id(plain)] = plain
-        return id(plain)
+        interpreted = _interpreted(plain, signature.args)
+        _alive[id(interpreted)] = interpreted
+        return id(interpreted)
     kinds, options = (signature.args, signature.return_type), {"error_model": "numpy"}
     compiled: Any = CFunc(plain, kinds, {}, options, pipeline_class=UnitCompiler)
     compiled._cache = CodeCache(plain, UnitCompiler)
@@ -52,6 +55,18 @@ def address(function: Callable[..., Any], signature: Any) -> int:
     place = cast(int, compiled.address)
     _alive[place] = compiled
     return place
+
+
+def _interpreted(function: Callable[..., Any], kinds: Sequence[Any]) -> Callable[..., Any]:
+    """Give a function its records with the names of their types, as compiled code does."""
+    seen = [np.dtype((np.record, as_dtype(kind))) if isinstance(kind, types.Record) else None for kind in kinds]
+
+    def call(*arguments: Any) -> Any:
+        pairs = zip(arguments, seen, strict=True)
+        named = (value if kind is None or not isinstance(value, np.void) else value.view(kind) for value, kind in pairs)
+        return function(*named)
+
+    return call
 
 
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:

@@ -2,10 +2,11 @@
 
 | module     | what it holds                                                              |
 |------------|----------------------------------------------------------------------------|
-| parameters | the record of numbers that describes one joint to every law                |
+| parameters | declared parameters; the record of numbers that describes one joint        |
 | film       | films: closed forms, the finite film by Reynolds' equation and as a map   |
 | contact    | normal contact laws, and their constants from material and geometry        |
 | friction   | friction laws                                                              |
+| declared   | the laws by kind and name, with their parameters                           |
 | registry   | laws of the user's own                                                    |
 | mixed      | between film and contact: blend, asperities                                |
 | viscosity  | viscosity of an oil at a temperature                                       |
@@ -22,7 +23,7 @@ the mechanism's plane. SI units throughout.
 from linkages.laws.contact.contacts import CONTACTS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
-from linkages.laws.parameters import PARAMETERS
+from linkages.laws.parameters import PARAMETERS, Parameter
 from linkages.laws.registry import Registered, register_contact, register_film, register_friction, registered, restore
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "FILMS",
     "FRICTIONS",
     "PARAMETERS",
+    "Parameter",
     "Registered",
     "register_contact",
     "register_film",

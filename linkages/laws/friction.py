@@ -9,12 +9,10 @@ bristle
     State z of the bristles [m], of LuGre only (`bristle_rate` is its rate).
 joint
     Record of `linkages.laws.PARAMETERS`: static and dynamic coefficient ``mu_s >= mu_d >= 0``, ``mu_s > 0`` (LuGre:
-    ``mu_d > 0``); where both are zero no law is called. Speeds ``v_0 >= 0`` and ``v_1 > 0`` [m/s], whose meaning is
-    said with each law, ``v_0 < v_1`` of a law with `Friction.two_speeds`; ``bristle_stiffness`` sigma_0 [1/m] and
-    ``bristle_damping`` sigma_1 [s/m], per unit of load.
+    ``mu_d > 0``); where both are zero no law is called. And the parameters that the law declares, by name.
 
-All laws are odd in (v, bristle), continuous and dissipative (LuGre: passive). To add one: its function here, and a
-line in `FRICTIONS`.
+All laws are odd in (v, bristle), continuous and dissipative (LuGre: passive). To add one: its function and parameters
+here, and a line in `FRICTIONS`.
 """
 
 from __future__ import annotations
@@ -27,11 +25,17 @@ import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, kernel
-from linkages.laws.parameters import RECORD
+from linkages.laws.parameters import Parameter, named_record
 
 _F = types.float64
-_SIGNATURE = _F(_F, _F, RECORD)
 _call = caller(_F)
+
+AMBROSIO = (
+    Parameter("v_0", "m/s", 1e-4, "speed up to which there is no friction", ge=0.0, source="Chen 2025, Table 4"),
+    Parameter(
+        "v_1", "m/s", 1e-3, "speed from which there is full friction", gt=0.0, above="v_0", source="Chen 2025, Table 4"
+    ),
+)
 
 
 @kernel
@@ -42,6 +46,12 @@ def ambrosio(v: float, bristle: float, joint: np.record) -> float:
     """
     ramp = min(max((abs(v) - joint.v_0) / (joint.v_1 - joint.v_0), 0.0), 1.0)
     return math.copysign(joint.mu_d * ramp, v)
+
+
+CUBIC = (
+    Parameter("v_0", "m/s", 1e-4, "speed of the largest friction, static", gt=0.0, source="assumed"),
+    Parameter("v_1", "m/s", 1e-3, "speed from which friction is dynamic", gt=0.0, above="v_0", source="assumed"),
+)
 
 
 @kernel
@@ -63,6 +73,11 @@ def cubic(v: float, bristle: float, joint: np.record) -> float:
     return math.copysign(mu, v)
 
 
+COULOMB = (
+    Parameter("v_1", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest", gt=0.0, source="assumed"),
+)
+
+
 @kernel
 def coulomb(v: float, bristle: float, joint: np.record) -> float:
     """mu_d*tanh(v/v_1): smooth, 76 % of mu_d at v_1 and 96 % at 2 v_1.
@@ -72,19 +87,30 @@ def coulomb(v: float, bristle: float, joint: np.record) -> float:
     return joint.mu_d * math.tanh(v / joint.v_1)
 
 
+LUGRE = (
+    Parameter("v_1", "m/s", 1e-3, "Stribeck's speed", gt=0.0, source="assumed"),
+    Parameter(
+        "bristle_stiffness", "1/m", 1e5, "stiffness sigma_0 of the bristles per unit of load", gt=0.0, source="assumed"
+    ),
+    Parameter(
+        "bristle_damping", "s/m", 0.0, "damping sigma_1 of the bristles per unit of load", ge=0.0, source="assumed"
+    ),
+)
+
+
 @kernel
-def stribeck(v: float, joint: np.record) -> float:
+def stribeck(v: float, mu_s: float, mu_d: float, v_1: float) -> float:
     """g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_1)^2), the coefficient of steady sliding in LuGre's law."""
-    return joint.mu_d + (joint.mu_s - joint.mu_d) * math.exp(-((v / joint.v_1) ** 2))
+    return mu_d + (mu_s - mu_d) * math.exp(-((v / v_1) ** 2))
 
 
 @kernel
-def bristle_rate(v: float, bristle: float, joint: np.record) -> float:
+def lugre_rate(v: float, bristle: float, joint: np.record) -> float:
     """dz/dt = v - sigma_0*|v|*z/g(v) [m/s]; |z| never leaves [0, mu_s/sigma_0] once it is inside.
 
     Source: Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40, 1995.
     """
-    return v - joint.bristle_stiffness * abs(v) * bristle / stribeck(v, joint)
+    return v - joint.bristle_stiffness * abs(v) * bristle / stribeck(v, joint.mu_s, joint.mu_d, joint.v_1)
 
 
 @kernel
@@ -98,7 +124,7 @@ def lugre(v: float, bristle: float, joint: np.record) -> float:
     Source: Canudas de Wit et al. 1995; passivity: Barabanov and Ortega, IEEE TAC 45, 2000.
     """
     fading = joint.bristle_damping / (1.0 + 0.25 * joint.bristle_damping * abs(v) / joint.mu_d)
-    return joint.bristle_stiffness * bristle + fading * bristle_rate(v, bristle, joint)
+    return joint.bristle_stiffness * bristle + fading * lugre_rate(v, bristle, joint)
 
 
 class Friction(NamedTuple):
@@ -109,33 +135,43 @@ class Friction(NamedTuple):
     valid: str
     source: str
     bristles: bool = False  # whether the joint has LuGre's bristles as a state
-    two_speeds: bool = True  # whether it needs v_0 below v_1
+    parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
+    needs: tuple[str, ...] = ("coefficient",)  # keys of `NEEDS`
 
     @property
     def address(self) -> int:
         """Address of the compiled coefficient in this process; 0 without friction."""
-        return 0 if self.coefficient is None else address(self.coefficient, _SIGNATURE)
+        return 0 if self.coefficient is None else self._address(self.coefficient)
+
+    @property
+    def rate_address(self) -> int:
+        """Address of the compiled rate of the bristles in this process; 0 without bristles."""
+        return self._address(lugre_rate) if self.bristles else 0
+
+    def _address(self, function: Callable[..., float]) -> int:
+        return address(function, _F(_F, _F, named_record("friction", self.parameters, self.needs)))
 
 
 #: The friction laws an experiment can name.
 FRICTIONS = {
-    "none": Friction(None, "0", "frictionless contact", "-", two_speeds=False),
+    "none": Friction(None, "0", "frictionless contact", "-", needs=()),
     "ambrosio": Friction(
         ambrosio, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
-        "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003",
+        "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003", parameters=AMBROSIO,
     ),
     "cubic": Friction(
         cubic, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
         "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055], formulas lost: our reading",
+        parameters=CUBIC,
     ),
     "coulomb": Friction(
         coulomb, "mu_d tanh(v/v_1)",
-        "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016", two_speeds=False,
+        "sliding; smooth for gradients", "Marques et al., Nonlinear Dyn. 86, 2016", parameters=COULOMB,
     ),
     "lugre": Friction(
         lugre, "sigma_0 z + sigma_1 dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v)",
         "stick and slip; one state per joint", "Canudas de Wit et al., IEEE TAC 40, 1995",
-        bristles=True, two_speeds=False,
+        bristles=True, parameters=LUGRE,
     ),
 }  # fmt: skip
 
@@ -146,3 +182,11 @@ def friction_coefficient(v: float, bristle: float, joint: np.record) -> float:
     if joint.friction == 0:
         return 0.0
     return _call(joint.friction, (v, bristle, joint))
+
+
+@kernel
+def bristle_rate(v: float, bristle: float, joint: np.record) -> float:
+    """Evaluate the rate of the bristles of a joint [m/s]; 0 if its friction law has none."""
+    if joint.bristles == 0:
+        return 0.0
+    return _call(joint.bristles, (v, bristle, joint))

@@ -134,9 +134,7 @@ def dry_force(
     """
     load = extra + gain * contact_force(delta, closing, approach, joint)
     mu = friction_coefficient(sliding, bristle, joint)
-    rate = 0.0
-    if joint.bristles:  # without a load nothing drags them along
-        rate = bristle_rate(sliding if load > 0.0 else 0.0, bristle, joint)
+    rate = bristle_rate(sliding if load > 0.0 else 0.0, bristle, joint)  # without a load nothing drags the bristles
     return load, mu * load, rate
 
 
@@ -158,7 +156,7 @@ def film_action(
         seen = min(eps, joint.film_limit)
     deps = v_n / c
     ew = eps * (omega_j + omega_b) - 2.0 * v_t / c
-    f_n, f_t, half_extent = film_force(joint.film, seen, deps, ew, 0.5 * joint.length / joint.radius, table)
+    f_n, f_t, half_extent = film_force(joint, seen, deps, ew, 0.5 * joint.length / joint.radius, table)
     scale = joint.viscosity * joint.length * joint.radius**3 / (c * c)
     if eps < joint.small_eps:  # Chen 2025 eqs. (12)-(13)
         scale *= eps**joint.small_power

@@ -1,8 +1,10 @@
 """Laws of the user's own, registered from a script or a notebook beside the built-in ones.
 
-A registered law is an entry of `CONTACTS`, `FILMS` or `FRICTIONS` like any other: experiments can name it, both
-engines call it by its address. A name can be registered again, as happens when the cell of a notebook is run again;
-what was built before keeps the law it was built with. Built-in laws cannot be replaced.
+A registered law is an entry of `CONTACTS`, `FILMS` or `FRICTIONS` like any other: experiments can name it and set its
+parameters, both engines call it by its address. A name can be registered again, as happens when the cell of a notebook
+is run again; systems built before keep the law that they were built with. Built-in laws cannot be replaced.
+
+A contact or friction law that declares no parameters has those of all built-in laws of its kind.
 
 Registries are those of a process. To take registered laws to another one, send what `registered` returns, and hand it
 to `restore` there.
@@ -13,19 +15,21 @@ from __future__ import annotations
 import inspect
 import re
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from types import FunctionType
 from typing import Any, NamedTuple
 
 from numba.core.errors import NumbaError
 
-from linkages.laws.contact.contacts import CONTACTS, Contact
+from linkages.laws.contact.contacts import Contact
 from linkages.laws.contact.forces import power_law
-from linkages.laws.film.films import FILMS, Film
-from linkages.laws.friction import FRICTIONS, Friction
+from linkages.laws.declared import REGISTRIES, check_parameters, declared
+from linkages.laws.film.films import Film
+from linkages.laws.friction import LUGRE, Friction
+from linkages.laws.parameters import Parameter
 
-_REGISTRIES: dict[str, dict[str, Any]] = {"contact": CONTACTS, "film": FILMS, "friction": FRICTIONS}
-_BUILT_IN = {kind: frozenset(registry) for kind, registry in _REGISTRIES.items()}
+_BUILT_IN = {kind: frozenset(registry) for kind, registry in REGISTRIES.items()}
+
 _registered: dict[tuple[str, str], Registered] = {}
 
 
@@ -43,6 +47,8 @@ def register_contact(
     force: Callable[..., float] | None = None,
     *,
     factor: Callable[[float], float] | None = None,
+    parameters: Sequence[Parameter] | None = None,
+    needs: Sequence[str] | None = None,
     conformal: bool = False,
     formula: str = "",
     valid: str = "",
@@ -59,6 +65,12 @@ def register_contact(
         Default K*delta^n, damped by `factor`.
     factor : callable, optional
         Hysteresis factor chi(e), any Python function; a force reads it as ``joint.hysteresis``. Default 0.
+    parameters : sequence of Parameter, optional
+        Numbers that the force reads as ``joint.NAME``, and files give as ``joints.NAME.contact.NAME``. Default: those
+        of the built-in laws, ``exponent`` and ``damping``.
+    needs : sequence of str, optional
+        Common keys that files must give for this law: ``"restitution"``, read as ``joint.restitution``, and
+        ``"stiffness"`` (or a material), read as ``joint.stiffness``. Default: both; none if `parameters` are given.
     conformal : bool
         Whether a stiffness that follows from the material is that of conformal cylinders, pi E' L, instead of Hertz's.
     formula, valid, source : str
@@ -76,12 +88,19 @@ def register_contact(
     >>> "small-loss" in laws.CONTACTS
     True
     """
-    arguments = {"force": force, "factor": factor, "conformal": conformal}
+    own = {"parameters": parameters, "needs": needs}
+    arguments = {"force": force, "factor": factor, "conformal": conformal, **own}
     _register("contact", name, arguments, formula, valid, source)
 
 
 def register_film(
-    name: str, force: Callable[..., tuple[float, float, float]], *, formula: str = "", valid: str = "", source: str = ""
+    name: str,
+    force: Callable[..., tuple[float, float, float]],
+    *,
+    parameters: Sequence[Parameter] = (),
+    formula: str = "",
+    valid: str = "",
+    source: str = "",
 ) -> None:
     """Register a film under a name that an experiment can give as ``joints.NAME.film``.
 
@@ -90,7 +109,10 @@ def register_film(
     name : str
     force : callable
         ``force(eps, deps, ew, slenderness) -> (f_n, f_t, extent)`` as described in `linkages.laws.film`: a Python
-        function that numba can compile, plain or compiled already. Called with 0 <= eps <= 1 - 1e-6.
+        function that numba can compile, plain or compiled already. Called with 0 <= eps <= 1 - 1e-6. With `parameters`
+        it is ``force(eps, deps, ew, slenderness, joint)``.
+    parameters : sequence of Parameter, optional
+        Numbers that the force reads as ``joint.NAME``, and files give beside the key ``film``, as ``joints.NAME.NAME``.
     formula, valid, source : str
         For the tables of the laws.
 
@@ -106,13 +128,15 @@ def register_film(
     >>> "squeeze" in laws.FILMS
     True
     """
-    _register("film", name, {"force": force}, formula, valid, source)
+    _register("film", name, {"force": force, "parameters": parameters}, formula, valid, source)
 
 
 def register_friction(
     name: str,
     coefficient: Callable[..., float],
     *,
+    parameters: Sequence[Parameter] | None = None,
+    needs: Sequence[str] | None = None,
     bristles: bool = False,
     formula: str = "",
     valid: str = "",
@@ -126,8 +150,15 @@ def register_friction(
     coefficient : callable
         ``coefficient(v, bristle, joint) -> mu`` as described in `linkages.laws.friction`: a Python function that numba
         can compile, plain or compiled already. Odd in (v, bristle), and v*mu >= 0 if it is to dissipate.
+    parameters : sequence of Parameter, optional
+        Numbers that the law reads as ``joint.NAME``, and files give as ``joints.NAME.friction.NAME``. Default: those
+        of the built-in laws, ``v_0``, ``v_1``, ``bristle_stiffness`` and ``bristle_damping``.
+    needs : sequence of str, optional
+        Common keys that files must give for this law: ``"coefficient"``, read as ``joint.mu_d`` and, the static one,
+        ``joint.mu_s``. Default: it; none if `parameters` are given.
     bristles : bool
-        Whether the joint gets LuGre's bristles as a state, with `linkages.laws.friction.bristle_rate`.
+        Whether the joint gets LuGre's bristles as a state, with `linkages.laws.friction.lugre_rate`. It needs the
+        coefficient and has the parameters ``v_1`` and ``bristle_stiffness``, of which those not declared are added.
     formula, valid, source : str
         For the tables of the laws.
 
@@ -141,12 +172,15 @@ def register_friction(
     >>> from linkages import laws
     >>> import math
     >>> def smooth(v, bristle, joint):
-    ...     return joint.mu_d * math.tanh(v / joint.v_0)
-    >>> laws.register_friction("smooth", smooth)
+    ...     return joint.top * math.tanh(v / joint.pace)
+    >>> top = laws.Parameter("top", "1", None, "largest coefficient", ge=0.0)
+    >>> pace = laws.Parameter("pace", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest", gt=0.0)
+    >>> laws.register_friction("smooth", smooth, parameters=[top, pace])
     >>> "smooth" in laws.FRICTIONS
     True
     """
-    _register("friction", name, {"coefficient": coefficient, "bristles": bristles}, formula, valid, source)
+    arguments = {"coefficient": coefficient, "bristles": bristles, "parameters": parameters, "needs": needs}
+    _register("friction", name, arguments, formula, valid, source)
 
 
 def registered(names: Iterable[str] | None = None) -> tuple[Registered, ...]:
@@ -192,6 +226,9 @@ def restore(records: Iterable[Registered]) -> None:
 
 def _register(kind: str, name: str, arguments: dict[str, Any], formula: str, valid: str, source: str) -> None:
     plain = {key: getattr(value, "py_func", value) for key, value in arguments.items()}
+    for key in ("parameters", "needs"):
+        if plain.get(key) is not None:
+            plain[key] = tuple(plain[key])
     texts = {"formula": formula, "valid": valid, "source": source}
     _add(Registered(kind, name, plain | texts, time.time_ns()))
 
@@ -205,31 +242,56 @@ def _add(record: Registered) -> None:
         raise ValueError(f'{kind} law "{name}" is built in: register yours under another name')
     try:
         law = _MAKERS[kind](**record.arguments)
+        check_parameters(kind, name, law.parameters)
         law.address  # noqa: B018 - compiles
     except Exception as error:
         raise ValueError(f'{kind} law "{name}": {_reason(error)}') from None
-    _REGISTRIES[kind][name] = law
+    REGISTRIES[kind][name] = law
     _registered[kind, name] = record
 
 
-def _contact(force: Any, factor: Any, conformal: bool, formula: str, valid: str, source: str) -> Contact:
+def _contact(
+    force: Any,
+    factor: Any,
+    conformal: bool,
+    formula: str,
+    valid: str,
+    source: str,
+    parameters: Any = None,
+    needs: Any = None,
+) -> Contact:
     if force is None and factor is None:
         raise ValueError("give a force, a factor, or both")
+    if force is None and parameters is not None:
+        raise ValueError("give a force, which reads the parameters")
     if force is not None:
         _check(force, "delta", "ddelta", "ddelta0", "joint")
     if factor is not None:
         _check(factor, "e")
         float(factor(0.5))
     chi = {} if factor is None else {"factor": factor}
-    return Contact(force or power_law, formula, valid, source, conformal=conformal, **chi)
+    own, needs = declared("contact", parameters, needs)
+    if factor is not None:
+        needs = tuple(dict.fromkeys(("restitution", *needs)))
+    return Contact(force or power_law, formula, valid, source, conformal=conformal, parameters=own, needs=needs, **chi)
 
 
-def _film(force: Any, formula: str, valid: str, source: str) -> Film:
-    return Film(_check(force, "eps", "deps", "ew", "slenderness"), formula, valid, source)
+def _film(force: Any, formula: str, valid: str, source: str, parameters: Any = ()) -> Film:
+    record = ("joint",) if parameters else ()
+    _check(force, "eps", "deps", "ew", "slenderness", *record)
+    return Film(force, formula, valid, source, parameters=tuple(parameters))
 
 
-def _friction(coefficient: Any, bristles: bool, formula: str, valid: str, source: str) -> Friction:
-    return Friction(_check(coefficient, "v", "bristle", "joint"), formula, valid, source, bristles)
+def _friction(
+    coefficient: Any, bristles: bool, formula: str, valid: str, source: str, parameters: Any = None, needs: Any = None
+) -> Friction:
+    _check(coefficient, "v", "bristle", "joint")
+    own, needs = declared("friction", parameters, needs)
+    if bristles:
+        names = {parameter.name for parameter in own}
+        own += tuple(p for p in LUGRE if p.name in ("v_1", "bristle_stiffness") and p.name not in names)
+        needs = ("coefficient",)
+    return Friction(coefficient, formula, valid, source, bristles, parameters=own, needs=needs)
 
 
 _MAKERS: dict[str, Callable[..., Any]] = {"contact": _contact, "film": _film, "friction": _friction}

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from linkages.laws.contact.contacts import CONTACTS
 from linkages.laws.contact.material import effective_restitution
+from linkages.laws.declared import users
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import CAVITATIONS
 from linkages.laws.film.films import FILMS
@@ -68,8 +69,10 @@ def markdown() -> str:
         " would meet a damping without bound.",
         "",
     ]
+    parts += _parameters(CONTACTS)
     parts += _restitution()
     parts += _section("Friction", FRICTIONS)
+    parts += _parameters(FRICTIONS)
     parts += _section("Between film and contact", _MIXED)
     parts += _section("Viscosity", _VISCOSITY)
     return "\n".join(parts)
@@ -81,6 +84,17 @@ def _section(title: str, laws: Mapping[str, Any]) -> list[str]:
         chi = getattr(law, "chi", "")
         formula = f"{law.formula}, chi = {chi}" if chi not in ("", "0") else law.formula
         lines.append(f"| {name} | {formula} | {law.valid} | {law.source} |")
+    return [*lines, ""]
+
+
+def _parameters(laws: Mapping[str, Any]) -> list[str]:
+    """Table of the parameters that laws declare: keys of experiments beside the one that names the law."""
+    lines = ["| parameter | laws | meaning | unit | default | range | source |", "|---|---|---|---|---|---|---|"]
+    for p, names in users(laws).items():
+        default, limit = "required" if p.default is None else f"{p.default:g}", p.range
+        if p.above:
+            limit = ", ".join(filter(None, [limit, f"above {p.above}"]))
+        lines.append(f"| {p.name} | {', '.join(names)} | {p.meaning} | {p.unit} | {default} | {limit} | {p.source} |")
     return [*lines, ""]
 
 

@@ -5,6 +5,7 @@
 | mechanism      | `Mechanism`: links, joints, frames in the drawn pose, from SDFormat          |
 | experiment     | `Experiment`: drives, joint models, loads, settings, from TOML               |
 | tables         | the tables of an experiment: drives, joint models, solver                    |
+| law_tables     | tables that name a law, with the parameters that the law declares            |
 | load_tables    | its tables of applied loads: forces, torques, springs                        |
 | gear           | the table of its gears and belts                                             |
 | contact_tables | its tables of limit stops and points at straight lines                       |

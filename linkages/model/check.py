@@ -158,7 +158,10 @@ class _Check:
 
     def plain(self, contact: Contact | None) -> None:
         """Check the law of a contact that is none of a journal in a bearing."""
-        if contact is not None and (contact.stiffness is None or CONTACTS[contact.law].conformal):
+        if contact is None:
+            return
+        law = CONTACTS[contact.law]
+        if law.conformal or ("stiffness" in law.needs and contact.stiffness is None):
             self.refuse("contact", "a corner at a wall needs a power law and its stiffness [N/m^n]")
 
     def friction(self, friction: JointFriction) -> None:

@@ -11,6 +11,7 @@ from linkages.files.keys import OneOf
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.model.functions import TIME, formula, program
+from linkages.model.law_tables import LawTable
 from linkages.planar import motion
 from linkages.planar.motion import Pieces, Program
 
@@ -105,11 +106,15 @@ class SmallEccentricity(Table):
     power: NonNegative = Field(description="m, 0 to 5 [1]")
 
 
-class Contact(Table):
+class Contact(LawTable):
     """Contact of journal and bearing, for dry and mixed joints."""
 
+    law_kind = "contact"
+
     law: ContactLaw = Field(description="normal contact law")
-    restitution: Annotated[float, Field(gt=0, le=1)] = Field(description="nominal coefficient of restitution [1]")
+    restitution: Annotated[float, Field(gt=0, le=1)] | None = Field(
+        None, description="nominal coefficient of restitution; every built-in law needs it [1]"
+    )
     youngs_modulus: Positive | None = Field(None, description="Young's modulus of both bodies [Pa]")
     poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)] = Field(0.3, description="Poisson's ratio of both [1]")
     stiffness: Positive | None = Field(
@@ -118,43 +123,37 @@ class Contact(Table):
     yield_strength: Positive | None = Field(
         None, description="of the softer body; a run whose contacts yield is warned of [Pa]"
     )
-    exponent: Annotated[float, Field(ge=1, le=3)] = Field(1.5, description="exponent n of power laws [1]")
-    damping: NonNegative = Field(0.0, description="damping of kelvin-voigt [N s/m]")
     clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
 
     @model_validator(mode="after")
     def _complete(self) -> Contact:
-        if self.youngs_modulus is None and self.stiffness is None:
+        needs = CONTACTS[self.law].needs
+        if "restitution" in needs and self.restitution is None:
+            raise ValueError("restitution is missing (nominal coefficient of restitution [1])")
+        if "stiffness" in needs and self.youngs_modulus is None and self.stiffness is None:
             raise ValueError("give youngs_modulus or stiffness")
         if self.yield_strength is not None and self.youngs_modulus is None:
             raise ValueError("yield_strength needs youngs_modulus, for the pressure [Pa]")
         return self
 
 
-class Friction(Table):
+class Friction(LawTable):
     """Friction between journal and bearing, for dry and mixed joints."""
+
+    law_kind = "friction"
 
     law: FrictionLaw = Field(description="friction law")
     coefficient: NonNegative | None = Field(
-        None, description="dynamic coefficient; every law but none needs it; 0: no friction [1]"
+        None, description="dynamic coefficient; every built-in law but none needs it; 0: no friction [1]"
     )
     static: NonNegative | None = Field(None, description="static coefficient; default: the dynamic one [1]")
-    v_0: NonNegative = Field(1e-4, description="lower speed of a law with two, as ambrosio and cubic [m/s]")
-    v_1: Positive = Field(1e-3, description="upper speed of a law with two; the speed of others [m/s]")
-    bristle_stiffness: Positive = Field(1e5, description="LuGre: sigma_0 per unit of load [1/m]")
-    bristle_damping: NonNegative = Field(0.0, description="LuGre: sigma_1 per unit of load [s/m]")
 
     @model_validator(mode="after")
-    def _ordered(self) -> Friction:
-        if self.v_1 <= self.v_0 and FRICTIONS[self.law].two_speeds:
-            default = "" if "v_0" in self.model_fields_set else ", the default; give v_0 as well"
-            raise ValueError(f"v_1 must be above v_0, which is {self.v_0:g} m/s{default}")
-        if self.coefficient is None and self.law != "none":
+    def _complete(self) -> Friction:
+        if self.coefficient is None and "coefficient" in FRICTIONS[self.law].needs:
             raise ValueError(f"{self.law} needs its coefficient [1]")
         if self.static is not None and self.static < (self.coefficient or 0.0):
             raise ValueError("static must not be below coefficient")
-        if self.law == "cubic" and self.v_0 == 0.0:
-            raise ValueError("cubic needs v_0 above 0")
         if self.law == "lugre" and self.coefficient == 0.0 and self.static:
             raise ValueError("lugre with a static coefficient needs a coefficient above 0")
         return self
@@ -162,7 +161,8 @@ class Friction(Table):
     @property
     def acts(self) -> bool:
         """Whether there is any friction."""
-        return self.law != "none" and bool(self.coefficient or self.static)
+        law = FRICTIONS[self.law]
+        return law.coefficient is not None and bool(self.coefficient or self.static or "coefficient" not in law.needs)
 
 
 class Mixed(Table):
@@ -241,8 +241,10 @@ class Wear(Table):
         return bearing if any(bearing) else [], journal if any(journal) else []
 
 
-class JointModel(Table):
+class JointModel(LawTable):
     """How a joint that has a bearing or a slot in the SDF file is modelled."""
+
+    law_kind, law_key = "film", "film"
 
     model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="what the joint is")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")

@@ -44,12 +44,12 @@ def contact_partials(
     turn = gap / (distance if corner else lever)  # by the gap, seen from the corner or on a worn surface
     if end.kind == STOP:
         turn = gap
-    scales = (gap, gap, speed, speed, spin, spin, turn, turn, 1.0 / law.bristle_stiffness)
+    scales = (gap, gap, speed, speed, spin, spin, turn, turn, law.bristle_scale)
     clear(out)
     for i in range(INPUTS):
         if 6 <= i < 8 and end.kind == JOURNAL:
             continue
-        if i == 8 and law.bristle_stiffness == 1.0:  # no bristles
+        if i == 8 and law.bristle_scale == 0.0:  # no bristles
             continue
         h = _STEP * scales[i]
         d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0

@@ -117,7 +117,7 @@ def _slenderness(case: Case) -> Finding | None:
 
 def _restitution(case: Case) -> Finding | None:
     contact = case.model.contact
-    if contact is None or not case.model.can_touch:
+    if contact is None or contact.restitution is None or not case.model.can_touch:
         return None
     return _beyond_own(contact.law, CONTACTS[contact.law].valid, "e", contact.restitution)
 

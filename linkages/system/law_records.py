@@ -23,10 +23,10 @@ from linkages.laws.film.film_map import table_limit
 from linkages.laws.film.films import MAPPED
 from linkages.laws.film.map_cache import load_map
 from linkages.laws.mixed import asperity_pressure
-from linkages.laws.parameters import MODELS, SHEAR
+from linkages.laws.parameters import MODELS, SHEAR, set_parameters
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
-from linkages.model.tables import Contact, JointModel, Mixed
+from linkages.model.tables import Contact, Friction, JointModel, Mixed
 
 Array = NDArray[np.float64]
 
@@ -84,6 +84,8 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
     if joint.has_film:
         film = FILMS[joint.film]
         record["film"] = film.address if record["shear"] == SHEAR["half"] else film.bare_address
+        record["film_reads_record"] = bool(film.parameters)
+        set_parameters(record, "film", film.parameters, joint.parameters)
         oil = joint.oil
         record["viscosity"] = (
             joint.viscosity if oil is None else iso_vg_viscosity(oil.grade, oil.temperature, oil.density)
@@ -91,15 +93,7 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
     if joint.contact is not None and joint.can_touch:
         _fill_contact(record, joint.contact, bearing, joint.clearance or 0.0)
     if joint.friction is not None and joint.friction.acts and joint.can_touch:
-        friction = joint.friction
-        record["friction"] = FRICTIONS[friction.law].address
-        record["bristles"] = FRICTIONS[friction.law].bristles
-        record["mu_d"] = friction.coefficient
-        record["mu_s"] = friction.static or friction.coefficient
-        for key in ("v_0", "v_1", "bristle_stiffness", "bristle_damping"):
-            record[key] = getattr(friction, key)
-    else:  # numbers that the laws can divide by
-        record["mu_d"] = record["mu_s"] = record["v_1"] = record["bristle_stiffness"] = 1.0
+        _fill_friction(record, joint.friction)
     if joint.mixed is not None and joint.contact is not None and joint.model == "mixed":
         record["film_limit"] = joint.mixed.film_limit
         if joint.mixed.law == "blend":
@@ -108,22 +102,35 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
             _fill_asperities(record, joint.mixed, joint.contact)
 
 
+def _fill_friction(record: Any, friction: Friction) -> None:
+    law, values = FRICTIONS[friction.law], friction.parameters
+    record["friction"], record["bristles"] = law.address, law.rate_address
+    record["mu_d"] = friction.coefficient or 0.0
+    record["mu_s"] = friction.static or friction.coefficient or 0.0
+    if law.bristles:
+        record["bristle_scale"] = 1.0 / values["bristle_stiffness"]
+    set_parameters(record, "friction", law.parameters, values)
+
+
 def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, clearance: float) -> None:
     law = CONTACTS[contact.law]
-    record["contact"], record["hysteresis"] = law.address, law.factor(contact.restitution)
-    record["exponent"], record["restitution"] = contact.exponent, contact.restitution
-    record["damping"], record["damping_limit"] = contact.damping, CLIP if contact.clip else np.inf
+    record["contact"], record["damping_limit"] = law.address, CLIP if contact.clip else np.inf
+    set_parameters(record, "contact", law.parameters, contact.parameters)
+    if contact.restitution is not None:
+        record["restitution"], record["hysteresis"] = contact.restitution, law.factor(contact.restitution)
     if contact.stiffness is not None:
         record["stiffness"] = contact.stiffness
-    if bearing is None:  # a corner at a wall: its stiffness was checked to be given
+    if bearing is None:  # a corner at a wall: a stiffness that its law needs was checked to be given
         return
     journal = bearing.radius - clearance
     record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)
-    if contact.stiffness is None and law.conformal:
+    if contact.stiffness is not None or contact.youngs_modulus is None:
+        return
+    if law.conformal:
         record["stiffness"] = line_stiffness(bearing.length, _modulus(contact))
-    elif contact.stiffness is None and law.linear:
+    elif law.linear:
         record["stiffness"] = cylinder_stiffness(bearing.length, _modulus(contact))
-    elif contact.stiffness is None:
+    else:
         record["stiffness"] = hertz_stiffness(bearing.radius, journal, _modulus(contact))
 
 

@@ -99,11 +99,12 @@ import numpy as np
 from numba import types
 import linkages
 from linkages.kernel import address
-from linkages.laws import FILMS
+from linkages.laws import FILMS, PARAMETERS
 from linkages.laws.film.films import film_force
 
 NONE = np.zeros(1)
-SHORT = FILMS["short"].address
+SHORT = np.zeros(1, PARAMETERS)[0]
+SHORT["film"] = FILMS["short"].address
 
 def probe(eps):
     return film_force(SHORT, eps, 0.1, 0.2, 0.25, NONE)[0]

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from engines import slow_on_drake
+from joint_records import joint as joint_record
 from machines import bar, joint, model
 from scipy.integrate import simpson
 
-from linkages import InputError, laws, load
-from linkages.laws.friction import coulomb
+from linkages import InputError, load
+from linkages.laws.friction import friction_coefficient
 from linkages.model.load_tables import JointFriction
 
 EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-9\n"
@@ -17,11 +18,10 @@ BLOCK = CART.replace("cart", "block").replace("3.0", "2.0")
 
 
 def test_the_coulomb_part_is_the_law_of_dry_joints():
-    record = np.zeros(1, laws.PARAMETERS)[0]
-    record["mu_d"], record["v_1"] = 0.3, 0.02
+    record = joint_record(friction="coulomb", mu_d=0.3, v_1=0.02)
     friction = JointFriction(joint="O", constant=0.3, speed=0.02)
     for v in (-0.5, -0.01, 0.0, 0.003, 0.05):
-        assert friction.law({"v": v}) == pytest.approx(-coulomb(v, 0.0, record), rel=1e-14)
+        assert friction.law({"v": v}) == pytest.approx(-friction_coefficient(v, 0.0, record), rel=1e-14)
 
 
 @slow_on_drake

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from joint_records import joint
 
-from linkages.laws import CONTACTS, FILMS
+from linkages.laws import CONTACTS
 from linkages.laws.contact import contacts
 from linkages.laws.contact.material import effective_restitution
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
+from linkages.laws.parameters import set_parameters
 from linkages.laws.table import MOTIONS, long_bearing_ratio, markdown
 
 ROOT = Path(__file__).parents[2]
@@ -57,7 +58,7 @@ def test_laws_of_a_script_as_the_page_says():
         assert effective_restitution(small_loss.factor(e)) == pytest.approx(e, abs=(1.0 - e) ** 2)
     smooth = joint(friction="smooth", mu_d=0.1, v_1=1e-3)
     assert friction_coefficient(1e-3, 0.0, smooth) == pytest.approx(0.1 / math.sqrt(2.0))
-    leaky, long = (film_force(FILMS[name].address, 0.5, 1.0, 2.0, 1.0, np.empty(0)) for name in ("leaky", "long"))
+    leaky, long = (film_force(joint(film=name), 0.5, 1.0, 2.0, 1.0, np.empty(0)) for name in ("leaky", "long"))
     assert leaky == pytest.approx((0.5 * long[0], 0.5 * long[1], long[2]))
 
 
@@ -71,6 +72,7 @@ def test_adding_a_law_to_the_package_as_the_page_says(tmp_path):
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     law = module.CONTACTS["small-loss"]
-    record = joint(stiffness=1e10, exponent=1.5, damping_limit=1.0, contact=None)
+    record = joint(stiffness=1e10, damping_limit=1.0)
     record["contact"], record["hysteresis"] = law.address, law.factor(0.8)
+    set_parameters(record, "contact", law.parameters, {"exponent": 1.5})
     assert module.contact_force(1e-6, 0.1, 0.1, record) == pytest.approx(10.0 * (1.0 + 1.5 * 0.36 / 1.512))

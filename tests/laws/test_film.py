@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from joint_records import joint
 from scipy.integrate import quad
 
 from linkages.laws import FILMS
@@ -21,7 +22,7 @@ TABLE = load_map(0.7)
 
 
 def force(name, eps, deps, ew, slenderness=0.7):
-    return film_force(FILMS[name].address, eps, deps, ew, slenderness, TABLE)
+    return film_force(joint(film=name), eps, deps, ew, slenderness, TABLE)
 
 
 def long_film_by_quadrature(eps, deps, ew):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joint_records import joint
 
 from linkages.laws import FILMS
 from linkages.laws.film import map_cache
@@ -98,7 +99,7 @@ def test_map_is_passive_odd_and_homogeneous(rule_and_table, eps, direction, size
 def test_closed_form_films_are_passive(name, eps, direction, slenderness):
     """Up to the largest eps of the maps: nearer to the wall the short film's terms cancel to round-off."""
     deps, ew = math.cos(direction), 2.0 * math.sin(direction)
-    f_n, f_t, _ = film_force(FILMS[name].address, eps, deps, ew, slenderness, np.empty(0))
+    f_n, f_t, _ = film_force(joint(film=name), eps, deps, ew, slenderness, np.empty(0))
     assert f_n * deps - 0.5 * f_t * ew < 0.0
 
 

@@ -76,7 +76,7 @@ def slide(v, time, bristle=0.0, steps=20000):
 def test_lugre_settles_on_stribecks_curve(v):
     """Sliding by thirty times the bristles' deflection leaves exp(-20) of the start."""
     bristle = slide(v, 30.0 * MU_S / SIGMA_0 / abs(v))
-    steady = math.copysign(stribeck(v, LUGRE), v)
+    steady = math.copysign(stribeck(v, MU_S, MU_D, V_1), v)
     assert bristle * SIGMA_0 == pytest.approx(steady, rel=1e-6)
     assert mu("lugre", v, bristle) == pytest.approx(steady, rel=1e-6)
 

@@ -11,7 +11,6 @@ from joint_records import joint
 from scipy.integrate import quad
 from scipy.special import pbdv
 
-from linkages.laws import FILMS
 from linkages.laws.contact.contacts import contact_force
 from linkages.laws.film.films import film_force
 from linkages.laws.mixed import asperity_force, asperity_pressure, dry_weight, gauss_five_halves, mix
@@ -19,7 +18,7 @@ from linkages.laws.mixed import asperity_force, asperity_pressure, dry_weight, g
 CLEARANCE, TRANSITION, UNIT = 1e-4, 2e-6, 0.4 * 0.04 * 0.015**3 / 1e-8
 STIFFNESS = 1e10
 FILM_EPS_MAX = 0.99
-LONG, NAME = FILMS["long"].address, "lankarani-nikravesh"
+LONG, NAME = joint(film="long"), "lankarani-nikravesh"
 
 
 def radial(eps, v_n, v_t, spin, restitution=0.9):

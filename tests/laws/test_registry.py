@@ -19,7 +19,6 @@ from pydantic import TypeAdapter, ValidationError
 import linkages
 from linkages.laws import (
     CONTACTS,
-    FILMS,
     FRICTIONS,
     register_contact,
     register_film,
@@ -76,7 +75,7 @@ def test_a_registered_contact_law_is_the_built_in_one(delta, ddelta, ddelta0, re
 def test_a_registered_film_is_the_built_in_one(eps, deps, ew):
     register_film("mine", long_film)
     table = np.empty(0)
-    mine, built_in = (film_force(FILMS[name].address, eps, deps, ew, 1.0, table) for name in ("mine", "long"))
+    mine, built_in = (film_force(joint(film=name), eps, deps, ew, 1.0, table) for name in ("mine", "long"))
     assert mine == built_in
 
 
@@ -185,7 +184,7 @@ def test_an_experiment_can_name_a_law_registered_later():
 def forget(name):
     for kind, law in list(registry._registered):
         if law == name:
-            del registry._REGISTRIES[kind][name], registry._registered[kind, name]
+            del registry.REGISTRIES[kind][name], registry._registered[kind, name]
 
 
 def test_laws_go_to_another_process():

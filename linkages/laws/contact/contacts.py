@@ -14,13 +14,12 @@ from numba import types
 
 from linkages.kernel import address, caller, kernel
 from linkages.laws.contact.forces import dubowsky_freudenstein, esdu_78035, johnson, kelvin_voigt, power_law
-from linkages.laws.parameters import RECORD
+from linkages.laws.parameters import Parameter, named_record
 
 #: Smallest restitution that a law with 1/e uses.
 LEAST_RESTITUTION = 1e-3
 
 _F = types.float64
-_SIGNATURE = _F(_F, _F, _F, RECORD)
 _call = caller(_F)
 
 
@@ -35,15 +34,24 @@ class Contact(NamedTuple):
     factor: Callable[[float], float] = lambda e: 0.0  # the same as a function
     conformal: bool = False  # its stiffness is S = pi E' L
     linear: bool = False  # it is that of parallel cylinders; else Hertz's
+    parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
+    needs: tuple[str, ...] = ("restitution", "stiffness")  # keys of `NEEDS`
 
     @property
     def address(self) -> int:
         """Address of the compiled force in this process."""
-        return address(self.force, _SIGNATURE)
+        return address(self.force, _F(_F, _F, _F, named_record("contact", self.parameters, self.needs)))
+
+
+#: Parameter of `power_law`.
+EXPONENT = Parameter("exponent", "1", 1.5, "exponent n of power laws", ge=1.0, le=3.0, source="1.5: Hertz's theory")
+#: Parameter of `kelvin_voigt`.
+DAMPING = Parameter("damping", "N s/m", 0.0, "damping D", ge=0.0, source="0: none")
 
 
 def _damped(chi: str, factor: Callable[[float], float], valid: str, source: str) -> Contact:
-    return Contact(power_law, "K delta^n (1 + chi ddelta/ddelta0)", valid, source, chi, factor)
+    formula = "K delta^n (1 + chi ddelta/ddelta0)"
+    return Contact(power_law, formula, valid, source, chi, factor, parameters=(EXPONENT,))
 
 
 def _lankarani_nikravesh(e: float) -> float:
@@ -59,10 +67,12 @@ def _conformal(force: Callable[..., float], formula: str, source: str) -> Contac
 CONTACTS = {
     "hertz": Contact(
         power_law, "K delta^n", "elastic, no loss", "Hertz 1882; Johnson, Contact Mechanics, 1985", "0",
+        parameters=(EXPONENT,),
     ),
     "kelvin-voigt": Contact(
         kelvin_voigt, "K delta + D ddelta",
         "one known impacting mass; jumps at first touch", "Goldsmith, Impact, 1960", linear=True,
+        parameters=(DAMPING,),
     ),
     "hunt-crossley": _damped(
         "3(1-e)/2", lambda e: 1.5 * (1.0 - e),

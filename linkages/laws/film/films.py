@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
 from numba import types
 
 from linkages.kernel import Array, address, caller, kernel
@@ -19,6 +20,7 @@ from linkages.laws.film.closed_form import (
     short_bearing,
 )
 from linkages.laws.film.film_map import finite_film
+from linkages.laws.parameters import Parameter, named_record
 
 #: Stands for the address of a film that is given by a map.
 MAPPED = 1
@@ -30,18 +32,26 @@ _call = caller(_TRIPLE)
 
 
 class Film(NamedTuple):
-    """A film: its force, what it is, and what it is good for."""
+    """A film: its force, what it is, and what it is good for.
+
+    A film that declares parameters takes the joint's record as its last argument, and reads them by name.
+    """
 
     force: Callable[..., tuple[float, float, float]] | None  # none: a map
     formula: str
     valid: str
     source: str
     bare: Callable[..., tuple[float, float, float]] | None = None  # `force` with an extent of 0, where that is quicker
+    parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
 
     @property
     def address(self) -> int:
         """Address of the compiled force in this process, or `MAPPED`."""
-        return MAPPED if self.force is None else address(self.force, _SIGNATURE)
+        if self.force is None:
+            return MAPPED
+        if not self.parameters:
+            return address(self.force, _SIGNATURE)
+        return address(self.force, _TRIPLE(_F, _F, _F, _F, named_record("film", self.parameters, ())))
 
     @property
     def bare_address(self) -> int:
@@ -69,14 +79,14 @@ FILMS = {
 
 @kernel
 def film_force(
-    film: int, eps: float, deps: float, ew: float, slenderness: float, table: Array
+    joint: np.record, eps: float, deps: float, ew: float, slenderness: float, table: Array
 ) -> tuple[float, float, float]:
     """Evaluate a film; eps is clipped to `EPS_MAX`.
 
     Parameters
     ----------
-    film : int
-        ``FILMS[name].address``, or its ``bare_address`` where the extent is not used.
+    joint : record of `linkages.laws.PARAMETERS`
+        Its ``film`` is ``FILMS[name].address``, or the ``bare_address`` where the extent is not used.
     eps, deps, ew, slenderness : float
         State of the film and L/D, see `linkages.laws.film`.
     table : array of float
@@ -90,7 +100,10 @@ def film_force(
         Integral of dtheta/h over the film that carries pressure.
     """
     eps = min(eps, EPS_MAX)
-    if film == MAPPED:
+    if joint.film == MAPPED:
         return finite_film(eps, deps, ew, table)
-    f_n, f_t, extent = _call(film, (eps, deps, ew, slenderness))
+    if joint.film_reads_record:
+        f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness, joint))
+    else:
+        f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness))
     return f_n, f_t, extent
