@@ -9,12 +9,12 @@ Each folder imports only from those above it:
 | signals   | SIGINT and SIGTERM                                                                          |
 | disk      | what is written whole or not at all, and read only if it is sound                           |
 | kernel    | how functions are compiled                                                                  |
+| flexible  | beam elements, component modes, generalised-alpha                                           |
 | files     | SDFormat, TOML, shipped files, files written whole or not at all                            |
 | laws      | force laws of a joint with clearance: contact, film, friction                               |
 | integrate | integrators and the location of events                                                      |
 | planar    | kernels on plain arrays: markers, kinematics, dynamics, closure, contacts, loads, reactions |
 | model     | `Mechanism` and `Experiment`: what a user writes, checked                                   |
-| flexible  | beam elements, component modes, generalised-alpha                                           |
 | system    | `System`: the numeric model, built once from both                                           |
 | outputs   | one registry of named outputs                                                               |
 | results   | trajectories, extremes, impacts, summaries                                                  |

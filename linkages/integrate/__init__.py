@@ -7,5 +7,6 @@
 | radau          | Radau IIA of order 5, for stiff equations                                          |
 | dormand_prince | Dormand and Prince's explicit pair 5(4)                                            |
 | factor         | LU factorisation of small matrices                                                 |
+| shifted        | inverses at a real and at a complex shift                                          |
 | parabola       | the top of a parabola, for every search of an extreme                              |
 """

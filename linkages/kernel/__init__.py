@@ -1,4 +1,22 @@
-"""How functions are compiled: `kernel` and its relatives, named tuples by reference, calls by address, lanes."""
+"""How functions are compiled: `kernel` and its relatives, named tuples by reference, calls by address, lanes.
+
+| module       | responsibility                                                      |
+|--------------|---------------------------------------------------------------------|
+| compile      | `kernel`, `inlined_kernel`: the compiler of all numerical kernels   |
+| late         | `late_kernel`: compiled at the first call                           |
+| by_address   | functions called by address: force laws                             |
+| by_reference | named tuples passed by reference                                    |
+| lanes        | SIMD lanes: one operation for several numbers                       |
+| types        | types of the arrays that kernels work on                            |
+| clear        | arrays filled with zeros                                            |
+| indices      | array indices that are never negative                               |
+| ownership    | reference counts only in functions that make arrays                 |
+| units        | external functions, compiled once, linked by symbol                 |
+| identity     | the fingerprint of a function: code, constants, functions it calls  |
+| cache        | compiled code on disk, by fingerprint                               |
+| claims       | which process compiles which kernel                                 |
+| ahead        | kernels compiled in advance by parallel processes                   |
+"""
 
 from linkages.kernel.by_address import address, caller
 from linkages.kernel.clear import clear

@@ -11,6 +11,7 @@
 | contact_tables | its tables of limit stops and points at straight lines                       |
 | link_tables    | its tables of links: which of them bend                                      |
 | bending        | links that bend: where they are held and loaded                              |
+| segments       | flexible links as rows of rigid segments with springs                        |
 | functions      | formulas and tables of time, positions and speeds                            |
 | skeleton       | what a link looks like: bars between its joints and frames                   |
 | doubts         | values that look like those of another unit                                  |

@@ -1,19 +1,21 @@
 """Figures and animations of results; matplotlib is imported nowhere else in `linkages`, and no engine is run here.
 
-| module     | what it draws                                                                          |
-|------------|----------------------------------------------------------------------------------------|
-| style      | nothing: palette, line styles, labels and settings that all figures share              |
-| histories  | outputs, joint forces and drive torques over time, ideal joints beside real ones       |
-| journals   | orbits of the journals in their clearances, contacts over time                         |
-| curves     | nothing: curves as data, and the script that draws them in pages                       |
-| shown      | nothing: figures that a notebook shows by itself                                       |
-| guides     | blocks with play in their slots                                                        |
-| links      | links that bend: deflection, stress and where it is, strain energy                     |
-| modes      | natural frequencies and mode shapes of a linkage that stands still                     |
-| attractors | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
-| drawing    | a machine before it is run: a labelled picture that can be moved                       |
-| animation  | a run as a Meshcat recording, its clearance joints magnified                           |
-| three_rrr  | the flexible 3-RRR robot                                                               |
+| module         | what it draws                                                                          |
+|----------------|----------------------------------------------------------------------------------------|
+| style          | nothing: palette, line styles, labels and settings that all figures share              |
+| histories      | outputs, joint forces and drive torques over time, ideal joints beside real ones       |
+| journals       | orbits of the journals in their clearances, contacts over time                         |
+| curves         | nothing: curves as data, and the script that draws them in pages                       |
+| shown          | nothing: figures that a notebook shows by itself                                       |
+| guides         | blocks with play in their slots                                                        |
+| links          | links that bend: deflection, stress and where it is, strain energy                     |
+| modes          | natural frequencies and mode shapes of a linkage that stands still                     |
+| attractors     | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
+| drawing        | a machine before it is run: a labelled picture that can be moved                       |
+| animation      | a run as a Meshcat recording, its clearance joints magnified                           |
+| wear           | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles   |
+| wear_animation | wear over the service life as an offline page with a slider                            |
+| three_rrr      | the flexible 3-RRR robot                                                               |
 """
 
 from __future__ import annotations

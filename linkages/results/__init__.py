@@ -17,4 +17,5 @@
 | indeterminate | forces and torques that the motion does not determine                   |
 | warnings      | what must be known before the numbers of a summary are trusted           |
 | summary       | a run with what is needed to judge it, and the contents of summary.json  |
+| shape         | the keys of summary.json and wear.json, to check a file that is read     |
 """
