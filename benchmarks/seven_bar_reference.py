@@ -13,9 +13,10 @@ from scipy.integrate import solve_ivp
 from linkages import System
 from linkages.kernel.by_reference import reference as reference_to
 from linkages.planar.contacts import WIDTH, clearance_wrenches
-from linkages.planar.dynamics import accelerate, workspace
+from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_states
 from linkages.planar.motion import evaluate_motions
+from linkages.planar.workspace import workspace
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,6 @@ from linkages.outputs.columns import columns
 from linkages.planar.closure import closure_error, closure_jacobian
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.dynamics import make_workspace
 from linkages.planar.kinematics import (
     add_row_wrench,
     body_accelerations,
@@ -28,6 +27,7 @@ from linkages.planar.kinematics import (
 from linkages.planar.markers import turned
 from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
 from linkages.planar.projection import correct
+from linkages.planar.workspace import make_workspace
 from linkages.system.spanning import spanning_tree
 
 RNG = np.random.default_rng(1)

@@ -14,7 +14,7 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.beam_deflection import deflection, largest_deflection
 from linkages.planar.bending import beam_energy
 from linkages.planar.contacts import WIDTH, contact_motion
-from linkages.planar.dynamics import Workspace, inertial_load, make_workspace
+from linkages.planar.dynamics import inertial_load
 from linkages.planar.internal_forces import BENDING, beam_state
 from linkages.planar.kinematics import body_accelerations, body_states, term_rate
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
@@ -22,6 +22,7 @@ from linkages.planar.markers import arm, marker_acceleration, marker_velocity, t
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
 from linkages.planar.record_types import MARKER, WORN
+from linkages.planar.workspace import Workspace, make_workspace
 
 #: Kinds of owners.
 POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE, BEND, WITHIN, GEAR = range(11)

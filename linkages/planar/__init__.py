@@ -1,29 +1,31 @@
 """Planar multibody kernels on plain arrays; they may import laws, integrators and the compiler.
 
-| module           | responsibility                                                                    |
-|------------------|-----------------------------------------------------------------------------------|
-| record_types     | records of bodies, markers, closure rows, contacts, loads, joints                 |
-| arrays           | `Arrays`: what kernels read of a system                                           |
-| bodies           | `Bodies`: records and shapes of a tree's bodies                                   |
-| markers          | points fixed to bodies: where they are, how they move, what a force at them does  |
-| jets             | arithmetic with values and their first two derivatives                            |
-| motion           | functions of time and of the state: tables and formulas                           |
-| kinematics       | positions, velocities and accelerations of all bodies, and of the closure rows    |
-| bending          | what modal coordinates of links that bend add to kinematics and dynamics          |
-| dynamics         | articulated-body dynamics with prescribed joints, loop reactions                  |
-| projection       | positions and rates moved to where ideal loops are closed                         |
-| passage          | accelerations through singular positions                                          |
-| driven           | forces of loads, drives and loops, for a simulator of all coordinates             |
-| contacts         | joints with play: from body states to force pairs, by the laws                    |
-| contact_partials | partial derivatives of a contact's force                                          |
-| loads            | applied forces, torques, springs: from body states to wrenches, their derivative  |
-| tangent          | exact derivatives of kinematics and of the balance of forces                      |
-| bending_tangent  | the same of what modal coordinates add                                            |
-| closure          | Newton's method on the closure rows; consistent rates and accelerations           |
-| ideal            | the ideal linkage at the time and near the state of a run                         |
-| internal_forces  | axial force, bending moment and stress within links that bend                     |
-| beam_deflection  | deflections of links that bend, and the largest along them                        |
-| reactions        | forces in all joints, efforts of all drives                                       |
+| module            | responsibility                                                                    |
+|-------------------|-----------------------------------------------------------------------------------|
+| record_types      | records of bodies, markers, closure rows, contacts, loads, joints                 |
+| arrays            | `Arrays`: what kernels read of a system                                           |
+| bodies            | `Bodies`: records and shapes of a tree's bodies                                   |
+| workspace         | `Workspace`: arrays of one evaluation of the dynamics                             |
+| markers           | points fixed to bodies: where they are, how they move, what a force at them does  |
+| jets              | arithmetic with values and their first two derivatives                            |
+| motion            | functions of time and of the state: tables and formulas                           |
+| kinematics        | positions, velocities and accelerations of all bodies, and of the closure rows    |
+| bending           | what modal coordinates of links that bend add to kinematics and dynamics          |
+| dynamics          | articulated-body dynamics with prescribed joints, loop reactions                  |
+| projection        | positions and rates moved to where ideal loops are closed                         |
+| passage           | accelerations through singular positions                                          |
+| driven            | forces of loads, drives and loops, for a simulator of all coordinates             |
+| contacts          | joints with play: from body states to force pairs, by the laws                    |
+| contact_partials  | partial derivatives of a contact's force                                          |
+| tangent_workspace | `Scratch`: arrays of a Jacobian and of directional derivatives                    |
+| loads             | applied forces, torques, springs: from body states to wrenches, their derivative  |
+| tangent           | exact derivatives of kinematics and of the balance of forces                      |
+| bending_tangent   | the same of what modal coordinates add                                            |
+| closure           | Newton's method on the closure rows; consistent rates and accelerations           |
+| ideal             | the ideal linkage at the time and near the state of a run                         |
+| internal_forces   | axial force, bending moment and stress within links that bend                     |
+| beam_deflection   | deflections of links that bend, and the largest along them                        |
+| reactions         | forces in all joints, efforts of all drives                                       |
 
 Arguments have the same names everywhere:
 

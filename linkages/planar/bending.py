@@ -16,7 +16,7 @@ So, with a the acceleration of the frame: eta'' = z - W a; what the frame feels 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.kernel.lanes import lane, lanes, lanes_at, put_lanes, with_lane
@@ -36,10 +36,7 @@ from linkages.planar.bodies import (
 )
 from linkages.planar.markers import arm, turned
 from linkages.planar.record_types import SECTION
-
-if TYPE_CHECKING:
-    from linkages.planar.dynamics import Workspace
-
+from linkages.planar.workspace import Workspace
 
 _SMALL = 0.05  # rad
 

@@ -7,24 +7,14 @@ pass by those that stay.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from linkages.kernel import Array, inlined_kernel, late_kernel
 from linkages.kernel.lanes import lane, put_lanes
 from linkages.planar.bending import modal_motion, product, two_accelerations, two_points, two_rates
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, MOTION, POSE, REST, STIFFNESS, Bodies
 from linkages.planar.markers import acceleration_tangent, turned, velocity_tangent
 from linkages.planar.record_types import SECTION
-
-if TYPE_CHECKING:
-    from linkages.planar.dynamics import Workspace
-    from linkages.planar.tangent import Scratch
-
-#: Numbers of a line of ``bent`` (nb, ONCE + 7 nm). Of a section: velocity and acceleration (x, y) that its beam's modes
-#: give it, the form eta'.H eta'; then the products of H and the modes' rates, and their accelerations. Of a body that
-#: bends: accelerations of its two points less gravity and their velocities in the frame (x0, y0, x1, y1 of each); then
-#: products of H0, H1, T and the rates, the same and the accelerations, that of M and the rates.
-ONCE = 8
+from linkages.planar.tangent_workspace import ONCE, Scratch
+from linkages.planar.workspace import Workspace
 
 
 @late_kernel

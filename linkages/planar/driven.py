@@ -7,11 +7,12 @@ import numpy as np
 from linkages.kernel import Array, Indices, Records, clear, kernel
 from linkages.kernel.by_reference import reference
 from linkages.planar.bodies import Bodies, new_motion, new_pose
-from linkages.planar.dynamics import generalized_force, inertial_load, workspace
+from linkages.planar.dynamics import generalized_force, inertial_load
 from linkages.planar.kinematics import add_row_wrench, body_states
 from linkages.planar.loads import Loads, load_wrenches
 from linkages.planar.motion import Curves, evaluate_motions
 from linkages.planar.passage import accelerate_onto
+from linkages.planar.workspace import workspace
 
 
 @kernel

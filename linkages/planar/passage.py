@@ -14,10 +14,11 @@ import numpy as np
 
 from linkages.kernel import Array, Records, kernel, late_kernel
 from linkages.planar.bodies import Bodies
-from linkages.planar.dynamics import Workspace, accelerate
+from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_accelerations, body_positions, body_states
 from linkages.planar.projection import correct, project, value_errors
 from linkages.planar.record_types import PRISMATIC
+from linkages.planar.workspace import Workspace
 
 _NEAR = 0.03  # how far from dependent the rows are where a crossing is looked for
 _STEP = 0.04  # way from one state to the next, of the fastest coordinate [rad, or in parts of the linkage's length]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from linkages.kernel import Array, Records, kernel
 from linkages.planar.bodies import Bodies
-from linkages.planar.dynamics import Workspace, articulate, loop_responses, solve_rows
+from linkages.planar.dynamics import articulate, loop_responses, solve_rows
 from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
+from linkages.planar.workspace import Workspace
 
 _ROUNDS = 6
 

@@ -8,11 +8,12 @@ from linkages.kernel import Array, Records, clear, kernel, late_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
 from linkages.planar.contacts import add_contact
-from linkages.planar.dynamics import Workspace, generalized_force, solve_rows
+from linkages.planar.dynamics import generalized_force, solve_rows
 from linkages.planar.kinematics import add_row_wrench, along
 from linkages.planar.markers import arm, gap, turned
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
 from linkages.planar.tangent import transmitted
+from linkages.planar.workspace import Workspace
 
 _CORNERS = 4
 

@@ -9,17 +9,14 @@ is said of a change holds for each of them.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from linkages.kernel import Array, Records, kernel, late_kernel
 from linkages.kernel.lanes import LaneArray as Lanes
-from linkages.kernel.lanes import lane_array
-from linkages.planar.bending_tangent import ONCE, add_turned_modes, beam_load_tangent, section_tangent
+from linkages.planar.bending_tangent import add_turned_modes, beam_load_tangent, section_tangent
 from linkages.planar.bodies import Bodies
-from linkages.planar.contact_partials import INPUTS, OUTPUTS
-from linkages.planar.dynamics import Workspace
 from linkages.planar.kinematics import add_to_parent, term_direction
 from linkages.planar.markers import (
     acceleration_tangent,
@@ -34,43 +31,8 @@ from linkages.planar.markers import (
     velocity_tangent,
 )
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE, SECTION
-
-
-class Scratch(NamedTuple):
-    """Arrays of a Jacobian and of a few directions at a time."""
-
-    partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
-    force: Array  # wrench that each body gets through its joint at the state; see `transmitted`
-    bent: Array  # of links that bend, see `linkages.planar.bending_tangent`
-    mass: Array  # mass matrix of all coordinates, (n, n); those of driven ones are 0
-    changed: Array  # 1 where the directions change a coordinate, (n,)
-    touched: Array  # and where they move a body, (nb,)
-    dq: Lanes  # the directions: changes of coordinates, (n,)
-    dz: Lanes  # and of the contacts' bristles, (nc,)
-    dpose: Lanes  # changes along them, each as wide as in a `Workspace`
-    dvel: Lanes
-    dacc: Lanes
-    dload: Lanes
-    dwrench: Lanes
-    dtau: Lanes  # of generalised forces, (n,)
-    drows: Lanes  # of the rows' accelerations, (nr,)
-    tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
-    da: Array
-    load: Array  # that changes nothing, as wide as in a `Workspace`
-    response: Array  # for the changes of the rows' reactions, (nr, nr)
-    sizes: Array
-    one: tuple[Array, Array, Array]  # changes of poses, velocities and wrenches along it
-
-
-def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
-    """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
-    tree = nb, 3 + nm
-    fixed = (nc, OUTPUTS, INPUTS), tree, (nb, ONCE + 7 * nm), (n, n), (n,), (nb,)
-    lanes = (n,), (nc,), tree, tree, tree, tree, tree, (n,), (nr,)
-    single = (n,), (n,), tree, (nr, nr), (nr,)
-    made: list[Any] = [*map(np.zeros, fixed), *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
-    made.append(tuple(np.zeros(tree) for _ in range(3)))
-    return Scratch(*made)
+from linkages.planar.tangent_workspace import Scratch
+from linkages.planar.workspace import Workspace
 
 
 @kernel

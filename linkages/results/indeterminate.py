@@ -11,9 +11,9 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_jacobian
 from linkages.planar.contacts import WIDTH
-from linkages.planar.dynamics import make_workspace
 from linkages.planar.kinematics import body_positions
 from linkages.planar.reactions import joint_forces
+from linkages.planar.workspace import make_workspace
 from linkages.results.numbers import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System

@@ -2,7 +2,8 @@
 
 | module       | responsibility                                                       |
 |--------------|----------------------------------------------------------------------|
-| system       | `System`: tree, records, laws, loads, motions, start; `load`         |
+| system       | `System`: the assembled start, all arrays; `load`                    |
+| unassembled  | `Unassembled`: tree, motions, loads, contacts and their records      |
 | tree         | spanning tree: what carries the bodies, what is cut, the coordinates |
 | spanning     | how that tree grows                                                  |
 | bent_link    | a link that bends: its frame, modes and sections                     |

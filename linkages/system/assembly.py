@@ -12,11 +12,12 @@ from linkages.kernel.by_reference import packed
 from linkages.model.experiment import Experiment
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, closure_jacobian, closure_quality, consistent_rates
-from linkages.planar.dynamics import articulate, loop_responses, make_workspace
+from linkages.planar.dynamics import articulate, loop_responses
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
+from linkages.planar.workspace import make_workspace
 from linkages.system.loads import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree
 

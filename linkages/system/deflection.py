@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,13 +10,12 @@ from linkages.kernel.by_reference import packed
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.dynamics import generalized_force, inertial_load, make_workspace
+from linkages.planar.dynamics import generalized_force, inertial_load
 from linkages.planar.kinematics import add_row_wrench, body_accelerations, body_positions, body_states
 from linkages.planar.loads import load_wrenches
+from linkages.planar.workspace import make_workspace
 from linkages.system.assembly import Assembly, independent
-
-if TYPE_CHECKING:
-    from linkages.system.system import System
+from linkages.system.unassembled import Unassembled
 
 Array = NDArray[np.float64]
 
@@ -28,7 +25,7 @@ _TURN = 0.5  # of any section in a step of Newton's method [rad]
 _STEP = 1e-3  # of the fastest coordinate between the shapes whose difference gives the rates [rad, or lengths]
 
 
-def deflected(system: System, assembly: Assembly, time: float = 0.0) -> Assembly:
+def deflected(system: Unassembled, assembly: Assembly, time: float = 0.0) -> Assembly:
     """Return the assembly with links bent as the steady loads of the ideal linkage bend them.
 
     These are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose journals keep
@@ -60,7 +57,7 @@ def deflected(system: System, assembly: Assembly, time: float = 0.0) -> Assembly
 class _Finder:
     """Finds the steady shape for positions and rates of the joints."""
 
-    def __init__(self, system: System, assembly: Assembly, time: float) -> None:
+    def __init__(self, system: Unassembled, assembly: Assembly, time: float) -> None:
         tree, self.time = system.tree, time
         self.system, self.tree, self.rows = system, tree, tree.closure_rows
         owned = {

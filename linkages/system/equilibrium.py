@@ -8,7 +8,7 @@ as found; couples of films and of friction, which change them by a part of a rad
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,7 @@ from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.record_types import WORN
 from linkages.system.assembly import Assembly, independent
-
-if TYPE_CHECKING:
-    from linkages.system.system import System
+from linkages.system.unassembled import Unassembled
 
 Array = NDArray[np.float64]
 
@@ -33,12 +31,12 @@ _DOUBLINGS = 60
 _EXACT = 1e-14  # of a clearance: to which places are sought
 
 
-def resting_offsets(system: System, assemble: Callable[[Array], Assembly]) -> Array:
+def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) -> Array:
     """Offsets of the joints with play from their centred places, two for each: x, y [m]; of a guide [m], tilt [rad].
 
     Parameters
     ----------
-    system : System
+    system : Unassembled
     assemble : callable
         Assembly with given offsets.
 
@@ -60,7 +58,7 @@ def resting_offsets(system: System, assemble: Callable[[Array], Assembly]) -> Ar
     return offsets
 
 
-def _passed(system: System, start: Assembly) -> tuple[Array, Array, Array]:
+def _passed(system: Unassembled, start: Assembly) -> tuple[Array, Array, Array]:
     """Find the forces that joints with play pass if ideal, two for each as their offsets; poses, velocities."""
     tree, rows = system.tree, system.tree.closure_rows
     n = tree.size
@@ -81,7 +79,7 @@ def _passed(system: System, start: Assembly) -> tuple[Array, Array, Array]:
 class _Joint:
     """The contacts of one joint with play, at a pose in which it has an offset already."""
 
-    def __init__(self, system: System, name: str, pose: Array, vel: Array, offset: Array) -> None:
+    def __init__(self, system: Unassembled, name: str, pose: Array, vel: Array, offset: Array) -> None:
         self.system, self.name = system, name
         self.contacts = [k for k, (owner, _) in enumerate(system.tree.contacts) if owner == name]
         self.motions, self.arms = [], []

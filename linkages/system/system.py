@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -11,35 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.brief import Brief, counted
-from linkages.files.raw_model import Bearing
 from linkages.laws import Registered, registered, restore
-from linkages.model.check import check, unbent
+from linkages.model.check import unbent
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.model.mechanism import Mechanism, faults_of_values, load_mechanism
-from linkages.model.tables import JointModel
 from linkages.planar.arrays import Arrays
 from linkages.planar.internal_forces import FIXED_COLUMNS
-from linkages.planar.loads import Loads
-from linkages.planar.motion import Motions
-from linkages.planar.record_types import BEAM, WORN
+from linkages.planar.record_types import BEAM
 from linkages.system.assembly import Assembly, assemble, balanced, independent
-from linkages.system.bent_link import bent_link
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
-from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
-from linkages.system.loads import pack_loads
-from linkages.system.spanning import spanning_tree
-from linkages.system.touches import touch_ends, touch_models
-from linkages.system.tree import Tree
+from linkages.system.unassembled import Unassembled
 
 Array = NDArray[np.float64]
 
-_SAMPLED = 2000  # times at which rates of the drives are compared
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class System(Brief):
+class System(Unassembled):
     """A mechanism and an experiment that fit each other, as plain arrays.
 
     Everything below is computed when it is first asked for, and then kept. nc contacts: a journal with play is one, a
@@ -61,18 +49,7 @@ class System(Brief):
     0.0001
     """
 
-    mechanism: Mechanism
-    experiment: Experiment
     _twin: System | None = field(default=None, repr=False)
-
-    def _facts(self) -> tuple[str, dict[str, str]]:
-        mechanism, experiment = self.mechanism._facts(), self.experiment._facts()
-        title = self.experiment.title or self.experiment.source.stem
-        parts = counted(len(self.mechanism.links), "link"), counted(len(self.mechanism.joints), "joint")
-        return f"{title}; {', '.join(parts)}, {self.experiment.duration:g} s", {**experiment[1], **mechanism[1]}
-
-    def __post_init__(self) -> None:
-        check(self.mechanism, self.experiment)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle what the user wrote, laws of the user's own among it: another process makes its own arrays."""
@@ -166,63 +143,7 @@ class System(Brief):
             return self.mechanism.value(path.removeprefix("sdf."))
         return self.experiment.value(path)
 
-    # -- the tree ----------------------------------------------------------------------------------
-
-    @cached_property
-    def tree(self) -> Tree:
-        """Spanning tree: joints with play are cut, drives stay."""
-        drives = self.experiment.drives
-        tree = spanning_tree(
-            self.mechanism,
-            self.experiment.play,
-            tuple(name for name, drive in drives.items() if drive.prescribed),
-            tuple(name for name, drive in drives.items() if not drive.prescribed),
-            {name: partial(bent_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
-        )
-        return replace(tree, gears=tuple(self.experiment.gears.values()))
-
-    @cached_property
-    def motions(self) -> Motions:
-        """Prescribed motions of the tree's driven joints."""
-        return Motions([self.experiment.drives[name].motion() for name in self.tree.driven])
-
-    @cached_property
-    def drive_rate(self) -> float:
-        """Largest rate of a prescribed motion [rad/s or m/s]; zero without any."""
-        return float(np.abs(self._drive_rates[0]).max(initial=0.0))
-
-    @cached_property
-    def drive_way(self) -> float:
-        """Way of the fastest drive at its largest rate during the run [rad or m]; an oscillation counts as 2 pi.
-
-        The number of oscillations follows from the total variation of the rate: four times its largest value in each.
-        """
-        rates, accelerations = np.abs(self._drive_rates)
-        largest = rates.max(axis=0, initial=0.0)
-        turns = accelerations.mean(axis=0) / np.where(largest > 0.0, 4.0 * largest, np.inf)
-        ways = self.experiment.duration * np.maximum(largest, 2.0 * np.pi * turns)
-        return float(ways.max(initial=0.0))
-
-    @cached_property
-    def _drive_rates(self) -> tuple[Array, Array]:
-        """Rates and accelerations (nt, nd) of the prescribed motions at times that no oscillation keeps pace with."""
-        between = np.random.default_rng(0).random(_SAMPLED)
-        return self.motions(self.experiment.duration * np.concatenate([[0.0], np.sort(between), [1.0]]))[1:]
-
-    @cached_property
-    def torques(self) -> Motions:
-        """Torque histories of the tree's powered joints."""
-        return Motions([self.experiment.drives[name].torque_history() for name in self.tree.powered])
-
-    @cached_property
-    def loads(self) -> Loads:
-        """Applied loads as the kernels read them."""
-        return pack_loads(self.tree, self.experiment)
-
-    @cached_property
-    def gravity(self) -> Array:
-        """Gravity in plane axes, (2,) [m/s2]."""
-        return self.mechanism.basis[:, :2].T @ self.experiment.gravity
+    # -- assembly ----------------------------------------------------------------------------------
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -244,63 +165,6 @@ class System(Brief):
     def determinate(self) -> bool:
         """Whether the prescribed drives alone determine the ideal motion."""
         return self.assembly.mobility == len(self.tree.driven)
-
-    # -- contacts ----------------------------------------------------------------------------------
-
-    @cached_property
-    def contacts(self) -> tuple[tuple[str, str], ...]:
-        """Owner and label of each contact: those of joints with play, `Tree.contacts`; stops; points at lines."""
-        named = (*self.experiment.stops, *self.experiment.contacts)
-        return (*self.tree.contacts, *((name, name) for name in named))
-
-    @cached_property
-    def models(self) -> tuple[JointModel, ...]:
-        """Joint model of each contact."""
-        play = tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
-        return (*play, *touch_models(self.tree, self.experiment))
-
-    @property
-    def _bearings(self) -> tuple[Bearing | None, ...]:
-        """Bearing of each contact, if it has one."""
-        joints = self.mechanism.joint
-        return tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
-
-    @cached_property
-    def laws(self) -> NDArray[np.record]:
-        """Records that the force laws read, one of `linkages.laws.PARAMETERS` for each contact, (nc,)."""
-        return law_parameters(self._bearings, self.models)
-
-    @cached_property
-    def film_tables(self) -> Array:
-        """Maps of the finite films, a line for each contact, empty where there is none needed."""
-        return film_tables(self._bearings, self.models)
-
-    @cached_property
-    def ends(self) -> NDArray[np.record]:
-        """The two ends of each contact: `Tree.ends`, with those that are worn, stops, points at lines."""
-        ends = np.concatenate([self.tree.ends, touch_ends(self.tree, self.experiment)])
-        ends["kind"][[model.is_worn for model in self.models]] = WORN
-        return ends
-
-    @cached_property
-    def tables(self) -> Array:
-        """`film_tables`, at the lines' ends the profiles of worn joints."""
-        return np.hstack([self.film_tables, profiles(self.models)])
-
-    @cached_property
-    def film_limits(self) -> Array:
-        """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
-        return film_limits(self.laws, self.film_tables)
-
-    @cached_property
-    def touching(self) -> NDArray[np.bool_]:
-        """Which contacts can touch, (nc,)."""
-        return np.array([model.can_touch for model in self.models], dtype=bool)
-
-    @cached_property
-    def bristles(self) -> NDArray[np.int64]:
-        """Contacts whose friction has a state of its own, LuGre's."""
-        return np.flatnonzero(self.laws["bristles"])
 
     # -- all of it ---------------------------------------------------------------------------------
 

@@ -13,9 +13,9 @@ from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import WIDTH
-from linkages.planar.dynamics import make_workspace
 from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
 from linkages.planar.passage import accelerate_through
+from linkages.planar.workspace import make_workspace
 
 FLEXIBLE = """duration = {duration}
 [drives.O]

@@ -19,14 +19,13 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
 from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import Workspace, inertial_load, loop_responses, mass_matrix, respond, solve_rows
+from linkages.planar.dynamics import inertial_load, loop_responses, mass_matrix, respond, solve_rows
 from linkages.planar.kinematics import add_row_wrench, row_acceleration
 from linkages.planar.loads import load_wrenches_tangent
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
 from linkages.planar.passage import beside
 from linkages.planar.record_types import CORNER
 from linkages.planar.tangent import (
-    Scratch,
     body_tangents,
     inertial_tangents,
     rate_tangents,
@@ -34,6 +33,8 @@ from linkages.planar.tangent import (
     row_tangents,
     transmitted,
 )
+from linkages.planar.tangent_workspace import Scratch
+from linkages.planar.workspace import Workspace
 
 
 @late_kernel

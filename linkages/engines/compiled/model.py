@@ -12,10 +12,10 @@ import numpy as np
 from linkages.kernel import Array, Indices
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import WIDTH
-from linkages.planar.dynamics import Workspace, make_workspace
 from linkages.planar.loads import LOAD_OUTPUTS
 from linkages.planar.record_types import REVOLUTE, STOP
-from linkages.planar.tangent import Scratch, make_scratch
+from linkages.planar.tangent_workspace import Scratch, make_scratch
+from linkages.planar.workspace import Workspace, make_workspace
 from linkages.system import System
 
 #: Clearances that count as the length of a linkage, at most: with oil, in dry contact.

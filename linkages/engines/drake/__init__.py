@@ -8,6 +8,7 @@
 | forces     | what both ask of the compiled kernels                                             |
 | diagram    | `add_linkage`, `build_diagram`: the systems connected                             |
 | steps      | Drake's simulator, led past habits that spoil a run's steps                       |
+| advance    | a simulator of the user's own diagram, advanced to a time                         |
 | simulation | a run of the diagram as a `Trajectory`                                            |
 | visuals    | shapes for links whose SDF file gives none                                        |
 | wiring     | a diagram drawn, or its connections as a table                                    |

@@ -11,6 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, InputPort, OutputPort
 from pydrake.systems.primitives import Adder, ConstantVectorSource
 
+from linkages.engines.drake.advance import advance
 from linkages.engines.drake.clearance import BristledJoints, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 from linkages.engines.drake.plant import StatePlace, add_tree, state_place
@@ -83,9 +84,7 @@ class Linkage:
             OK; TOO_MANY_STEPS where the end is out of reach, as of a machine in millimetres; STEP_SIZE_COLLAPSE. The
             simulator stands where it got to, and can be advanced further.
         """
-        from linkages.engines.drake.simulation import advance
-
-        return advance(self, simulator, until, progress, limit)
+        return advance(self.system, self.drives, simulator, until, progress, limit)
 
     def speed(self, drive: str) -> OutputPort:
         """Output port of a driven joint's speed, (1,) [rad/s or m/s]."""

@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
-from linkages.engines.drake.steps import Steps, max_step
+from linkages.engines.drake.steps import Steps, is_collapse
 from linkages.errors import Status
 from linkages.kernel.ahead import expect
 from linkages.outputs.columns import Columns, columns
@@ -24,8 +24,6 @@ from linkages.system.ideal_motion import cause
 
 Array = NDArray[np.float64]
 
-_COLLAPSES = ("step size", "select step", "NaN")  # words of Drake's errors where a step collapses
-_BEGIN = 1e-3  # of the largest step: the first one of a diagram of the user's
 _BETWEEN = 1e-2  # of the accuracy: for what is integrated again between two steps
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
@@ -62,8 +60,8 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         watch.steps.advance(system.experiment.duration)
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
-    except RuntimeError as problem:  # Drake gives these failures no type of their own
-        if not any(words in str(problem) for words in _COLLAPSES):
+    except RuntimeError as problem:
+        if not is_collapse(problem):
             raise
         status = Status.STEP_SIZE_COLLAPSE
     if watch.status is not Status.OK:
@@ -81,38 +79,6 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # nor can its last steps be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
-
-
-def advance(
-    linkage: Linkage, simulator: Simulator, until: float, progress: Progress | None, limit: int | None
-) -> Status:
-    """Advance a simulator of the user's own diagram; see `Linkage.advance`."""
-    system, ended = linkage.system, [Status.OK]
-    steps, budget = Steps(simulator, system), Budget(system, limit)
-
-    def look(root: Context) -> EventStatus:
-        steps.take(root)
-        if progress is not None:
-            progress(root.get_time())
-        if budget.spent(root.get_time()):
-            ended[0], steps.again = Status.TOO_MANY_STEPS, False
-            return EventStatus.ReachedTermination(linkage.drives, "the end is out of reach")
-        if steps.kept and linkage.drives.has_open_loop(root):
-            ended[0], steps.again = Status.LOOP_OPEN, False
-            return EventStatus.ReachedTermination(linkage.drives, "a loop came apart")
-        return steps.verdict()
-
-    simulator.set_monitor(look)
-    try:
-        steps.begin(_BEGIN * max_step(system), system.experiment.solver.accuracy)
-        steps.advance(until)
-    except RuntimeError as problem:  # Drake gives these failures no type of their own
-        if not any(words in str(problem) for words in _COLLAPSES):
-            raise
-        return Status.STEP_SIZE_COLLAPSE
-    finally:
-        simulator.clear_monitor()
-    return ended[0]
 
 
 class _Watch:

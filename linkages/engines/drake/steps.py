@@ -30,6 +30,7 @@ _SHRUNK = 0.5  # of the step before: below it an implicit integrator begins anew
 _SMALL, _PATIENCE = 1e-2, 50  # with contacts: after so many steps below this part of the largest one
 _SPOILT = ("runge_kutta5", "bogacki_shampine3")  # schemes whose second attempts begin with the first one's end
 _CUT = 0.1  # of the step before: what is tried where an attempt led to no number
+_COLLAPSES = ("step size", "select step", "NaN")  # words of Drake's errors where a step collapses
 _SHORTER = 0.9  # of a step that needed a second attempt: with what it is taken anew
 
 
@@ -41,6 +42,11 @@ def scheme(system: System) -> str:
 def max_step(system: System) -> float:
     """Largest step [s]: the experiment's, else short enough not to miss a contact, which lasts some 50 microseconds."""
     return system.experiment.solver.max_step or (2e-5 if system.touching.any() else 2e-3)
+
+
+def is_collapse(problem: RuntimeError) -> bool:
+    """Return whether an error of Drake is a collapse of the step size; Drake has no exception type for it."""
+    return any(words in str(problem) for words in _COLLAPSES)
 
 
 class Steps:

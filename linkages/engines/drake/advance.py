@@ -1,0 +1,52 @@
+"""Advance a simulator of the user's own diagram that contains a linkage."""
+
+from __future__ import annotations
+
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, EventStatus
+
+from linkages.engines.budget import Budget
+from linkages.engines.drake.drives import Drives
+from linkages.engines.drake.steps import Steps, is_collapse, max_step
+from linkages.errors import Status
+from linkages.results.trajectory import Progress
+from linkages.system import System
+
+_FIRST = 1e-3  # first step, as a share of the largest step
+
+
+def advance(
+    system: System,
+    drives: Drives,
+    simulator: Simulator,
+    until: float,
+    progress: Progress | None = None,
+    limit: int | None = None,
+) -> Status:
+    """Advance a simulator to a time; `linkages.engines.drake.Linkage.advance` documents the arguments."""
+    ended = [Status.OK]
+    steps, budget = Steps(simulator, system), Budget(system, limit)
+
+    def look(root: Context) -> EventStatus:
+        steps.take(root)
+        if progress is not None:
+            progress(root.get_time())
+        if budget.spent(root.get_time()):
+            ended[0], steps.again = Status.TOO_MANY_STEPS, False
+            return EventStatus.ReachedTermination(drives, "the end is out of reach")
+        if steps.kept and drives.has_open_loop(root):
+            ended[0], steps.again = Status.LOOP_OPEN, False
+            return EventStatus.ReachedTermination(drives, "a loop came apart")
+        return steps.verdict()
+
+    simulator.set_monitor(look)
+    try:
+        steps.begin(_FIRST * max_step(system), system.experiment.solver.accuracy)
+        steps.advance(until)
+    except RuntimeError as problem:
+        if not is_collapse(problem):
+            raise
+        return Status.STEP_SIZE_COLLAPSE
+    finally:
+        simulator.clear_monitor()
+    return ended[0]
