@@ -31,8 +31,12 @@ def finish(process: subprocess.Popen) -> tuple[int, str]:
     """Wait for a command; returns its exit status as a shell has it, and its standard error without progress."""
     _, errors = process.communicate(timeout=300)
     code = process.returncode
-    lines = [line for line in errors.splitlines(keepends=True) if not PROGRESS.match(line)]
-    return (code if code >= 0 else 128 - code), "".join(lines)
+    return (code if code >= 0 else 128 - code), without_progress(errors)
+
+
+def without_progress(errors: str) -> str:
+    """Leave out the lines of progress, which depend on how busy the machine is."""
+    return "".join(line for line in errors.splitlines(keepends=True) if not PROGRESS.match(line))
 
 
 def begun(process: subprocess.Popen) -> None:
