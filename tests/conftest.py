@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from own_registries import own_registries, registries_of_module  # noqa: F401 - fixtures
 from shipped import shipped
 
 import linkages

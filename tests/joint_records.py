@@ -32,7 +32,9 @@ def joint(film=None, contact=None, friction="none", shear="full", restitution=0.
         names |= {p.name: f"{kind}_{slot}" for slot, p in enumerate(law.parameters)}
     for name in numbers.keys() & set(PARAMETERS.names):
         record[name] = numbers[name]
-    unknown = numbers.keys() - set(PARAMETERS.names) - {p.name for each in BUILT_IN_PARAMETERS.values() for p in each}
+    unknown = (
+        numbers.keys() - {*PARAMETERS.names, *names} - {p.name for each in BUILT_IN_PARAMETERS.values() for p in each}
+    )
     assert not unknown, unknown
     if config.DISABLE_JIT:  # attributes of NumPy's records are slow
         names |= {name: name for name in PARAMETERS.names}

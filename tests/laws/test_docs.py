@@ -51,14 +51,18 @@ def test_laws_of_a_script_as_the_page_says():
     run = space["run"]
     clearance = space["system"].laws["clearance"][0]
     assert np.hypot(run["B.ex"], run["B.ey"]).max() > clearance  # it did touch
-    force = contacts.contact_force(1e-6, 0.1, 0.1, joint(contact="viscoelastic", stiffness=1e10))
+    force = contacts.contact_force(1e-6, 0.1, 0.1, joint(contact="viscoelastic", my_stiffness=1e10))
     assert force == pytest.approx(1e10 * (1e-9 + 1.5 * 2e-7 * 1e-3 * 0.1))
     small_loss = CONTACTS["small-loss"]
     for e in (0.98, 0.99):  # exact for small losses: the error is of second order
         assert effective_restitution(small_loss.factor(e)) == pytest.approx(e, abs=(1.0 - e) ** 2)
-    smooth = joint(friction="smooth", mu_d=0.1, v_1=1e-3)
+    smooth = joint(friction="smooth", mu=0.1, v_s=1e-3)
     assert friction_coefficient(1e-3, 0.0, smooth) == pytest.approx(0.1 / math.sqrt(2.0))
-    leaky, long = (film_force(joint(film=name), 0.5, 1.0, 2.0, 1.0, np.empty(0)) for name in ("leaky", "long"))
+    gains = {"gain": 1.0, "leakage": 1.0}
+    leaky, long = (
+        film_force(joint(film=name, **(gains if name == "leaky" else {})), 0.5, 1.0, 2.0, 1.0, np.empty(0))
+        for name in ("leaky", "long")
+    )
     assert leaky == pytest.approx((0.5 * long[0], 0.5 * long[1], long[2]))
 
 

@@ -148,3 +148,45 @@ def test_no_workers(monkeypatch):
         scheduler.kill()
         scheduler.wait()
         scheduler.stderr.close()
+
+
+STUDY = """experiment = "slider_crank_dry.toml"
+[set]
+duration = 0.001
+joints.B.contact = {law = "sent", my_stiffness = 1e8}
+[variables.stiffness]
+path = "joints.B.contact.my_stiffness"
+lower = 5e7
+upper = 5e8
+[variables.damping]
+path = "joints.B.contact.my_damping"
+lower = 0.0
+upper = 1e3
+[objectives.force]
+terms = [{functional = "peak", output = "B.force"}]
+[algorithm]
+name = "ga"
+"""
+
+
+@pytest.mark.slow
+def test_a_law_with_parameters_is_evaluated_by_workers_as_it_is_here(tmp_path, loopback, own_registries):
+    from linkages import laws
+    from optim import Evaluator, load_study
+    from optim.evaluate.cluster import cluster
+
+    def spring(delta, ddelta, ddelta0, joint):
+        return joint.my_stiffness * delta + joint.my_damping * ddelta
+
+    stiffness = laws.Parameter("my_stiffness", "N/m", None, "stiffness", gt=0.0)
+    damping = laws.Parameter("my_damping", "N s/m", 0.0, "damping", ge=0.0)
+    laws.register_contact("sent", spring, parameters=[stiffness, damping])
+    (tmp_path / "study.toml").write_text(STUDY)
+    study = load_study(tmp_path / "study.toml")
+    designs = np.array([[5e7, 0.0], [2e8, 0.0], [2e8, 500.0]])
+    here = Evaluator(study)(designs)
+    assert here.status == ("ok",) * 3
+    assert len(np.unique(here.objectives)) == 3
+    with cluster(loopback[0]) as (executor, _):
+        there = Evaluator(study, executor, parts=3)(designs)
+    assert there.objectives.tobytes() == here.objectives.tobytes()

@@ -1,3 +1,5 @@
+"""Fixtures that leave the registries of laws as they were."""
+
 from collections.abc import Iterator
 
 import pytest
