@@ -105,7 +105,7 @@ def main():
             for case, system in cases.items():
                 runner = Runner(system)
                 start = time.process_time()
-                runner.run(0.0, runner.start, runner.first_step, 10**7)
+                runner.run(0.0, runner.start, 0.0, 10**7)
                 spent[case].append(time.process_time() - start)
         known = np.log([errors["rigid", a] for a in reversed(RIGID)])
         turns = np.log([spent["rigid", a] for a in reversed(RIGID)]).T

@@ -86,7 +86,7 @@ def chain(n, folder):
 def integration(system, repeat):
     """Median time of the integration alone, from the initial state [s]."""
     runner = Runner(system)
-    run = partial(runner.run, 0.0, runner.start, runner.first_step, 10**6)
+    run = partial(runner.run, 0.0, runner.start, 0.0, 10**6)
     return statistics.median(timeit.repeat(run, repeat=repeat, number=1))
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from linkages.cli.folders import output_folder, results_folder
 from linkages.cli.options import add_file, add_settings, load_system, written
 from linkages.cli.progress import begin_stage, stages
-from linkages.engines import DEFAULT, ENGINES
+from linkages.engines import DEFAULT, ENGINES, engine
 from linkages.errors import InputError
 from linkages.files.writing import json_text
 
@@ -132,12 +132,8 @@ def _details(result: Study, summary: dict[str, Any]) -> str:
 
 
 def _longest_step(result: Study) -> str:
-    """Say how long the steps may be; the compiled engine limits them only if it is told to."""
-    step = result.system.experiment.solver.max_step
-    if result.engine == "drake":
-        from linkages.engines.drake.steps import max_step
-
-        step = max_step(result.system)
+    """Say how long the steps may be, where more than the accuracy limits them."""
+    step = engine(result.engine).longest_step(result.system)
     return f", steps of at most {step:g} s" if step else ""
 
 

@@ -10,7 +10,8 @@
 | threads  | independent runs in threads                                                        |
 | ahead    | what the engines are about to call, compiled ahead on an empty cache               |
 
-An engine is a module with ``simulate(system, progress) -> Trajectory``. The engines do not know each other.
+An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``. The engines do not
+know each other.
 """
 
 from __future__ import annotations
@@ -36,6 +37,10 @@ class Engine(Protocol):
     @staticmethod
     def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         """Run a system up to its duration."""
+
+    @staticmethod
+    def longest_step(system: System) -> float | None:
+        """Return the longest step that the engine takes [s]; None if only the accuracy limits it."""
 
 
 def engine(name: str) -> Engine:

@@ -19,6 +19,7 @@ from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
+_SHORTER = 0.5  # ratio of their longest steps: steps that both runs share would have errors that nobody sees
 
 
 def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = None) -> Trajectory:
@@ -110,14 +111,15 @@ def study(
 def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
     """Add the run at a ten times tighter tolerance to a study whose own run reached its end.
 
-    Where links bent in rigid segments it has twice as many of them.
+    Its longest step is half as long. Links that bend in rigid segments have twice as many of them.
     """
     if study.run.status is not Status.OK:
         return study
-    experiment, tighter = (
-        study.system.experiment,
-        {"solver.accuracy": study.system.experiment.solver.accuracy * _TIGHTER},
-    )
+    experiment = study.system.experiment
+    tighter: dict[str, float] = {"solver.accuracy": experiment.solver.accuracy * _TIGHTER}
+    longest = load_engine(study.engine).longest_step(study.system)
+    if longest is not None:
+        tighter["solver.max_step"] = _SHORTER * longest
     if system_of(study.system, study.run.columns) is not study.system:
         counts = {name: experiment.links[name].segments for name in experiment.flexible}
         tighter |= {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import InputError, Status, nearest
-from linkages.integrate.driver import DONE, PAUSED
+from linkages.integrate.driver import DONE, PAUSED, Record
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.settling import drive_period
@@ -47,19 +48,39 @@ class Flow:
         self._runner = Runner(system)
         self.y, self.scale = self._runner.start, self._runner.scale
         self.t, self.status = 0.0, Status.OK
-        self._step = self._runner.first_step
+        self._step = 0.0
+        self._last: Record | None = None
 
     def advance(self, until: float) -> Steps:
         """Go on up to a time, or to where the run fails; returns the steps taken."""
-        parts, code = [], PAUSED
-        while code == PAUSED:
-            part = self._runner.run(self.t, self.y, self._step, _MOST, until)
-            parts.append(part)
-            self.t, self.y, self._step = float(part.times[-1]), part.states[-1].copy(), part.next_step
-            code = part.status
-        if code != DONE:
-            self.status = STATUS[code]
+        parts = [self._take(_MOST, until)]
+        while parts[-1].status == PAUSED:
+            parts.append(self._take(_MOST, until))
         return join(parts)
+
+    def follow(self, times: Array, names: Sequence[str]) -> Columns:
+        """Compute the named outputs at times, which increase from call to call; NaN where the run ends before.
+
+        No step is shortened to end at these times, and the run pauses where `linkages.simulate` pauses: both are the
+        same run.
+        """
+        pieces = [] if self._last is None else [self._last]
+        while self.status is Status.OK and self.t < min(times[-1], self.system.experiment.duration):
+            self._last = self._take(WINDOW)
+            pieces.append(self._last)
+        piece = join(pieces)
+        reached = times <= self.t
+        found = self.columns(piece, times[reached], names)
+        rest = np.full(len(times) - np.count_nonzero(reached), np.nan)
+        return {name: np.concatenate([found[name], rest]) for name in names}
+
+    def _take(self, most: int, until: float | None = None) -> Record:
+        """Take some steps, up to a time or else to the end of the run."""
+        record = self._runner.run(self.t, self.y, self._step, most, until)
+        self.t, self.y, self._step = float(record.times[-1]), record.states[-1].copy(), record.next_step
+        if record.status not in (DONE, PAUSED):
+            self.status = STATUS[record.status]
+        return record
 
     def put(self, y: Array, other: Flow) -> None:
         """Put the run at the time of another one, into a state close to the other's.

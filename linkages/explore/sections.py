@@ -22,7 +22,8 @@ from linkages.system import System
 Array = NDArray[np.float64]
 
 _HALVINGS = 60
-_LOOKS = 50  # per revolution, at which two runs are compared
+_LOOKS = 200  # per revolution, at which two runs are compared
+_AT_ONCE = 40  # of them
 
 
 @dataclass(frozen=True, repr=False)
@@ -170,10 +171,11 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 
 
 def horizon(system: System, most: float, drive: str | None = None) -> float:
-    """Revolutions for which runs at the experiment's and at a ten times looser accuracy stay together.
+    """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy stay together.
 
-    Together means that every journal is within `linkages.explore.compare.PARTED` clearances of where the other run has
-    it, at fifty times in each revolution.
+    Two runs are together while no journal's places differ by more than `linkages.explore.compare.PARTED` clearances.
+    They are compared at 200 times in each revolution. Both are the runs of `linkages.simulate`, so the horizon does
+    not depend on `most`.
 
     Parameters
     ----------
@@ -184,7 +186,7 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     Returns
     -------
     float
-        [revolutions], a multiple of 1/50.
+        [revolutions], a multiple of 1/200; `most` if the runs stay together up to there.
 
     Raises
     ------
@@ -203,14 +205,12 @@ def horizon(system: System, most: float, drive: str | None = None) -> float:
     flows = Flow(fine), Flow(looser(fine))
     names = [f"{label}.{axis}" for _, label in system.tree.contacts for axis in ("ex", "ey")]
     allowed = np.repeat(PARTED * system.laws["clearance"], 2)
-    for look in range(1, int(most * _LOOKS) + 1):
-        places = []
-        for flow in flows:
-            flow.advance(look * period / _LOOKS)
-            if flow.status is not Status.OK:
-                return (look - 1) / _LOOKS
-            here = flow.columns(flow.here(), np.array([flow.t]), names)
-            places.append(np.array([here[name][0] for name in names]))
-        if np.any(np.abs(places[1] - places[0]) > allowed):
-            return (look - 1) / _LOOKS
+    last = int(most * _LOOKS)
+    for first in range(0, last, _AT_ONCE):
+        looks = np.arange(first, min(first + _AT_ONCE, last)) + 1
+        found = [flow.follow(looks * period / _LOOKS, names) for flow in flows]
+        places = [np.array([columns[name] for name in names]).T for columns in found]
+        together = np.all(np.abs(places[1] - places[0]) <= allowed, axis=1)
+        if not together.all():
+            return float(looks[np.argmin(together)] - 1) / _LOOKS
     return float(most)

@@ -30,17 +30,22 @@ DONE, PAUSED, COLLAPSED = 0, 1, 2
 _SMALLEST = 1e-14  # step, in parts of the time so far or of the first step: below it the run has collapsed
 _TRIES = 60  # attempts at landing on an event
 _STUCK = 200  # events in a row without a step worth its name
+# The first step that the driver chooses, over the sixth root of the accuracy: how far it moves an entry of the state,
+# in parts of its scale; its length, in parts of the shortest time constant; and its length where nothing moves.
+_REACH, _CALM, _AT_REST = 0.01, 0.5, 1e-6
+_WAY = 1e-7  # of its scale: how far the state is moved to find the shortest time constant
 
 
 class Options(NamedTuple):
     """Settings of a run."""
 
     end: float  # last time
-    first: float  # step to try first
+    first: float  # step to try first; 0: the driver chooses it
     largest: float  # step
     most: int  # steps after which the run pauses
     relative: float  # tolerance that is multiplied by an entry's magnitude and added to its absolute one
     landing: Array  # how close to zero an event function must come, (ne,)
+    accuracy: float  # tolerance of an entry of the state in parts of its scale, for the choice of the first step
 
 
 class Record(NamedTuple):
@@ -127,6 +132,60 @@ def _fitted(h: float, t: float, options: Options) -> tuple[float, bool]:
     return (0.5 * (options.end - t) if t + 2.0 * h > options.end else h), False
 
 
+@kernel
+def _largest(entries: Array, scale: Array) -> float:
+    """Return the largest magnitude of the entries, each in parts of its scale."""
+    found = 0.0
+    for i in range(len(entries)):
+        found = max(found, abs(entries[i]) / scale[i])
+    return found
+
+
+@inlined_kernel
+def _set_scale(s: Stepper, tolerance: Array, relative: float, y: Array) -> None:
+    """Fill the error that counts as 1, for each entry of the state."""
+    for i in range(len(y)):
+        s.scale[i] = tolerance[i] + relative * abs(y[i])
+
+
+def _starter(rhs: Any) -> Any:
+    """Make the function that chooses the first step."""
+
+    @kernel
+    def first_step(problem: Any, s: Stepper, t: float, y: Array, accuracy: float) -> float:
+        """Choose the first step from (t, y), with f0 known.
+
+        It depends on the state and on the accuracy, not on the time at which the run ends. A stiff start (a film that
+        stops a journal within nanoseconds) is resolved: three differences of the rates, each in the direction of the
+        one before, give the shortest time constant.
+        """
+        speed = _largest(s.f0, s.scale)
+        if not 0.0 < speed < math.inf:
+            return _AT_REST
+        direction, trial = s.error, s.trial[0]
+        copy(s.f0, direction)
+        size, square, way = speed, 1.0, _WAY / accuracy
+        for k in range(3):
+            for i in range(len(y)):
+                trial[i] = y[i] + way * direction[i] / size
+            rhs(problem, t, trial, s.f1)
+            for i in range(len(y)):
+                direction[i] = s.f1[i] - s.f0[i]
+            size = _largest(direction, s.scale)
+            if not 0.0 < size < math.inf:
+                square = 0.0
+                break
+            if k > 0:
+                square *= size / way
+        rhs(problem, t, y, s.f0)
+        step = _REACH / (accuracy * speed)
+        if square > 0.0:
+            step = min(step, _CALM / math.sqrt(square))
+        return step * accuracy ** (1.0 / 6.0)
+
+    return first_step
+
+
 def _lander(attempt: Any, signs: Any) -> Any:
     """Make the function that shortens a step so that it ends on an event."""
 
@@ -168,7 +227,7 @@ def _lander(attempt: Any, signs: Any) -> Any:
 
 def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any:
     """Make the function that integrates, from compiled functions; see the table above."""
-    land = _lander(attempt, signs)
+    first_step, land = _starter(rhs), _lander(attempt, signs)
 
     @kernel
     def note(problem: Any, t: float, y: Array, line: Array) -> None:
@@ -201,18 +260,19 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         status, changed = settle(problem, t, y, -1)
         if changed:
             rhs(problem, t, y, s.f0)
+        _set_scale(s, tolerance, options.relative, y)
+        first = options.first if options.first > 0.0 else first_step(problem, s, t, y, options.accuracy)
         signs(problem, g0, d0)
         lines = np.empty((256, 1 + n + width))
         note(problem, t, y, lines[0])
         steps, rejected, stuck, failed = 0, 0, 0, False
-        h = options.first
+        h = first
         while status == DONE and t < options.end:
-            smallest = _SMALLEST * max(abs(t), options.first)
+            smallest = _SMALLEST * max(abs(t), first)
             if steps >= options.most:
                 status = PAUSED
                 break
-            for i in range(n):
-                s.scale[i] = tolerance[i] + options.relative * abs(y[i])
+            _set_scale(s, tolerance, options.relative, y)
             h, last = _fitted(h, t, options)
             error, factor = attempt(problem, s, t, h, y, False)
             event, size = -1, h

@@ -15,6 +15,8 @@ from linkages.model.law_tables import LawTable
 from linkages.planar import motion
 from linkages.planar.motion import Pieces, Program
 
+_LOOKS = 2000  # times at which a drive is looked at for its largest rate
+
 Fraction = Annotated[float, Field(gt=0, lt=1)]
 Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # that of pitch is 2e8
 FilmName = Annotated[str, OneOf(FILMS)]
@@ -86,6 +88,16 @@ class Drive(Table):
         if self.ramp:
             return motion.ramped_rate(self.angle, self.speed or 0.0, self.ramp)
         return motion.constant_rate(self.angle, self.speed or 0.0)
+
+    def largest_rate(self, end: float) -> float:
+        """Return the largest rate of a prescribed motion [rad/s]: of a constant speed or a table as a whole.
+
+        A formula is looked at up to the time `end` [s], at random times: no oscillation keeps pace with them.
+        """
+        if not self.varies:
+            return abs(float(self.speed or 0.0))
+        times = (end if self.times is None else self.times[-1]) * np.random.default_rng(0).random(_LOOKS)
+        return float(np.abs(motion.Motions([self.motion()])(times)[1]).max())
 
     def torque_history(self) -> Pieces:
         """Torque, or force of a sliding joint, over time of a drive whose motion is not prescribed."""

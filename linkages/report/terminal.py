@@ -95,8 +95,9 @@ def format_table(summary: dict[str, Any]) -> str:
 def format_judgement(summary: dict[str, Any]) -> list[str]:
     """Say in lines of text how large the errors are, and every warning."""
     lines = []
-    for key, part in relative(peaks_by_key(summary), summary["error"])[:1]:
-        text = f"a ten times tighter tolerance changes the peaks by at most {part:.1e} of their values ({key})"
+    below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
+    for key, part in below[:1]:  # a peak below its error is zero, or a warning names it
+        text = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
         lines = ["", text]
     return lines + format_warnings(summary["warnings"])
 

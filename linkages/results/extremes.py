@@ -166,7 +166,7 @@ def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = F
         Times [s] and values, with the brackets' signs.
     """
     if trajectory.evaluate is None or len(trajectory.time) < 2:
-        return [_parabola(bracket.times, bracket.values) for bracket in brackets]
+        return [vertex(bracket.times, bracket.values) for bracket in brackets]
     searches = [_Search(bracket) for bracket in brackets]
     for _ in range(_ROUNDS):
         if rivals:
@@ -199,7 +199,7 @@ class _Search:
     @property
     def top(self) -> tuple[float, float]:
         """Time and height of the top of the parabola through the samples."""
-        return _parabola(self.bracket.times, self.bracket.values)
+        return vertex(self.bracket.times, self.bracket.values)
 
     def times(self) -> Array:
         """Return when to evaluate next: at the parabola's top, from the second time on in the middles too."""
@@ -303,8 +303,11 @@ def _has_top(bracket: Bracket) -> bool:
     return len(bracket.times) == 3 and int(np.argmax(bracket.values)) == 1
 
 
-def _parabola(t: Array, y: Array) -> tuple[float, float]:
-    """Vertex of the parabola through three samples, if it lies between them; else the best sample."""
+def vertex(t: Array, y: Array) -> tuple[float, float]:
+    """Return time and value of the vertex of the parabola through three samples, or of the highest sample.
+
+    The vertex is that of a maximum between the samples. There may also be fewer than three.
+    """
     best = int(np.argmax(y))
     if len(t) < 3 or best != 1:
         return float(t[best]), float(y[best])

@@ -1,4 +1,4 @@
-"""How long two runs of one system stay together: where joints touch, a difference grows by a factor in each impact."""
+"""How long two runs of one system stay together: chaos makes differences grow, by a factor in each impact or fall."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.errors import InputError
+from linkages.results.akima import interpolated
+from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
 Array = NDArray[np.float64]
 
-#: Two solutions have parted when a journal's places differ by this part of its clearance.
-PARTED = 1e-3
+#: Difference of two configurations (journals in parts of their clearances, angles in rad, lengths in parts of the
+#: linkage's) beyond which two runs have parted: where something can touch, an impact may soon be missed; elsewhere
+#: differences grow smoothly, and tell the errors while they are small.
+PARTED, STRAYED = 1e-3, 0.05
 
 
 def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
@@ -44,18 +48,24 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     InputError
         If the run was loaded from a file, and has no dense output.
     """
-    end = min(run.time[-1], other.time[-1])
+    evaluate, end = dense(run), min(run.time[-1], other.time[-1])
     steps = np.flatnonzero(other.time <= end)[::every]
-    times = other.time[steps]
-    exact = dense(run)(times)
-    distance = np.zeros(len(times))
-    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
-        for column in (f"{label}.ex", f"{label}.ey"):
-            distance = np.maximum(distance, np.abs(exact[column] - other[column][steps]) / clearance)
-    beyond = np.flatnonzero(~(distance <= PARTED))
+    times, touching = other.time[steps], bool(system.touching.any())
+    there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
+    here = interpolated(run.time, configuration(system, run.columns), times)
+    limit = PARTED if touching else STRAYED
+    doubtful = np.flatnonzero(touching | ~(_distances(here, there) <= limit))  # else interpolation is exact enough
+    if len(doubtful):
+        here[doubtful] = configuration(system, evaluate(times[doubtful]))
+    beyond = np.flatnonzero(~(_distances(here, there) <= limit))
     if not len(beyond):
         return None
     return float(times[max(beyond[0] - 1, 0)]), float(times[beyond[-1] + 1] if beyond[-1] + 1 < len(times) else end)
+
+
+def _distances(here: Array, there: Array) -> Array:
+    """Largest differences of the entries of configurations (nt, m), (nt,)."""
+    return np.asarray(np.abs(here - there).max(axis=1, initial=0.0))
 
 
 def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:

@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 
 from linkages.errors import Status
 from linkages.results.akima import interpolated
+from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-from linkages.system.segments import system_of
 
 Array = NDArray[np.float64]
 
@@ -211,7 +211,7 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
     count = int((end - start) / period * _PHASES * (1.0 + 1e-12))
     times = end - period / _PHASES * np.arange(count + 1)
-    states = _states(system, run, np.maximum(times, run.time[0]))
+    states = interpolated(run.time, configuration(system, run.columns), np.maximum(times, run.time[0]))
     kind, periods, reached, why = classify(states, scale=_CLEARANCES if system.determinate else _MIXED)
     since = None if reached is None else float(max(times[reached], start))
     return Motion(kind, why, period, periods, since, end)
@@ -297,22 +297,3 @@ def _neighbours(states: Array, phases: int, count: int) -> tuple[float, float]:
         near = 1 + int(np.argmin(apart[k, 1:]))
         grown.append(np.log(max(apart[k - 1, near - 1], 1e-300) / max(apart[k, near], 1e-300)))
     return float(np.median(grown)), shrunk
-
-
-def _states(system: System, run: Trajectory, times: Array) -> Array:
-    """States (nt, m) of a run at times within it."""
-    columns = []
-    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
-        if f"{label}.ex" in run.columns:
-            columns += [run[f"{label}.{axis}"] / clearance for axis in ("ex", "ey")]
-    if not system.determinate:
-        tree = system_of(system, run.columns).tree
-        for name in (tree.coordinates[k] for k in tree.free_dofs):
-            slides = ("." in name and not name.endswith(".angle")) or (
-                name in system.mechanism.joint and system.mechanism.joint[name].type == "prismatic"
-            )
-            value = run[f"q.{name}"]
-            columns += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
-    if not columns:
-        return np.zeros((len(times), 0))
-    return interpolated(run.time, np.array(columns).T, times)

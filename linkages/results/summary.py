@@ -14,8 +14,10 @@ from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import STOP
+from linkages.results.errors import errors
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
+from linkages.results.noise import noise
 from linkages.results.numbers import effort_of, numbers, peaks_by_key
 from linkages.results.parting import apart
 from linkages.results.ranges import outside
@@ -124,10 +126,15 @@ class Study(Brief):
         return system, system.arrays
 
     @cached_property
+    def noise(self) -> dict[str, float]:
+        """Rounding of the columns of the run."""
+        return noise(self._model, [name for name in self.run.columns if name != "time"])
+
+    @cached_property
     def apart(self) -> tuple[float, float] | None:
         """When the run and the tighter one part, and are together again for good [s]; None if they never part."""
         run, tighter = self.run, self.tighter
-        if tighter is None or run.evaluate is None or not self.system.touching.any():
+        if tighter is None or run.evaluate is None:
             return None
         return apart(run, tighter, self.system, 1 + len(tighter.time) // _COMPARED)
 
@@ -214,49 +221,42 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``error`` has the change of each peak at the tighter tolerance by the peak's key (``slider7.ax.peak``), None
-        where there is none; without a tighter run it is empty. ``windows`` are those of ``whole``, each with
+        ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None where there is none; without
+        a tighter run it is empty; see `linkages.results.errors`. ``windows`` are those of ``whole``, each with
         errors of its own.
     """
-    change, later = _changes(study, study.run, study.tighter, whole)
+    peaks, error = peaks_by_key(whole), _errors(study, study.run, study.tighter, whole)
+    estimated = study.tighter is not None and study.tighter.status is Status.OK
+    unknown = [key for key in error if estimated and error[key] is None and peaks[key] is not None]
     found = [
         *singular(study.passages, study.ideal_passages),
         *undetermined(study.indeterminate, study.ideal_indeterminate),
-        *rough(study.tighter, peaks_by_key(whole), change),
-        *chaotic(study.apart, later),
+        *rough(study.tighter, peaks, error, study.noise),
+        *chaotic(study.apart, unknown),
         *outside(study.system, study.run, study.contacts),
         *unstretched(study.system, study.run),
         *geared(study.system),
     ]
-    judged: dict[str, Any] = {"error": change | dict.fromkeys(later), "warnings": found, "windows": {}}
+    judged: dict[str, Any] = {"error": error, "warnings": found, "windows": {}}
     for name, window in whole.get("windows", {}).items():
         span, tighter = (window["from"], window["to"]), study.tighter
         if tighter is not None and tighter.time[-1] >= span[1]:
             tighter = tighter.within(*span)
-        change, late = _changes(study, study.run.within(*span), tighter, window)
-        judged["windows"][name] = window | {"error": change | dict.fromkeys(late)}
+        judged["windows"][name] = window | {"error": _errors(study, study.run.within(*span), tighter, window)}
     return judged
 
 
-def _changes(
+def _errors(
     study: Study, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any]
-) -> tuple[dict[str, float | None], list[str]]:
-    """Change of each peak of a run, or of a part of it, at the tighter tolerance; peaks where the two are apart."""
+) -> dict[str, float | None]:
+    """Estimate the error of each peak of a run, or of a part of it; empty without the tighter run."""
     if tighter is None:
-        return {}, []
-    ended = tighter.status is Status.OK
-    finer = peaks_by_key(numbers(study.system, tighter, study.meaningless)) if ended else {}
-    change: dict[str, float | None] = {}
-    for key, value in peaks_by_key(of).items():
-        other = finer.get(key)
-        change[key] = None if value is None or other is None else abs(value - other)
-    span = study.apart or (np.inf, np.inf)
-    return change, [key for key in change if span[0] < _when(run, key) <= span[1]]
-
-
-def _when(run: Trajectory, key: str) -> float:
-    """Time of a peak by its key [s], to a step."""
-    return float(run.time[np.argmax(np.abs(run[key.removesuffix(".peak")]))])
+        return {}
+    peaks = peaks_by_key(of)
+    if tighter.status is not Status.OK:
+        return dict.fromkeys(peaks)
+    finer = peaks_by_key(numbers(study.system, tighter, study.meaningless))
+    return errors(run, tighter, peaks, finer, study.apart, study.noise)
 
 
 def meaningless_of(system: System, run: Trajectory, names: Iterable[str]) -> frozenset[str]:

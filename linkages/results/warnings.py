@@ -6,19 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from linkages.errors import Status
+from linkages.results.errors import largest_of_quantities, quantity
 from linkages.results.singular import Passage
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.segments import system_of
 
-ROUGH = 0.1  # of a peak: a change at the tighter tolerance that makes it rough
+ROUGH = 0.1  # of a peak: an error that makes it rough
 _NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding or residue, and its change says nothing
-#: Peaks that are rounding, whatever they are beside: of motions of 1 m or 1 rad at 100 rad/s, in SI units.
-_ROUNDING = (
-    dict.fromkeys(("x", "y", "angle", "deflection"), 1e-12)
-    | dict.fromkeys(("vx", "vy", "omega", "rate"), 1e-10)
-    | dict.fromkeys(("ax", "ay", "alpha", "acceleration"), 1e-8)
-)
 _NAMED = 4  # most peaks, joints or times in a sentence
 
 #: Outputs that stay bounded in a singular position, and those that do where two branches cross.
@@ -72,33 +67,41 @@ def undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any
 
 
 def rough(
-    tighter: Trajectory | None, peaks: Mapping[str, float | None], errors: Mapping[str, float | None]
+    tighter: Trajectory | None,
+    peaks: Mapping[str, float | None],
+    errors: Mapping[str, float | None],
+    noise: Mapping[str, float],
 ) -> list[dict[str, Any]]:
-    """Warn of peaks that another tolerance changes by more than a tenth, and where errors could not be estimated."""
+    """Warn of peaks whose errors exceed a tenth of them, and of errors that could not be estimated.
+
+    Peaks that do not exceed the rounding of their columns are zero, and no reason for a warning.
+    """
     if tighter is not None and tighter.status is not Status.OK:
         time = float(tighter.time[-1])
         what = f"the run that estimates the errors ended at t = {time:.6g} s: {tighter.status.value}"
         return [warning("rough", time, what, tighter.status.remedy)]
-    changed = [(key, part) for key, part in relative(peaks, errors) if part > ROUGH]
+    zero = {key for key, peak in peaks.items() if (peak or 0.0) <= noise[key.removesuffix(".peak")]}
+    changed = [(key, part) for key, part in relative(peaks, errors) if part > ROUGH and key not in zero]
     if not changed:
         return []
-    names = _listed([f"{key} by {100.0 * part:.0f} %" for key, part in changed])
+    names = _listed([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
     remedy = (
         "tighten solver.accuracy; where that does not settle them, the motion depends on its start beyond any digits: "
         "compare statistics of many runs, not peaks"
     )
-    return [warning("rough", None, f"a ten times tighter tolerance changes {names}", remedy)]
+    return [warning("rough", None, f"the estimated errors are {names}", remedy)]
 
 
-def chaotic(apart: tuple[float, float] | None, later: Sequence[str]) -> list[dict[str, Any]]:
-    """Warn of peaks that come while a run and its repetition are apart: their errors mean nothing."""
-    if apart is None or not later:
+def chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[dict[str, Any]]:
+    """Warn of peaks that have no error because a run and its repetition part."""
+    if apart is None or not unknown:
         return []
     what = (
         f"the run and the one at a ten times tighter tolerance are apart from t = {apart[0]:.6g} s to {apart[1]:.6g} "
-        f"s, and peaks there are those of one of many motions: {_listed(later)}, whose errors are left out"
+        f"s: the run is one of many motions there, and the peaks of {_listed(unknown)} are lower bounds without errors"
     )
-    return [warning("rough", apart[0], what, "compare statistics of many runs, not peaks; or end the run before")]
+    remedy = "compare statistics of many runs, not peaks; or give a window that ends before"
+    return [warning("rough", apart[0], what, remedy)]
 
 
 def geared(system: System) -> list[dict[str, Any]]:
@@ -127,14 +130,10 @@ def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
 
 def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | None]) -> list[tuple[str, float]]:
     """Errors in parts of their peaks, the largest first; without those of peaks that are nothing but rounding."""
-    largest: dict[str, float] = {}
-    for key, peak in peaks.items():
-        largest[_kind(key)] = max(largest.get(_kind(key), 0.0), peak or 0.0)
-    found = []
+    largest, found = largest_of_quantities(peaks), []
     for key, error in errors.items():
         peak = peaks[key]
-        least = max(_NOTHING * largest[_kind(key)], _ROUNDING.get(_kind(key), 0.0))
-        if error is not None and peak is not None and peak > least:
+        if error is not None and peak is not None and peak > _NOTHING * largest[quantity(key)]:
             found.append((key, error / peak))
     return sorted(found, key=lambda item: -item[1])
 
@@ -149,11 +148,6 @@ def meaningless(names: Iterable[str], passages: Sequence[Passage], undetermined:
         name for name in names if passages and not name.startswith("q.") and name.rpartition(".")[2] not in bounded
     }
     return frozenset(unbounded.union(undetermined))
-
-
-def _kind(key: str) -> str:
-    """Quantity of a peak's key: ``force`` of ``A.force.peak``."""
-    return key.split(".")[-2]
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -14,6 +14,7 @@
 | loads        | applied loads -> the records that the kernels read                   |
 | touches      | limit stops, points at straight lines -> records of contacts         |
 | assembly     | loop closure on the drawn branch, the consistent state at t = 0      |
+| rate         | how fast a linkage without prescribed motions moves                   |
 | equilibrium  | where journals lie at rest under their loads: another start          |
 | ideal_motion | the ideal linkage's motion over time                                 |
 | drawing      | a machine drawn anew: closed, every joint within its limits          |

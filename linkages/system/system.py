@@ -21,6 +21,7 @@ from linkages.planar.record_types import BEAM
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
+from linkages.system.rate import motion_rate
 from linkages.system.unassembled import Unassembled
 
 Array = NDArray[np.float64]
@@ -146,6 +147,11 @@ class System(Unassembled):
     # -- assembly ----------------------------------------------------------------------------------
 
     @cached_property
+    def motion_rate(self) -> float:
+        """Rate of the motion as far as it is known before a run [rad/s]."""
+        return self.drive_rate if self.drive_rate > 0.0 else motion_rate(self, self.assembly.v)
+
+    @cached_property
     def assembly(self) -> Assembly:
         """The ideal linkage assembled at t = 0, with consistent velocities.
 
@@ -178,7 +184,7 @@ class System(Unassembled):
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # what is called by address is compiled for contiguous arrays, and nothing checks them there
         rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
-        bodies = tree.bodies, tree.stiff_bodies(self.drive_rate or 2.0 * np.pi / self.experiment.duration)
+        bodies = tree.bodies, tree.stiff_bodies(self.motion_rate)
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
     def _closed_by(self, rows: NDArray[np.record], free: NDArray[np.int64]) -> tuple[NDArray[np.record], int]:

@@ -74,7 +74,8 @@ class Unassembled(Brief):
     @cached_property
     def drive_rate(self) -> float:
         """Largest rate of a prescribed motion [rad/s or m/s]; zero without any."""
-        return float(np.abs(self._drive_rates[0]).max(initial=0.0))
+        drives = [self.experiment.drives[name] for name in self.tree.driven]
+        return max((drive.largest_rate(self.experiment.duration) for drive in drives), default=0.0)
 
     @cached_property
     def drive_way(self) -> float:

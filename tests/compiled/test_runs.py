@@ -46,7 +46,7 @@ def test_arrays_of_any_layout_give_the_same_run():
     last = []
     for each in (system, strided):
         runner = Runner(each)
-        last.append(runner.run(0.0, runner.start, runner.first_step, 10**6).states[-1])
+        last.append(runner.run(0.0, runner.start, 0.0, 10**6).states[-1])
     np.testing.assert_array_equal(*last)
 
 
@@ -128,7 +128,7 @@ def test_states_between_steps_take_less_than_a_step(name):
     """Newton's method starts from the run's own states, near enough not to fail; three stages, five iterations at most."""
     system = shipped(name, duration=0.3)
     runner = Runner(system)
-    steps = join([runner.run(0.0, runner.start, runner.first_step, 10**6)])
+    steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
     n, times = len(runner.start), np.linspace(0.0, 0.3, 1001)
     stepper = packed(make_stepper(n, len(runner.model.free)))
     taken = again(packed(runner.aside()), stepper, runner.tolerance, packed(steps), times, np.zeros(n))
@@ -138,7 +138,7 @@ def test_states_between_steps_take_less_than_a_step(name):
 def test_few_attempts_fail_where_films_are_thin():
     """Steps do not grow beyond what Newton's method can solve: without that limit 101 attempts fail beside 177 steps."""
     runner = Runner(shipped("slider_crank_flexible", duration=0.1, **{"solver.accuracy": 1e-5}))
-    run = runner.run(0.0, runner.start, runner.first_step, 10**6)
+    run = runner.run(0.0, runner.start, 0.0, 10**6)
     assert run.rejected < 0.2 * run.steps
 
 
@@ -182,10 +182,10 @@ def test_ctrl_c_pressed_during_compiled_code_stops_the_run_and_not_the_process()
 import os, signal, threading, linkages
 from linkages.engines.compiled.runner import Runner
 runner = Runner(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 1e5}))
-runner.run(0.0, runner.start, runner.first_step, 1)
+runner.run(0.0, runner.start, 0.0, 1)
 threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
 try:
-    runner.run(0.0, runner.start, runner.first_step, 100_000)
+    runner.run(0.0, runner.start, 0.0, 100_000)
 except KeyboardInterrupt:
     print("stopped")
 """

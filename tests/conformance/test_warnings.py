@@ -13,6 +13,7 @@ from shipped import shipped
 from linkages import Status, ideal, simulate, study, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
+from linkages.results.errors import SAFETY
 from linkages.results.singular import NEAR, passages
 from linkages.results.warnings import rough
 
@@ -165,7 +166,7 @@ def test_peaks_that_another_tolerance_changes_by_more_than_a_tenth_are_rough():
     summary = summarize(replace(found, tighter=replace(found.tighter, columns=columns, evaluate=None)))
     (warning,) = summary["warnings"]
     assert (warning["kind"], warning["time"]) == ("rough", None)
-    assert "A.force.peak by 20 %" in warning["what"]
+    assert f"{100 * SAFETY * 0.2:.0f} % of A.force.peak" in warning["what"]
     assert "B.force" not in warning["what"]
 
 

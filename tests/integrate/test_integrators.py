@@ -39,7 +39,13 @@ def integrate(
     """Run the driver; `tolerance` (n,) or a number, absolute."""
     start = np.asarray(start, dtype=float)
     options = Options(
-        float(end), 1e-6 * (end - t) if first is None else first, largest, most, relative, np.full(len(modes), landing)
+        float(end),
+        1e-6 * (end - t) if first is None else first,
+        largest,
+        most,
+        relative,
+        np.full(len(modes), landing),
+        0.0,
     )
     problem = (np.array(parameters, dtype=float), kind, np.zeros(2))
     stepper, tolerance = make_stepper(len(start)), np.broadcast_to(tolerance, start.shape).copy()

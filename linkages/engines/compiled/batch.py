@@ -225,7 +225,7 @@ def _run(
         return Status.BAD_INPUT, str(problem), 0
     except AssemblyError as problem:
         return problem.status, str(problem), 0
-    record = runner.run(0.0, runner.start, runner.first_step, most(system))
+    record = runner.run(0.0, runner.start, 0.0, most(system))
     status, end = cause(STATUS.get(record.status, Status.TOO_MANY_STEPS), system, float(record.times[-1]))
     if status is not Status.OK:
         where = f"ended at t = {end:.6g} s"

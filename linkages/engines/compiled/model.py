@@ -78,7 +78,7 @@ def error_scale(system: System) -> Array:
 
     A point may err by the length of the linkage or, if that is less, by so many of its smallest clearances (fewer where
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
-    length so far; a rate by the same in the time in which the fastest drive turns by 1 rad.
+    length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
     """
     tree, free = system.tree, system.tree.free_dofs
     units = np.where(system.ends["kind"] == STOP, tree.extent, 1.0)
@@ -87,10 +87,7 @@ def error_scale(system: System) -> Array:
         for joint, unit in zip(system.models, units, strict=True)
     ]
     length = min(tree.extent, *lengths) if lengths else tree.extent
-    duration = system.experiment.duration
-    rates = np.abs(system.motions(np.linspace(0.0, duration, 101))[1])
-    fastest = rates.max(initial=0.0) or 2.0 * np.pi / duration
     turns = np.zeros(tree.size, dtype=bool)
     turns[tree.bodies.records["dof"][tree.bodies.records["type"] == REVOLUTE]] = True
     position = np.where(turns[free], length / tree.extent, length)
-    return np.concatenate([position, fastest * position, np.full(len(system.bristles), 1e-6)])
+    return np.concatenate([position, system.motion_rate * position, np.full(len(system.bristles), 1e-6)])

@@ -31,7 +31,6 @@ STATUS = {
     OPEN: Status.LOOP_OPEN,
 }
 
-_FIRST = 1e-7  # first step, in parts of the duration
 _TRAVEL = 0.1  # of the fastest drive in a step of a prescribed motion [rad or m], at most
 _FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
 
@@ -88,11 +87,6 @@ class Runner:
         """Addresses are those of this process: a copy in another one finds its own."""
         return _restored, (self.system, self.memory, self.modes)
 
-    @property
-    def first_step(self) -> float:
-        """First step to try [s]."""
-        return _FIRST * self.system.experiment.duration
-
     def run(self, t: float, y: Array, first: float, most: int, end: float | None = None) -> Record:
         """Run from a state, at most up to the last step with closed loops.
 
@@ -103,15 +97,15 @@ class Runner:
         y : (ny,) array
             State.
         first : float
-            Step to try [s].
+            Step to try [s]; 0 lets the driver choose it, so that a tighter accuracy has a shorter one.
         most : int
             Steps after which the run pauses.
         end : float, optional
             Default the experiment's duration [s].
         """
-        duration = self.system.experiment.duration
-        largest = self.system.experiment.solver.max_step or self._longest
-        options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing)
+        duration, solver = self.system.experiment.duration, self.system.experiment.solver
+        largest = solver.max_step or self._longest
+        options = Options(duration if end is None else end, first, largest, most, 0.0, self._landing, solver.accuracy)
         with deferred():
             record = run(self._equations, self._stepper, self.tolerance, t, y, options)
         if record.status == OPEN and len(record.times) > 1:

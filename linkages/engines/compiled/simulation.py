@@ -43,7 +43,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     """
     started = clock.perf_counter()
     runner = Runner(system)
-    t, y, step, status = 0.0, runner.start, runner.first_step, Status.OK
+    t, y, step, status = 0.0, runner.start, 0.0, Status.OK
     parts, budget = [], Budget(system)
     totals = np.zeros(3, dtype=np.int64)
     try:
@@ -79,6 +79,11 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     }
     times = np.unique(steps.times[steps.times <= end])
     return sample(times, replay, status, provenance, Loops(system.tree, system.tree.loop_rows))
+
+
+def longest_step(system: System) -> float | None:
+    """Return the longest step of the experiment [s]; None if it gives none."""
+    return system.experiment.solver.max_step
 
 
 class Replay:

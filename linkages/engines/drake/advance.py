@@ -7,7 +7,7 @@ from pydrake.systems.framework import Context, EventStatus
 
 from linkages.engines.budget import Budget
 from linkages.engines.drake.drives import Drives
-from linkages.engines.drake.steps import Steps, is_collapse, max_step
+from linkages.engines.drake.steps import Steps, is_collapse, longest_step
 from linkages.errors import Status
 from linkages.results.trajectory import Progress
 from linkages.system import System
@@ -41,7 +41,7 @@ def advance(
 
     simulator.set_monitor(look)
     try:
-        steps.begin(_FIRST * max_step(system), system.experiment.solver.accuracy)
+        steps.begin(_FIRST * longest_step(system), system.experiment.solver.accuracy)
         steps.advance(until)
     except RuntimeError as problem:
         if not is_collapse(problem):

@@ -39,8 +39,8 @@ def scheme(system: System) -> str:
     return system.experiment.solver.integrator or ("radau3" if system.stiff else "runge_kutta5")
 
 
-def max_step(system: System) -> float:
-    """Largest step [s]: the experiment's, else short enough not to miss a contact, which lasts some 50 microseconds."""
+def longest_step(system: System) -> float:
+    """Return the longest step [s]: the experiment's, else short enough for contacts, which last some 50 microseconds."""
     return system.experiment.solver.max_step or (2e-5 if system.touching.any() else 2e-3)
 
 
@@ -70,8 +70,8 @@ class Steps:
 
     def __init__(self, simulator: Simulator, system: System) -> None:
         self.simulator = simulator
-        self._integrator = ResetIntegratorFromFlags(simulator, scheme(system), max_step(system))
-        self._accuracy, self._largest = system.experiment.solver.accuracy, max_step(system)
+        self._integrator = ResetIntegratorFromFlags(simulator, scheme(system), longest_step(system))
+        self._accuracy, self._largest = system.experiment.solver.accuracy, longest_step(system)
         self._smallest = _SMALLEST * system.experiment.duration
         self._contacts_end_steps = bool(system.touching.any())
         self._implicit, self._spoilt = scheme(system) in IMPLICIT, scheme(system) in _SPOILT

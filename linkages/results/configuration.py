@@ -1,0 +1,44 @@
+"""The configuration of a linkage as numbers that can be compared: between two times of a run, or between two runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.system import System
+from linkages.system.segments import system_of
+
+Array = NDArray[np.float64]
+
+
+def configuration(system: System, columns: Mapping[str, Array]) -> Array:
+    """Compute the configuration of a linkage from the columns of a run.
+
+    Parameters
+    ----------
+    system : System
+        That made the run.
+    columns : mapping of str to (nt,) arrays
+        Of the run; at its steps or at any times.
+
+    Returns
+    -------
+    (nt, m) array
+        Places of the journals, in parts of their clearances, and coordinates of joints that the drives leave free:
+        cosine and sine of angles, lengths in parts of the linkage's. None where the drives determine everything.
+    """
+    entries = []
+    for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):
+        if f"{label}.ex" in columns:
+            entries += [columns[f"{label}.{axis}"] / clearance for axis in ("ex", "ey")]
+    if not system.determinate:
+        tree = system_of(system, columns).tree
+        for name in (tree.coordinates[k] for k in tree.closing_dofs):
+            slides = ("." in name and not name.endswith(".angle")) or (
+                name in system.mechanism.joint and system.mechanism.joint[name].type == "prismatic"
+            )
+            value = columns[f"q.{name}"]
+            entries += [value / system.tree.extent] if slides else [np.cos(value), np.sin(value)]
+    return np.array(entries).T if entries else np.zeros((len(columns["time"]), 0))

@@ -1,0 +1,132 @@
+"""Errors of peaks: by how much a run at a tighter tolerance changes them.
+
+The change of a peak alone says too little: where the errors of two runs happen to agree, it is small although both err.
+So other maxima of the same column are compared as well.
+
+| where                                | error of a peak                                                                    |
+|--------------------------------------|------------------------------------------------------------------------------------|
+| the two runs stay together           | `SAFETY` times the largest change among the peak and up to eight other maxima of   |
+|                                      | its column that are at least half as high                                          |
+| they part within the time (chaos)    | as before they part, but at least the largest difference of the two columns while  |
+|                                      | they are apart; if this exceeds `FELT` of the peak there is no error: the peak is  |
+|                                      | a lower bound, since a larger one may follow in an equally accurate run            |
+| everywhere                           | at least `RESOLVED` times the largest peak of its quantity, and the rounding of    |
+|                                      | the column (`linkages.results.noise`)                                              |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.results.extremes import vertex
+from linkages.results.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+
+#: Factor on changes: the tighter run errs too.
+SAFETY = 1.5
+#: Part of a peak: a difference between parted runs beyond which the peak has no error.
+FELT = 0.1
+#: Part of the largest peak of a quantity: how exactly `linkages.results.extremes` finds a maximum.
+RESOLVED = 1e-9
+
+_MAXIMA = 8  # other maxima of a column that are compared
+_HIGH = 0.5  # of the highest: least height of such a maximum
+_COMPARED = 500  # times at which parted runs are compared
+
+
+def errors(
+    run: Trajectory,
+    tighter: Trajectory,
+    peaks: Mapping[str, float | None],
+    finer: Mapping[str, float | None],
+    parted: tuple[float, float] | None,
+    noise: Mapping[str, float],
+) -> dict[str, float | None]:
+    """Estimate the errors of the peaks of a run, or of a part of it.
+
+    Parameters
+    ----------
+    run, tighter : Trajectory
+        Both over the same time; `run` with dense output.
+    peaks, finer : dict
+        Peaks of both, by key (`linkages.results.numbers.peaks_by_key`).
+    parted : (float, float) or None
+        When the runs part, and when they are together again [s]; see `linkages.results.parting.apart`.
+    noise : dict
+        Rounding of each column (`linkages.results.noise`).
+
+    Returns
+    -------
+    dict
+        Error of each peak by its key, in the peak's unit; None where there is none.
+    """
+    start, end = (float(tighter.time[k]) for k in (0, -1))
+    if parted is None or parted[0] >= end or parted[1] <= start:
+        parted = None
+    names = {key: key.removesuffix(".peak") for key in peaks}
+    given = {key: name for key, name in names.items() if peaks[key] is not None and finer.get(key) is not None}
+    changes = _changes(run, tighter, set(given.values()), end if parted is None else parted[0])
+    differences = {} if parted is None else _differences(run, tighter, parted)
+    scales = largest_of_quantities(peaks)
+    result: dict[str, float | None] = dict.fromkeys(peaks)
+    for key, name in given.items():
+        peak, other = peaks[key], finer[key]
+        assert peak is not None
+        assert other is not None
+        apart = float(differences.get(name, 0.0))
+        if apart <= FELT * peak:
+            change = max(changes[name], 0.0 if parted is not None else abs(peak - other))
+            result[key] = max(SAFETY * change, apart, RESOLVED * scales[quantity(key)], noise[name])
+    return result
+
+
+def quantity(key: str) -> str:
+    """Return the quantity of a peak's key: ``force`` of ``A.force.peak``."""
+    return key.split(".")[-2]
+
+
+def largest_of_quantities(peaks: Mapping[str, float | None]) -> dict[str, float]:
+    """Find the largest peak of each quantity, by its name."""
+    largest: dict[str, float] = {}
+    for key, peak in peaks.items():
+        largest[quantity(key)] = max(largest.get(quantity(key), 0.0), peak or 0.0)
+    return largest
+
+
+def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float) -> dict[str, float]:
+    """Compare the highest maxima of columns up to a time [s]: the largest change of each column."""
+    windows = {name: _maxima(np.abs(tighter[name]), tighter.time, until) for name in names}
+    steps = np.array(sorted({k for found in windows.values() for w in found for k in range(w.start, w.stop)}), int)
+    exact = run.evaluate(tighter.time[steps]) if run.evaluate is not None and len(steps) else {}
+    result = dict.fromkeys(names, 0.0)
+    for name, column in exact.items():
+        for window in windows.get(name, ()):
+            inside = np.searchsorted(steps, np.arange(window.start, window.stop))
+            _, height = vertex(tighter.time[window], np.abs(column[inside]))
+            _, finer = vertex(tighter.time[window], np.abs(tighter[name][window]))
+            result[name] = max(result[name], abs(height - finer))
+    return result
+
+
+def _maxima(values: Array, times: Array, until: float) -> list[slice]:
+    """Find the highest local maxima up to a time [s], ends included, each as the samples around it."""
+    padded = np.concatenate([[-np.inf], values, [-np.inf]])
+    found = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]) & (times <= until))
+    found = found[values[found] >= _HIGH * values[found].max(initial=0.0)]
+    highest = found[np.argsort(-values[found], kind="stable")][:_MAXIMA]
+    return [slice(max(int(i) - 1, 0), min(int(i) + 2, len(values))) for i in highest]
+
+
+def _differences(run: Trajectory, tighter: Trajectory, parted: tuple[float, float]) -> dict[str, float]:
+    """Largest difference of each column between two runs while they are apart."""
+    steps = np.flatnonzero((tighter.time >= parted[0]) & (tighter.time <= parted[1]))
+    steps = steps[:: 1 + len(steps) // _COMPARED]
+    if run.evaluate is None or not len(steps):
+        return {}
+    exact = run.evaluate(tighter.time[steps])
+    names = exact.keys() & tighter.columns.keys()
+    return {name: float(np.abs(exact[name] - tighter[name][steps]).max()) for name in names}

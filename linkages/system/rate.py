@@ -1,0 +1,52 @@
+"""How fast a linkage without prescribed motions moves, before it has moved: errors of rates are measured by that.
+
+It must not depend on the duration of a run, since the result of the run must not.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.planar.record_types import REVOLUTE
+from linkages.system.unassembled import Unassembled
+
+_UNKNOWN = 1.0  # rate where nothing moves or pulls at the start [rad/s]
+
+
+def motion_rate(system: Unassembled, rates: NDArray[np.float64]) -> float:
+    """Estimate the rate of the motion of a linkage without prescribed motions [rad/s].
+
+    It is the largest rate at the start, or the rate of a swing under the forces at hand, if that is larger: the root of
+    force over mass and length, for the weight, springs, constant loads and drives by torque or force.
+
+    Parameters
+    ----------
+    system : Unassembled
+    rates : (n,) array
+        Of the tree's coordinates at the start [rad/s, m/s].
+    """
+    extent, experiment = system.tree.extent, system.experiment
+    mass = sum(link.mass for link in system.mechanism.links)
+    sliding = system.tree.bodies.records["type"] != REVOLUTE
+    moved = system.tree.bodies.records["dof"][sliding]
+    scale = np.ones(system.tree.size)
+    scale[moved[moved >= 0]] = 1.0 / extent
+    start = np.abs(rates * scale)[system.tree.joint_dofs]
+    forces = [mass * float(np.linalg.norm(system.gravity))]
+    forces += [spring.stiffness * extent for spring in experiment.springs.values()]
+    forces += [spring.stiffness / extent for spring in experiment.torsion_springs.values()]
+    forces += [_magnitude(force.force) for force in experiment.forces.values()]
+    forces += [_magnitude(torque.torque) / extent for torque in experiment.torques.values()]
+    for drive in experiment.drives.values():
+        forces += [_magnitude(drive.torque) / extent, _magnitude(drive.torques) / extent]
+        forces += [_magnitude(drive.force), _magnitude(drive.forces)]
+    swing = float(np.sqrt(max(forces) / (mass * extent))) if mass > 0.0 else 0.0
+    return max(float(start.max(initial=0.0)), swing) or _UNKNOWN
+
+
+def _magnitude(values: Any) -> float:
+    """Largest magnitude of a number or of a list; zero of None."""
+    return 0.0 if values is None else float(np.abs(values).max())
