@@ -6,7 +6,8 @@ and accuracies. Each stated error is compared with the true one: the distance of
 compiled engine at an accuracy of 1e-12. A stated error fails if it is less than half of the true one, and the true one
 exceeds 1e-6 of the peak. Errors that are null are counted. The exit status is 1 if a stated error fails.
 
-``--engine drake`` judges Drake's runs, ``--count`` and ``--seed`` choose the experiments, ``--only K`` takes the K-th.
+``--engine drake`` judges Drake's runs. ``--count`` is the number of experiments whose runs reach their end, ``--seed``
+chooses them, ``--only K`` judges the K-th that is drawn.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def _slider_crank(rng: Draw) -> dict[str, Any]:
     return experiment | {
         "parameters": {"r": crank, "l": _between(rng, 2.2, 4.0) * crank},
         "links": {"ground": "O", "crank": "O A", "rod": "A B", "ram": "B along ground"},
-        "points": {"O": [0, 0], "A": ["O", "r", 0.7], "B": ["A.x + sqrt(l**2 - A.y**2)", 0.0]},
+        "points": {"O": [0, 0], "A": ["O", "r", "0.7 rad"], "B": ["A.x + sqrt(l**2 - A.y**2)", 0.0]},
     }
 
 
@@ -121,7 +122,7 @@ def _four_bar(rng: Draw) -> dict[str, Any]:
     return experiment | {
         "parameters": {"a": _between(rng, 0.06, 0.1), "b": _between(rng, 0.24, 0.3), "c": _between(rng, 0.18, 0.22)},
         "links": {"ground": "O Q", "crank": "O A", "coupler": "A B", "follower": "Q B"},
-        "points": {"O": [0, 0], "Q": [ground, 0], "A": ["O", "a", 0.5], "B": ["Q", "c", "A", "b"]},
+        "points": {"O": [0, 0], "Q": [ground, 0], "A": ["O", "a", "0.5 rad"], "B": ["Q", "c", "A", "b"]},
     }
 
 
@@ -132,7 +133,7 @@ def _five_bar(rng: Draw) -> dict[str, Any]:
     return experiment | {
         "links": {"ground": "O Q", "crank": "O A", "left": "A C", "right": "B C", "other": "Q B"},
         "points": {
-            "O": [0, 0], "Q": [0.2, 0], "A": ["O", 0.08, 0.4], "B": ["Q", 0.08, 2.5],
+            "O": [0, 0], "Q": [0.2, 0], "A": ["O", 0.08, "0.4 rad"], "B": ["Q", 0.08, "2.5 rad"],
             "C": ["A", _between(rng, 0.19, 0.25), "B", _between(rng, 0.2, 0.25)],
         },
     }  # fmt: skip
@@ -140,7 +141,7 @@ def _five_bar(rng: Draw) -> dict[str, Any]:
 
 def _pendulum(rng: Draw) -> dict[str, Any]:
     """Draw a double pendulum that falls from a random pose, or whose upper link is driven."""
-    first, second = _between(rng, -0.5, 3.0), _between(rng, -0.5, 3.0)
+    first, second = (f"{rng.uniform(-0.5, 3.0):.4g} rad" for _ in range(2))
     driven = {"O": {"speed": _log(rng, 3.0, 10.0)}} if rng.random() < 0.2 else {}
     return {
         "duration": _between(rng, 0.5, 8.0),
@@ -227,9 +228,12 @@ def main() -> int:
     every: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         drawn = experiments(options.seed, options.engine, Path(folder))
-        for k, (name, system) in zip(range(options.count), drawn, strict=False):
-            if options.only not in (None, k):
+        count = 0
+        for k, (name, system) in enumerate(drawn):
+            if options.only is not None and k < options.only:
                 continue
+            if count == options.count or (options.only is not None and k > options.only):
+                break
             found = rows(system, options.engine)
             experiment = system.experiment
             models = ", ".join(f"{joint} {experiment.joints[joint].model}" for joint in experiment.play) or "ideal"
@@ -237,6 +241,7 @@ def main() -> int:
                 print(f"{k:3d} {name}: {models}: ended early", flush=True)
                 continue
             every += found
+            count += 1
             null, failed = sum(row.stated is None for row in found), [row for row in found if row.fails]
             print(f"{k:3d} {name}: {models}; accuracy {experiment.solver.accuracy:.1e}: {len(found)} peaks, ", end="")
             print(f"{null} null, {sum(row.judged for row in found)} judged, {len(failed)} fail", flush=True)

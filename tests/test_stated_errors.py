@@ -134,7 +134,7 @@ def test_the_horizon_does_not_depend_on_how_far_it_is_looked_for():
     found = {horizon(system, most=most) for most in (1, 2, 3, 6, 12)}
     assert len(found) == 1
     (turns,) = found
-    period = period_of(system.experiment)
+    period = period_of(system)
     times = np.linspace(0.0, 2.0 * period, 401)
     run, looser = (
         simulate(system.replaced({"solver.accuracy": accuracy}), "compiled").evaluate(times)

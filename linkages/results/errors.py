@@ -3,15 +3,15 @@
 The change of a peak alone says too little: where the errors of two runs happen to agree, it is small although both err.
 So other maxima of the same column are compared as well.
 
-| where                                | error of a peak                                                                    |
-|--------------------------------------|------------------------------------------------------------------------------------|
-| the two runs stay together           | `SAFETY` times the largest change among the peak and up to eight other maxima of   |
-|                                      | its column that are at least half as high                                          |
-| they part within the time (chaos)    | as before they part, but at least the largest difference of the two columns while  |
-|                                      | they are apart; if this exceeds `FELT` of the peak there is no error: the peak is  |
-|                                      | a lower bound, since a larger one may follow in an equally accurate run            |
-| everywhere                           | at least `RESOLVED` times the largest peak of its quantity, and the rounding of    |
-|                                      | the column (`linkages.results.noise`)                                              |
+| where                      | error of a peak                                                                       |
+|----------------------------|---------------------------------------------------------------------------------------|
+| the two runs stay together | `SAFETY` times the largest change among the peak and up to eight other maxima of its  |
+|                            | column that are at least half as high                                                 |
+| they part (chaos)          | the same before they part, but at least the largest difference of the two columns     |
+|                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
+|                            | is a lower bound, since a larger one may follow in an equally accurate run            |
+| everywhere                 | at least `RESOLVED` times the largest peak of its quantity, and the rounding of the   |
+|                            | column (`linkages.results.noise`)                                                     |
 """
 
 from __future__ import annotations

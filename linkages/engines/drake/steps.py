@@ -40,7 +40,7 @@ def scheme(system: System) -> str:
 
 
 def longest_step(system: System) -> float:
-    """Return the longest step [s]: the experiment's, else short enough for contacts, which last some 50 microseconds."""
+    """Return the longest step [s]: the experiment's, else one that is short for contacts, some 50 microseconds."""
     return system.experiment.solver.max_step or (2e-5 if system.touching.any() else 2e-3)
 
 
