@@ -145,7 +145,7 @@ def test_the_start_up_stands_beside_the_steady_cycle(study):
     table = linkages.format_summary(summary)
     row = next(line for line in table.splitlines() if line.startswith("B (dry)"))
     assert f"{steady['peak']:.5g}" in row
-    assert row.endswith(f" at {whole['time']:.3g} s")
+    assert row.endswith(f" at {whole['time']:.3g} s (start-up)")
 
 
 def test_a_column_for_what_is_larger_in_the_whole_run_is_there_only_if_something_is(study):
@@ -246,3 +246,32 @@ def test_a_film_in_which_nothing_turns_carries_nothing_at_rest(seven_bar):
     still = {"drives.O1.speed": 0.0, "drives.O4.speed": 0.0, "gravity": [5.0, 5.0, 5.0]}
     with pytest.raises(linkages.InputError, match=r"start: .*A can carry its .* N nowhere at rest"):
         _ = seven_bar.replaced({"start": "equilibrium"} | still).assembly
+
+
+def test_the_start_up_of_a_dry_joint_is_labelled_and_later_peaks_are_given():
+    """A journal that starts in the middle strikes harder than ever after; at rest on its wall it does not."""
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    contacts = linkages.impacts(linkages.simulate(system, "compiled"), ["B"])
+    until = summary["start_up"]
+    rest = next(row for row in contacts if row.duration > contacts[0].start)
+    assert until == rest.start
+    assert all(row.duration < contacts[0].start for row in contacts if row.start < until)
+    later = summary["windows"]["later"]
+    assert (summary["report"], later["from"], later["to"]) == ("later", until, summary["duration"])
+    first, after = (one["joints"]["B"]["force"]["peak"] for one in (summary, later))
+    assert first == pytest.approx(max(row.peak_force for row in contacts if row.start < until), rel=1e-6)
+    assert after == pytest.approx(max(row.peak_force for row in contacts if row.start >= until), rel=1e-6)
+    table = linkages.format_summary(summary)
+    assert "numbers are those of the run after its start-up" in table
+    assert "s (start-up)" in table
+
+
+def test_a_run_that_ends_in_its_start_up_says_so_and_one_from_rest_has_none():
+    values = {"duration": 0.002}
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), values)
+    summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    assert (summary["start_up"], summary["report"], summary["windows"]) == (0.002, "whole", {})
+    assert "its peaks are those of the start-up" in linkages.format_summary(summary)
+    resting = linkages.study(system.replaced({"start": "equilibrium"}), "compiled", error_estimate=False)
+    assert linkages.summarize(resting)["start_up"] is None

@@ -35,7 +35,7 @@ DEEPEST = 0.2
 _SAME = 1e-9  # distance of a frame from a joint that is at its place [m]
 
 #: Parts of a run that tables know without being told.
-OWN_WINDOWS = ("whole", "report", "steady")
+OWN_WINDOWS = ("whole", "report", "steady", "later")
 
 
 def unbent(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:

@@ -119,7 +119,9 @@ class Experiment(Brief, Table):
         {}, description="contacts of points with straight lines, each with a name of its own"
     )
     report: Literal["steady", "whole"] = Field(
-        "steady", description="what tables give first: the last period of a motion that has become periodic, or all"
+        "steady",
+        description="what tables give first: the last period of a motion that has become periodic, else what follows "
+        "the start-up of joints that can touch; or the whole run",
     )
     report_from: NonNegative | None = Field(None, description="time from which on tables give the run instead [s]")
     windows: dict[str, Window] = Field({}, description="further parts of the run that get numbers of their own")

@@ -45,7 +45,8 @@ def beyond(summary: dict[str, Any], key: str) -> str:
         return ""
     if whole["peak"] <= (1.0 + _ALIKE) * inside["peak"]:
         return ""
-    return f"{rounded(whole['peak'])} at {rounded(whole['time'])} s"
+    during = " (start-up)" if whole["time"] < (summary.get("start_up") or 0.0) else ""
+    return f"{rounded(whole['peak'])} at {rounded(whole['time'])} s{during}"
 
 
 def meeting(summary: dict[str, Any], joint: str) -> str:
@@ -70,11 +71,24 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
         lines = [f"the motion is periodic{several}, {lasts} s, from {rounded(motion['since'])} s on"]
     else:
         lines = [f"the motion is {motion['kind']}: {motion['why']}"]
+    lines += _startup_lines(summary)
     if shown is not summary:
-        part = "its last period" if summary["report"] == "steady" else "the run"
+        part = {"steady": "its last period", "later": "the run after its start-up"}.get(summary["report"], "the run")
         said = f"numbers are those of {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
         lines.append(f'{said}; under "whole run" stand larger peaks of the rest' if exceeded(summary) else said)
     return lines
+
+
+def _startup_lines(summary: dict[str, Any]) -> list[str]:
+    """Say how long the start-up of joints that can touch lasts."""
+    until = summary.get("start_up")
+    if until is None:
+        return []
+    why = "journals fly from the middle of their clearances and rebound"
+    if until < summary["duration"]:
+        return [f"start-up: up to {rounded(until)} s {why}"]
+    remedy = 'ask for a longer run, or for start = "equilibrium"'
+    return [f"start-up: {why} during the whole run, and its peaks are those of the start-up; {remedy}"]
 
 
 def question(results: Results) -> str:

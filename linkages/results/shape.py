@@ -166,6 +166,7 @@ class Summary(_Numbers):
     mechanism: _Mechanism
     ideal: _Ideal
     motion: _Motion
+    start_up: _Number = None
     report: str
     error: dict[str, _Number]
     warnings: list[_Warning]

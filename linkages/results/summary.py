@@ -23,6 +23,7 @@ from linkages.results.parting import apart
 from linkages.results.ranges import outside
 from linkages.results.settling import Motion, motion_of
 from linkages.results.singular import Passage, passages
+from linkages.results.startup import startup_end
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import chaotic, geared, meaningless, rough, singular, undetermined, unstretched
 from linkages.system import System
@@ -70,21 +71,31 @@ class Study(Brief):
         return motion_of(self.system, self.run)
 
     @cached_property
+    def start_up(self) -> float | None:
+        """Time at which the start-up of joints that can touch ends [s]; None if no journal flies at the start."""
+        return startup_end(self.system, self.contacts, float(self.run.time[-1]))
+
+    @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Parts of the run with numbers of their own, by name [s]: what the experiment asks for, the steady cycle."""
+        """Parts of the run with numbers of their own, by name [s]; docs/outputs.md lists them."""
         experiment, end = self.system.experiment, float(self.run.time[-1])
         asked = {name: (window.start, window.end) for name, window in experiment.windows.items()}
         if experiment.report_from is not None:
             asked["report"] = experiment.report_from, experiment.duration
         if self.motion.cycle is not None:
             asked["steady"] = self.motion.cycle
+        elif self.start_up is not None:
+            asked["later"] = self.start_up, end
         return {name: (start, min(stop, end)) for name, (start, stop) in asked.items() if start < end}
 
     @property
     def reported(self) -> str:
         """Name of the window whose numbers tables show first, or "whole"."""
-        wanted = "report" if self.system.experiment.report_from is not None else self.system.experiment.report
-        return wanted if wanted in self.windows else "whole"
+        experiment = self.system.experiment
+        if experiment.report == "whole" and experiment.report_from is None:
+            return "whole"
+        wanted = ("report",) if experiment.report_from is not None else ("steady", "later")
+        return next((name for name in wanted if name in self.windows), "whole")
 
     @cached_property
     def passages(self) -> list[Passage]:
@@ -128,7 +139,7 @@ class Study(Brief):
     @cached_property
     def noise(self) -> dict[str, float]:
         """Rounding of the columns of the run."""
-        return noise(self._model, [name for name in self.run.columns if name != "time"])
+        return noise(self.system, [name for name in self.run.columns if name != "time"])
 
     @cached_property
     def apart(self) -> tuple[float, float] | None:
@@ -182,6 +193,7 @@ def summarize(study: Study) -> dict[str, Any]:
         **whole,
         "ideal": {"status": study.ideal.status.value, **ideal},
         "motion": {key: getattr(motion, key) for key in ("kind", "why", "period", "periods", "since")},
+        "start_up": study.start_up,
         "report": study.reported,
         **judge(study, whole | {"windows": windows}),
         "provenance": {
