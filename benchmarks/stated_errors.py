@@ -16,9 +16,8 @@ import argparse
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import tomlkit
@@ -41,8 +40,7 @@ SECTION = "section = [0.02, 0.01]\ndensity = 7850.0\n"  # m, kg/m3: of the machi
 Draw = np.random.Generator
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """A peak: its key, value, stated error (None: null) and true error."""
 
     key: str

@@ -170,8 +170,8 @@ def simulate_batch(
     >>> batch = linkages.simulate_batch(system, variables, [[2e-4, 0.2], [3e-4, 0.3]], outputs)
     >>> batch.peak.shape  # runs, windows, outputs
     (2, 1, 2)
-    >>> batch.peak[:, 0, 0].round(2).tolist()  # N
-    [3.34, 3.61]
+    >>> batch.peak[:, 0, 0].round(1).tolist()  # N
+    [3.3, 3.6]
     """
     experiment = system.experiment
     table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
