@@ -12,7 +12,8 @@ from pydrake.systems.framework import Context, Diagram, EventStatus
 
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
-from linkages.engines.drake.steps import Steps, is_collapse, longest_step
+from linkages.engines.drake.steps import Steps, is_collapse
+from linkages.engines.drake.steps import longest_step as longest_step  # of this engine, beside `simulate`
 from linkages.errors import Status
 from linkages.kernel.ahead import expect
 from linkages.outputs.columns import Columns, columns
