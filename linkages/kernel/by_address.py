@@ -18,7 +18,6 @@ from numba.core import cgutils, types
 from numba.core.ccallback import CFunc
 from numba.core.compiler_lock import global_compiler_lock
 from numba.extending import intrinsic
-from numba.np.numpy_support import as_dtype
 
 from linkages.kernel.cache import CodeCache
 from linkages.kernel.units import UnitCompiler
@@ -59,7 +58,7 @@ def address(function: Callable[..., Any], signature: Any) -> int:
 
 def _interpreted(function: Callable[..., Any], kinds: Sequence[Any]) -> Callable[..., Any]:
     """Give a function its records with the names of their types, as compiled code does."""
-    seen = [np.dtype((np.record, as_dtype(kind))) if isinstance(kind, types.Record) else None for kind in kinds]
+    seen = [np.dtype((np.record, kind.dtype)) if isinstance(kind, types.Record) else None for kind in kinds]
 
     def call(*arguments: Any) -> Any:
         pairs = zip(arguments, seen, strict=True)

@@ -186,7 +186,5 @@ def friction_coefficient(v: float, bristle: float, joint: np.record) -> float:
 
 @kernel
 def bristle_rate(v: float, bristle: float, joint: np.record) -> float:
-    """Evaluate the rate of the bristles of a joint [m/s]; 0 if its friction law has none."""
-    if joint.bristles == 0:
-        return 0.0
+    """Evaluate the rate of the bristles of a joint whose friction law has some [m/s]."""
     return _call(joint.bristles, (v, bristle, joint))

@@ -134,7 +134,9 @@ def dry_force(
     """
     load = extra + gain * contact_force(delta, closing, approach, joint)
     mu = friction_coefficient(sliding, bristle, joint)
-    rate = bristle_rate(sliding if load > 0.0 else 0.0, bristle, joint)  # without a load nothing drags the bristles
+    rate = 0.0
+    if joint.bristles:  # without a load nothing drags them along
+        rate = bristle_rate(sliding if load > 0.0 else 0.0, bristle, joint)
     return load, mu * load, rate
 
 
