@@ -82,6 +82,7 @@ def script() -> int:
     parser.add_argument("--seed", type=int, default=1, help="default: %(default)s")
     parser.add_argument("--kinds", nargs="+", choices=TRIALS, default=list(TRIALS), help="default: all")
     options = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which a script in the background ignores
     order = [kind for kind in options.kinds for _ in range(SHARES[kind])]
     ends: Counter = Counter()
     with tempfile.TemporaryDirectory() as folder:

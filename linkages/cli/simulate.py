@@ -76,6 +76,7 @@ def run(options: argparse.Namespace) -> int:
         say(f"warning: {doubt}")
     say(f"{_ENGINE[options.engine]}\n")
     result = study(system, options.engine, False, progress)
+    begin_stage("results")
     summary = summarize(result)
     say(format_table(summary))
     runs = {"the run": result.run, "the ideal linkage": result.ideal}

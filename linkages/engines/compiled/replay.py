@@ -19,6 +19,7 @@ from linkages.integrate.stepper import OF, Stepper, copy, restart
 from linkages.kernel import Array, Indices, kernel
 from linkages.planar.motion import last_start
 
+_MOST = 1000  # attempts within one step of a run, where Newton's method does not converge over all of it
 _APART = 0.1  # of a step: what others are away, at least, of which states lie on one curve with its own
 
 
@@ -65,8 +66,9 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
             restart(s)
             s.memory[OF] = k + 1.0
         derivatives(equations, start, y, s.f0)
-        now, h = start, t - start
-        while now + h > now:
+        now, h, attempts = start, t - start, 0
+        while now + h > now and attempts < _MOST:
+            attempts += 1
             hint(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
             error, _ = attempt(equations, s, now, h, y, True)
             if not error <= 1.0:  # Newton's method did not converge over so long a step
