@@ -52,11 +52,14 @@ def add_drake(name: str) -> None:
 def add_spread(name: str) -> None:
     """Evaluate the one objective of a recorded design at tolerances down to a hundredth, and keep the range.
 
-    Rounding, here of the design in its twelfth digit, has its part: both designs are evaluated with forty of them.
+    Rounding, here of the design in its twelfth digit, has its part: both designs are evaluated with forty of them, or with eight if the
+    objective is a mean over several starts.
     """
     record, study = load_record(name), load_study(find_study(name))
     (quantity,) = study.file.objectives.values()
-    rounding = 1.0 + 1e-12 * np.random.default_rng(1).uniform(-1.0, 1.0, (40, len(study.nominal)))
+    rounding = 1.0 + 1e-12 * np.random.default_rng(1).uniform(
+        -1.0, 1.0, (40 if len(study.points) == 1 else 8, len(study.nominal))
+    )
     found = []
     for part in (1.0, 0.5, 0.1, 0.01):
         tight = {"solver.accuracy": part * study.points[0].system.experiment.solver.accuracy}

@@ -8,6 +8,7 @@ import numpy as np
 from replication import figures, patent_designs, press_conditions, press_designs, press_ideal, press_paper, press_spike
 from replication.claims import table
 from replication.measured import read
+from replication.summary import summary
 from replication.verdicts import HEAD, LEGEND, rows
 
 PAGE = Path(__file__).with_name("replication.md")
@@ -20,11 +21,15 @@ def page() -> str:
     """Return the whole page."""
     return f"""# Replication of the published results
 
-What two sources print, beside what this package computes from the same data. `python docs/make_replication.py` writes this page;
-its numbers are computed when it is written. Designs of ours were searched for once, and are kept with their provenance in
-`docs/replication/designs/`. {LEGEND}
-What the sources print wrongly, and the tests that show it, are [listed](misprints.md).
-The robot of the third source has [a page of its own](replication_3rrr.md).
+What three sources print, beside what this package computes from the same data. `python docs/make_replication.py` writes this page, its
+summary from the verdicts of the rows. The robot of the third source has [a page of its own](replication_3rrr.md); what the sources print
+wrongly, and the tests that show it, are [listed](misprints.md).
+
+{summary()}
+## How rows are judged
+
+{LEGEND}
+Designs of ours were searched for once, and are kept with their provenance in `docs/replication/designs/`.
 
 ## The press
 
@@ -97,7 +102,8 @@ All by our runs. *Ours* is the recorded answer of `sevenbar_paper_force` (eq. (2
 CN106055749A, Bai, Zhao and Sun, *A method for improving the motion stability of linkages with clearance*, 2016. A double crank at
 600 r/min, dry clearance of 0.5 mm between coupler and follower. Its formulas, tables and figures are lost in the text that is
 known: lengths, their bounds, material, friction and eq. (8) are assumed. *Ours* are recorded answers of the studies that the rows
-name, the first three of `fourbar_jitter` ([the methods compared](fourbar_methods.md)).
+name, by default `fourbar_jitter` ([the methods compared](fourbar_methods.md)). Dry runs are chaotic: intervals are the 5 % and 95 % quantiles
+over start angles (`docs/replication/dry.py`), *start* of the first revolutions, as the patent's example, *running* of the later ones.
 
 {table(HEAD, rows("patent"))}
 ![Angular acceleration of the follower before and after the optimisation, with clearance and ideal](figures/replication_jitter.png)

@@ -21,7 +21,7 @@ def main(names: list[str]) -> int:
     for name in names:
         source, _, section = name.partition(".")
         for row in rows(source, [section]):
-            print("\n".join(f"{head:30s}{cell}" for head, cell in zip(HEAD, row[:-1], strict=False)), end="\n\n")
+            print("\n".join(f"{head:30s}{cell}" for head, cell in zip(HEAD, row, strict=True)), end="\n\n")
     return 0
 
 

@@ -19,6 +19,7 @@ class Misprint(Table):
     printed: str = Field(min_length=1, description="as printed")
     ours: str = Field(min_length=1, description="what is used instead, and why")
     shown: str = Field(min_length=1, description="test or file that proves it")
+    claim: str = Field("", description="its row on a replication page, if it has one")
 
 
 class Misprints(Table):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
 
 from linkages import System, Trajectory, extremes, ideal, impacts, simulate
 from linkages.results.impacts import Impact
+from linkages.results.settling import common_period
 from optim import Evaluator, Study, find_study, load_study
 from replication.claims import change
 from replication.recorded import Array, load_record
@@ -24,6 +25,8 @@ class Pair:
     """A shipped study's nominal design and its recorded one, run by the compiled engine."""
 
     name: str
+    #: Start angle of the drives, as part of their common period.
+    part: float = 0.0
 
     @property
     def study(self) -> Study:
@@ -38,7 +41,8 @@ class Pair:
     @cached_property
     def systems(self) -> list[System]:
         """The linkage with either."""
-        return [self.study.system(design) for design in self.designs]
+        systems = [self.study.system(design) for design in self.designs]
+        return [one.replaced(start_angles(one, self.part)) for one in systems] if self.part else systems
 
     @cached_property
     def runs(self) -> list[Trajectory]:
@@ -95,6 +99,19 @@ def study(name: str) -> Study:
     return load_study(find_study(name))
 
 
+def period(system: System) -> float:
+    """Give the common period of the drives [s]."""
+    found = common_period(system)
+    assert found is not None  # all drives of the patent's studies turn at speeds of simple ratios
+    return found
+
+
+def start_angles(system: System, part: float) -> dict[str, float]:
+    """Give the overrides that start the drives at a part of their common period [rad]."""
+    turn = part * period(system)
+    return {f"drives.{key}.angle": drive.speed * turn for key, drive in system.experiment.drives.items()}
+
+
 @cache
 def pair(name: str) -> Pair:
     """Give the nominal and the recorded design of a shipped study."""
@@ -127,17 +144,3 @@ def objectives(given: Study, designs: Array) -> Array:
 def objective_change(given: Study, designs: Array) -> float:
     """Change of the objective from the first design to the second [%]."""
     return change(*objectives(given, designs))
-
-
-def change_of_the_mean(name: str) -> float:
-    """Change of the objective's mean over start angles that no search has seen [%]."""
-    designs = pair(name).designs
-    return change(*np.mean([objectives(started_at(study(name), angle), designs) for angle in UNSEEN], axis=0))
-
-
-def change_after_the_start(name: str) -> float:
-    """Change of the largest departure from `SETTLED` on [%]."""
-    point = study(name).points[0]
-    later = np.array([[SETTLED, point.system.experiment.duration]])
-    point = replace(point, windows={**point.windows, "run": later})
-    return objective_change(replace(study(name), points=(point,)), pair(name).designs)

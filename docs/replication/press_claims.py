@@ -7,11 +7,11 @@ from scipy.signal import find_peaks
 
 from linkages import Trajectory, extremes
 from linkages.results.extremes import Extremes
-from replication import press_conditions, press_designs, press_equations, press_spike
+from replication import press_conditions, press_context, press_designs, press_equations, press_spike
 from replication import press_paper as paper
 from replication.claims import change
 from replication.press_paper import DESIGNS, PRINTED, Array, peak, peaks
-from replication.verdicts import Claim, Fitted, Number, Printed, Share, parts
+from replication.verdicts import Claim, Fitted, FittedChange, Number, Printed, Share, parts
 
 SPEEDS = "the drives' speeds, which are not given"
 FRICTION = 5.0  # N in the guide, assumed: more than all normal force there
@@ -117,7 +117,7 @@ def rig() -> list[Claim]:
             f"{rubbed.min:+.3f} to {rubbed.max:+.3f} m/s² with {FRICTION:g} N of Coulomb friction, {found.min:+.3f} to {found.max:+.3f} without",
             [Number(measured, rubbed.min, "m/s²")],
             "cranks at constant speed and the film determine the slider's motion: a force on the slider changes the joint forces, not its acceleration",
-            "drives that yield",
+            "drives that yield", trial=True,
         ),
         Claim(
             "tolerance of the rig's shafts, 11.6 (0/-0.011) mm", "not compared", f"{wide.min:+.3f} to {wide.max:+.3f} m/s² with the widest clearance, {1e3 * WIDEST:.4f} mm", [],
@@ -187,7 +187,7 @@ def _force(joint: str) -> list[Claim]:
         )
         rows.append(
             Claim(
-                f"change of F_{joint}, design {n}", f"{asked:+.1f} %", f"{ours:+.1f} %", [Fitted(asked, ours, "%")],
+                f"change of F_{joint}, design {n}", f"{asked:+.1f} %", f"{ours:+.1f} %", [FittedChange(asked, ours, "%")],
                 "from the same forces", SPEEDS, [],
             )
         )  # fmt: skip
@@ -203,4 +203,5 @@ def _turning_points(values: Array) -> int:
 SECTIONS = {
     "model": model, "motion": motion, "rig": rig, "spike": press_spike.claims, "orbits": orbits, "forces": forces,
     "conditions": press_conditions.claims, "optima": press_designs.optima, "arithmetic": press_designs.arithmetic,
+    "context": press_context.context,
 }  # fmt: skip

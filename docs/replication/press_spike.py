@@ -14,7 +14,7 @@ from replication import press_paper as paper
 from replication import press_steps
 from replication.claims import change
 from replication.press_paper import DESIGNS, PRINTED, START
-from replication.verdicts import Claim, Fitted, Number, parts
+from replication.verdicts import Claim, Fitted, FittedChange, Number, parts
 
 #: Accuracy at which the peak is known to 0.1 %: the corrected force jumps at eps_0.
 FINE = {"solver.accuracy": 1e-9}
@@ -62,7 +62,7 @@ def claims() -> list[Claim]:
     changes = [
         Claim(
             f"change of the acceleration at the start, design {name[-1]}", f"{text} ({asked:+.2f} % by its own numbers)", f"{ours:+.2f} %",
-            [Fitted(asked, ours, "%")], f"{why}; {patch}", unknown, [],
+            [FittedChange(asked, ours, "%")], f"{why}; {patch}", unknown, [],
         )
         for name, text, why in (
             ("paper 1", "-25 %", "thinner oil stops the falling journals later and more gently"),
@@ -77,7 +77,7 @@ def claims() -> list[Claim]:
         ),
         Claim(
             "the same without eqs. (12)-(13)", _three(printed), _three(plain), [Number(printed[name], plain[name], "m/s²") for name in DESIGNS],
-            f"the film alone overshoots the ideal slider's {abs(_at_start()):.3f} m/s² too, but not less with design 1", "ε₀ and m", cause,
+            f"the film alone overshoots the ideal slider's {abs(_at_start()):.3f} m/s² too, but not less with design 1", "ε₀ and m", cause, trial=True,
         ),
         *changes,
         Claim(
@@ -94,7 +94,7 @@ def claims() -> list[Claim]:
         Claim(
             "the peak in steps of 0.1 ms, Tables 4 and 5", f"{printed['nominal']} m/s²",
             f"{at_steps():.3f} m/s² at multiples of 0.1 ms; the peak is above half its height for {1e6 * lasts(0.5):.0f} µs",
-            [Number(printed["nominal"], at_steps(), "m/s²")], "results written every 0.1 ms do not show this peak; an integrator's own steps do", "the integrator, which is not named", [],
+            [Number(printed["nominal"], at_steps(), "m/s²")], "results written every 0.1 ms do not show this peak; an integrator's own steps do", "the integrator, which is not named", [], trial=True,
         ),
         Claim(
             "fixed steps of 0.1 ms as the cause", f"{printed['nominal']} m/s²",
@@ -103,7 +103,7 @@ def claims() -> list[Claim]:
             [Number(printed["nominal"], press_steps.implicit(), "m/s²")],
             f"without eqs. (12)-(13). The film's least time constant is {1e6 * press_steps.fastest():.2g} µs, and Runge-Kutta follows none below"
             f" {1e6 * press_steps.STEP / press_steps.STABLE:.0f} µs with such steps; what can be computed with them has no peak; eqs. (12)-(13) make one",
-            "the integrator, which is not named", cause[:1],
+            "the integrator, which is not named", cause[:1], trial=True,
         ),
     ]  # fmt: skip
 

@@ -70,7 +70,11 @@ def test_every_row_names_a_command_and_every_command_has_rows(page, sources, cap
     lines = (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8").splitlines()
     start = next(k for k, line in enumerate(lines) if line.startswith("| claim |"))
     rows = [line for line in lines[start:] if line.startswith("| ") and line.count(" | ") == lines[start].count(" | ")]
-    named = [re.search(r"\| `python docs/replicate\.py (\S+)` \|$", line) for line in rows if line != lines[start]]
+    named = [
+        re.search(r"\| `python docs/replicate\.py (\S+?)`(?:; stored, anew by `[^`]+`)? \|$", line)
+        for line in rows
+        if line != lines[start]
+    ]
     assert all(named)
     assert {found[1] for found in named} == listed
     assert set(SOURCES) >= sources
