@@ -1,5 +1,8 @@
+import os
 import signal
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is imported: tests use the cores, one worker each
 
 import pytest
 from hypothesis import settings

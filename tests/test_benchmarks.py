@@ -32,6 +32,7 @@ def test_script_can_be_loaded(path):
         assert name in (ROOT / page).read_text(encoding="utf-8"), page
 
 
+@pytest.mark.slow
 def test_the_equations_that_benchmarks_hand_to_other_integrators_are_the_engine_s(seven_bar):
     motion, runner = free_motion(seven_bar), Runner(seven_bar)
     state = motion.start + 1e-6 * np.cos(np.arange(len(motion.start)))

@@ -121,6 +121,7 @@ def no_place(tmp_path):
     return dict.fromkeys(names, tmp_path / "file") | {"TMPDIR": tmp_path / "temporary"}
 
 
+@pytest.mark.slow
 def test_code_without_a_place_is_kept_in_a_temporary_folder_of_the_users_own(start, no_place, tmp_path):
     kept = tmp_path / "temporary" / f"linkages-{os.getuid()}"
     why = f"because {tmp_path / 'file'} cannot be written; set NUMBA_CACHE_DIR to a folder that only you can write to\n"
@@ -137,7 +138,7 @@ def test_code_without_a_place_is_kept_in_a_temporary_folder_of_the_users_own(sta
 
 
 @pytest.mark.skipif(os.name != "posix", reason="folders have other permissions here")
-@pytest.mark.parametrize("mode", [0o777, 0o775])
+@pytest.mark.parametrize("mode", [0o777, pytest.param(0o775, marks=pytest.mark.slow)])
 def test_a_cache_that_other_users_can_write_to_is_not_used(start, tmp_path, mode):
     """Its files are code: whoever can write them can do anything in the user's name."""
     cache, private = tmp_path / "cache", tmp_path / "temporary" / f"linkages-{os.getuid()}"
@@ -153,6 +154,7 @@ def test_a_cache_that_other_users_can_write_to_is_not_used(start, tmp_path, mode
     )
 
 
+@pytest.mark.slow
 def test_code_that_cannot_be_unpickled_is_compiled_again(start, tmp_path):
     """Files that are sound and hold something else: whole, or in the part that numba reads."""
 
@@ -170,6 +172,7 @@ def test_code_that_cannot_be_unpickled_is_compiled_again(start, tmp_path):
         assert start("1").communicate() == ("1\n", "")
 
 
+@pytest.mark.slow
 def test_damaged_code_is_compiled_again(start, tmp_path):
     assert start("1").communicate() == ("0 compiled\n", "")
     files = list((tmp_path / "cache").rglob("*.nbc"))

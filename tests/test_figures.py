@@ -18,6 +18,7 @@ SHIPPED = (
     "slider_crank_dry", "slider_crank_lubricated", "slider_crank_guide", "slider_crank_flexible",
     "three_rrr_clearance",
 )  # fmt: skip
+QUICK = ("seven_bar", "slider_crank_flexible")
 SHORT = 0.02  # s: the first contacts of each machine lie within it
 
 #: Counts and names, which have no unit.
@@ -94,7 +95,9 @@ def _check_texts(figure, name):
             assert apart, f"{name}: {one.get_text()!r} lies on {other.get_text()!r}"
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SHIPPED]
+)
 def test_the_figures_of_a_run(name, drawn, tmp_path):
     system = linkages.load(linkages.find_file(f"{name}.toml"))
     system = system.replaced({"duration": min(system.experiment.duration, SHORT)})
@@ -141,6 +144,7 @@ def test_the_figures_of_a_study(drawn, tmp_path):
         _check_texts(figure, study.title)
 
 
+@pytest.mark.slow
 def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tmp_path):
     """The scale of the axes over that of the whole clearance, each in micrometres per pixel."""
     system = linkages.load(linkages.find_file("seven_bar.toml"))

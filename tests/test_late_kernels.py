@@ -126,6 +126,7 @@ print(early(1.0, sys.argv[1] == "late"), len(made))
 """
 
 
+@pytest.mark.slow
 @compiled
 def test_late_code_is_compiled_when_asked_for_kept_on_disk_and_no_part_of_its_callers(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}

@@ -57,6 +57,7 @@ def test_transmission_angles_of_every_dyad(case, way):
         np.testing.assert_allclose(one.angle[chosen], np.minimum(angle, np.pi - angle), rtol=0, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_a_joint_turns_back_where_its_velocity_does(case, way):
     _, _, model = case
     ends = (0.0, 1.0) if way.full else (0.01, 0.99)
@@ -82,6 +83,7 @@ def turning(case, way):
     return system.replaced({"duration": duration, f"drives.{model.pivot}.speed": SPEED})
 
 
+@pytest.mark.slow
 def test_the_drive_does_the_work_that_changes_the_energy(case, turning):
     """Torque at a constant speed = derivative of kinetic and potential energy to the angle."""
     _, _, model = case

@@ -139,7 +139,7 @@ def _included(path: Path, include: ET.Element) -> Path:
             file = file / "model.sdf"
         if os.path.isfile(file):
             return file
-    raise InputError(path, f"<include> {uri}", f"is neither in {path.parent or '.'} nor beside it")
+    raise InputError(path, f"<include> {uri}", f"is neither in {path.parent} nor beside it")
 
 
 def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:

@@ -176,4 +176,4 @@ def _unbox_reference(kind: Reference, value: Any, c: Any) -> NativeValue:
 
 
 #: ``reference(value)`` within compiled code, see `_reference`; of code that is not compiled the value itself.
-reference: Callable[[Any], Any] = (lambda value: value) if config.DISABLE_JIT else _reference  # type: ignore
+reference: Callable[[Any], Any] = (lambda value: value) if config.DISABLE_JIT else _reference  # type: ignore[assignment, attr-defined]

@@ -63,6 +63,7 @@ def published(name, tolerance):
     return run, float(np.max(np.abs(run.states[-1] / p.reference - 1.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_stiff_problems_end_as_published(name):
     """The error follows the tolerance, down to the last digits.
