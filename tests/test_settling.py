@@ -200,6 +200,15 @@ def test_windows_that_cannot_be(values, problem, seven_bar):
         seven_bar.replaced(values)
 
 
+@pytest.mark.parametrize("ramp", [2.0, 2e16])
+def test_a_ramp_that_outlasts_the_run_leaves_no_period(ramp):
+    path = linkages.find_file("slider_crank_lubricated.toml")
+    system = linkages.load(path, {"drives.O.ramp": ramp, "duration": 1.0}).ideal()
+    motion = linkages.motion_of(system, linkages.ideal(system))
+    assert (motion.kind, motion.periods, motion.since) == ("not settled", 0, None)
+    assert motion.why == "the run is shorter than a period"
+
+
 @pytest.mark.parametrize("engine", ["compiled", "drake"])
 @pytest.mark.parametrize("name", ["slider_crank_dry", "seven_bar_mixed", "slider_crank_lubricated"])
 def test_a_start_in_equilibrium_passes_what_the_ideal_joints_pass(engine, name):

@@ -209,7 +209,7 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     if run.status is not Status.OK:
         return Motion("not settled", "the run ended early", period, end=end)
     start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
-    count = int((end - start) / period * _PHASES * (1.0 + 1e-12))
+    count = int(max(end - start, 0.0) / period * _PHASES * (1.0 + 1e-12))  # none where the ramp outlasts the run
     times = end - period / _PHASES * np.arange(count + 1)
     states = interpolated(run.time, configuration(system, run.columns), np.maximum(times, run.time[0]))
     kind, periods, reached, why = classify(states, scale=_CLEARANCES if system.determinate else _MIXED)
