@@ -109,7 +109,7 @@ class Trajectory(Brief):
         """
         header = json.dumps({"status": self.status.value, "provenance": self.provenance, "units": self.units})
         with whole(Path(path)) as partial, open(partial, "wb") as file:
-            np.savez_compressed(file, allow_pickle=False, header=np.array(header), **self.columns)
+            np.savez_compressed(file, header=np.array(header), **self.columns)  # type: ignore[arg-type]  # no column is named allow_pickle
 
     @property
     def about(self) -> dict[str, str]:
