@@ -302,8 +302,9 @@ def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
     assert bending <= link["stress"]["peak"] <= bending + 1100.0 / 6.4e-5
     figure = links_figure(found)
     marks = [line for axis in figure.axes for line in axis.lines if line.get_marker() == "o"]
+    assert [line.axes.get_xlabel()[-4:] for line in marks][1] == "[mm]"
     assert [line.get_xdata()[0] for line in marks] == pytest.approx(
-        [link["stress"]["time"], link["stress"]["place"]], 0.02
+        [link["stress"]["time"], 1e3 * link["stress"]["place"]], 0.02
     )
 
 
