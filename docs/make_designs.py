@@ -57,9 +57,9 @@ def add_spread(name: str) -> None:
     """
     record, study = load_record(name), load_study(find_study(name))
     (quantity,) = study.file.objectives.values()
-    rounding = 1.0 + 1e-12 * np.random.default_rng(1).uniform(
-        -1.0, 1.0, (40 if len(study.points) == 1 else 8, len(study.nominal))
-    )
+    count = 40 if len(study.points) == 1 else 8
+    rounding = 1.0 + 1e-12 * np.random.default_rng(1).uniform(-1.0, 1.0, (count, len(study.nominal)))
+    rounding[0] = 1.0  # the design itself
     found = []
     for part in (1.0, 0.5, 0.1, 0.01):
         tight = {"solver.accuracy": part * study.points[0].system.experiment.solver.accuracy}

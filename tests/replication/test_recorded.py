@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from replication import recorded
+from replication.dry import measured
 from replication.measured import read
 from replication.recorded import load_record, path_of, write_record
 
@@ -29,6 +30,7 @@ def test_the_design_is_worth_what_its_record_says(name):
     """To what the pages print, a tenth of a per cent of the nominal design's worth, or within the range that they say.
 
     Rounding, here a millionth of a millionth of the design, moves it by less.
+    A design whose objective scatters about the nominal one's is better by its distribution over start angles.
     """
     record, (study, evaluator, nominal) = load_record(name), shipped(name)
     x = record.design(study)
@@ -38,9 +40,12 @@ def test_the_design_is_worth_what_its_record_says(name):
     low, high = record.spread or (next(iter(record.objectives.values())),) * 2
     worth, before = values.objectives[:, 0], values_of(study, nominal, nominal).objectives[0, 0]
     margin = max(1e-3 * before, 0.1 * (high - low))
-    assert low - margin < worth[0] < high + margin
+    assert low - margin < np.median(worth) < high + margin
     assert np.ptp(worth) < max(1e-3 * before, high - low)
-    assert (worth < before).all()
+    if high < before:
+        assert (worth < before).all()
+    else:  # the objective scatters about the nominal one; the distribution over start angles decides
+        assert measured(name).running.high < 0.0
 
 
 @pytest.mark.parametrize("name", RECORDS)
