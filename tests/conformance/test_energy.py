@@ -114,11 +114,12 @@ def test_the_thinnest_and_the_stiffest_films_keep_the_balance(name, key, value):
     system = shipped(name)
     system = system.replaced({f"joints.{joint}.{key}": value for joint in system.tree.play})
     run, exact = check("compiled", system, 0.01), ideal(system)
-    if name == "seven_bar":  # without shear; it starts with centred journals, which pass no force yet
+    if name == "seven_bar":  # without shear
         at = exact.evaluate(run.time)
+        loaded = run.time > 1e-10  # s; centred journals pass no force yet, and the film loads up within about 1e-14 s
         for column in ("A.force", "B.force", "O1.torque", "O4.torque"):
             np.testing.assert_allclose(
-                run[column][1:], at[column][1:], atol=0.2 * np.abs(at[column]).max(), err_msg=column
+                run[column][loaded], at[column][loaded], atol=0.2 * np.abs(at[column]).max(), err_msg=column
             )
         return
     law, bearing = system.laws[0], system.mechanism.joint["B"].bearing
