@@ -68,7 +68,7 @@ def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: A
         solve_state(equations, t, y)
         for k in range(len(model.ends)):
             delta, closing = work.contacts[k, _PENETRATION], work.contacts[k, _CLOSING]
-            work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing > 0.0)) else -1
+            work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
             if work.modes[k] > 0:
                 work.memory[k, 0] = approach_at_start(delta, closing, options.landing[k])
     return _drive(equations, stepper, tolerance, t, y, work.modes, len(model.ends), options)
