@@ -15,6 +15,7 @@ from optim.problem.load import load_study
 STUDY = """
 experiment = "seven_bar.toml"
 set.duration = 0.2
+set.solver.accuracy = 1e-8  # the jitter is a thousandth of the acceleration that it is in
 [variables.mass]
 path = "sdf.links.link2.mass"
 relative = true
@@ -78,7 +79,7 @@ def drake_quantities(study, design):
         overrides = dict(zip(study.paths, map(float, design), strict=True))
         overrides |= {"joints.B.viscosity": float(design[2]), "sdf.links.link2.com.x": float(design[1]) / 2.0}
         overrides |= {"joints.A.clearance": point.system.value("joints.A.clearance"), "duration": 0.2}
-        overrides["solver.accuracy"] = 1e-9  # the jitter is a thousandth of the acceleration that it is in
+        overrides["solver.accuracy"] = 1e-9
         system = load(point.system.experiment.source, overrides)
         run = simulate(system, "drake")
         times = np.linspace(0.1, 0.2, 2001)
