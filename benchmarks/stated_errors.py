@@ -184,6 +184,10 @@ def experiments(seed: int, engine: str, folder: Path) -> Iterator[tuple[str, Sys
         data["solver"] = {"accuracy": _log(rng, *(10.0**power for power in ACCURACIES[engine]))}
         if rng.random() < 0.2:
             data["solver"]["max_step"] = float(f"{data['duration'] / rng.uniform(200, 2000):.3g}")
+        if engine == "drake":  # the rigid segments of its links do not stretch
+            for link in data.get("links", {}).values():
+                if isinstance(link, dict) and link.get("model") == "flexible":
+                    link["axial"] = 0
         stem = f"machine{k}"
         text = tomlkit.dumps(data)
         if "mechanism" in data:  # a shipped machine, else a described one
