@@ -4,6 +4,7 @@ Each folder imports only from those above it:
 
 | folder    | what lives there                                                                            |
 |-----------|---------------------------------------------------------------------------------------------|
+| arrays    | types of arrays                                                                             |
 | errors    | bad input, failed runs, named statuses with remedies                                        |
 | brief     | objects that show themselves in one line, and as a small table in a notebook                 |
 | signals   | SIGINT and SIGTERM                                                                          |

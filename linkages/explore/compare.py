@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.brief import Brief
 from linkages.engines.study import simulate
@@ -25,7 +24,6 @@ from linkages.system import System
 
 __all__ = ["PARTED", "Comparison", "Difference", "compare", "differences", "horizon", "looser", "names", "revolutions"]
 
-Array = NDArray[np.float64]
 
 _IMPACTS = 2  # contacts of each joint that are compared one by one
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
@@ -16,8 +16,6 @@ from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.settling import drive_period
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _MOST = 20_000  # steps between two looks at the keyboard
 _LOOKS = 7  # times that a formula is looked at for a period, each for twice as long

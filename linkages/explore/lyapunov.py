@@ -10,14 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _ACCURACY = 1e-4  # of the two trajectories, in parts of their distance
 _BLOCKS = 10  # of revolutions, for the standard error

@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.explore.modes import Modes
 from linkages.model.skeleton import skeleton
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.system.bent_link import BentLink
-
-Array = NDArray[np.float64]
 
 _SAMPLES = 25  # of a flexible link, or of a piece of it
 

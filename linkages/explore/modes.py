@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.engines.compiled.linear import linearised
 from linkages.engines.compiled.runner import Runner
 from linkages.errors import InputError
@@ -22,8 +22,6 @@ from linkages.flexible.modes import ModesAt, track
 from linkages.planar.bodies import ELASTIC, STIFFNESS
 from linkages.system import System
 from linkages.system.standing import Standing, standing
-
-Array = NDArray[np.float64]
 
 _ZERO = 1e-13  # of the largest eigenvalue: one below it is that of a free motion
 _SYMMETRIC = 1e-6  # of the stiffness matrix: how far it may be from symmetric

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import Status
 from linkages.explore.compare import PARTED, dense, looser
@@ -18,8 +18,6 @@ from linkages.outputs.registry import pack
 from linkages.results.extremes import extremes
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _HALVINGS = 60
 _LOOKS = 200  # per revolution, at which two runs are compared

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import welch
 
+from linkages.arrays import Array
 from linkages.brief import Brief
 from linkages.errors import InputError
 from linkages.explore.compare import dense
 from linkages.results.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
@@ -16,8 +16,6 @@ from linkages.explore.sections import Section, horizon, stroboscopic
 from linkages.model.experiment import ARGUMENT
 from linkages.outputs.registry import pack
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _STILL = 1e-6  # of the fastest body, or of the size: slower points, and shorter lines, have no direction
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.explore.transmission import Motion, Transmission, transmissions
 from linkages.model.experiment import nothing_done
@@ -19,8 +19,6 @@ from linkages.planar.kinematics import spread
 from linkages.system import System
 from linkages.system.assembly import independent
 from linkages.system.ideal_motion import IdealMotion
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.elements import number, numbers
 from linkages.files.foreign import Entry, Foreign
 from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
 from linkages.files.rigid import moved
 from linkages.files.xml import label
-
-Array = NDArray[np.float64]
 
 _NEAR = 1e-9  # gap [m] or turn [rad] of frames that are one
 

@@ -9,13 +9,11 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import nearest
 from linkages.files.formula import Formula, parse
 from linkages.files.raw_model import Pose, rotation
-
-Array = NDArray[np.float64]
 
 
 class DraftError(Exception):

@@ -8,12 +8,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.numbers import implausible
-
-Array = NDArray[np.float64]
 
 _UNITS = {"m": "metres"}
 

@@ -7,11 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.flexible.beam import Beam
-
-Array = NDArray[np.float64]
 
 
 def rotation(angles: Array) -> Array:

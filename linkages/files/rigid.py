@@ -8,13 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
 from linkages.files.xml import parse_xml
-
-Array = NDArray[np.float64]
 
 
 def without_massless(path: Path, model: RawModel) -> RawModel:

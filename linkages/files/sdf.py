@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
 from linkages.files.elements import annotation, number, numbers, sizes
@@ -27,7 +27,6 @@ from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink,
 from linkages.files.rigid import without_massless
 from linkages.files.xml import DEEPEST, label, read_xml
 
-Array = NDArray[np.float64]
 Part = TypeVar("Part", Bearing, Slot)
 
 #: Joint types of the standard that a planar linkage can have.

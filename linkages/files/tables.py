@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any
 from linkages.errors import InputError
 
 if TYPE_CHECKING:  # the command line reads the names of the formats, and must start at once
-    import numpy as np
-    from numpy.typing import NDArray
+    from linkages.arrays import Array
 
-    Columns = Mapping[str, NDArray[np.float64]]
+    Columns = Mapping[str, Array]
 
 _LONGEST = 63  # name in MATLAB
 

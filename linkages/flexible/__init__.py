@@ -12,8 +12,3 @@
 Conventions: SI units. Elastic displacements are small and relative to the rigid motion. Arrays over poses or times have
 these as their first axis.
 """
-
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.floating]

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.flexible import Array
 from linkages.flexible.rotation import BEAM, rotation_parts
 
 _GAUSS = np.polynomial.legendre.leggauss(5)

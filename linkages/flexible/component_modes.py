@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.polynomial import legendre
 
+from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.flexible import Array
 from linkages.flexible.beam import Beam
 from linkages.flexible.modes import dense_modes
 

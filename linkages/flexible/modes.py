@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 
 if TYPE_CHECKING:  # scipy's parts take a while to import
     from scipy import sparse
@@ -39,7 +39,7 @@ def dense_modes(k: Array, m: Array, count: int, vectors: bool = True) -> tuple[A
     transposed = np.swapaxes(inverse, 1, 2)
     standard = inverse @ k @ transposed
     if not vectors:
-        return np.linalg.eigvalsh(standard)[:, :count], np.empty((0, 0, 0))
+        return np.asarray(np.linalg.eigvalsh(standard)[:, :count], float), np.empty((0, 0, 0))
     values, found = np.linalg.eigh(standard)
     return values[:, :count], transposed @ found[:, :, :count]
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
+from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.flexible import Array
 
 BATCH = 256  # times whose matrices are held at once
 _FREE = 1e-8  # (p t)^2 below which a mode counts as free: the errors of 1 - cos and of the limit are alike there

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 
 BEAM = (0, 3)  # places of the x components among a beam element's six displacements
 TRIANGLE = (0, 2, 4)  # among a triangle's

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.flexible import Array
 
 
 def signed_area(corners: Array) -> float:
@@ -75,4 +75,5 @@ class Triangle:
 
     def mass(self) -> Array:
         """Consistent mass matrix (6, 6)."""
-        return self.total_mass / 12.0 * np.kron(np.ones((3, 3)) + np.eye(3), np.eye(2))
+        pattern = np.asarray(np.kron(np.ones((3, 3)) + np.eye(3), np.eye(2)), float)
+        return self.total_mass / 12.0 * pattern

@@ -7,7 +7,6 @@
 | by_address   | functions called by address: force laws                             |
 | by_reference | named tuples passed by reference                                    |
 | lanes        | SIMD lanes: one operation for several numbers                       |
-| types        | types of the arrays that kernels work on                            |
 | clear        | arrays filled with zeros                                            |
 | indices      | array indices that are never negative                               |
 | ownership    | reference counts only in functions that make arrays                 |
@@ -18,11 +17,11 @@
 | ahead        | kernels compiled in advance by parallel processes                   |
 """
 
+from linkages.arrays import Array, Indices, Records, record_type
 from linkages.kernel.by_address import address, caller
 from linkages.kernel.clear import clear
 from linkages.kernel.compile import inlined_kernel, kernel
 from linkages.kernel.late import late_kernel
-from linkages.kernel.types import Array, Indices, Records, record_type
 
 __all__ = [
     "Array",

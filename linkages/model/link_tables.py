@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from linkages.arrays import Array
 from linkages.files.toml import NonNegative, Table
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class LinkModel(Table):
             return self.stiffness_damping
         return 2.0 / frequency * (DAMPING if self.damping is None else self.damping)
 
-    def damping_factors(self, modes: ComponentModes, beam: Beam) -> NDArray[np.float64]:
+    def damping_factors(self, modes: ComponentModes, beam: Beam) -> Array:
         """Damping over stiffness of each mode (nf,) [s] of a beam or of a part of it: Kelvin and Voigt's."""
         bent = self.bending_damping(beam.pinned_frequency)
         stretched = bent if self.axial_damping is None else 2.0 / beam.held_frequency * self.axial_damping

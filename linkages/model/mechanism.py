@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
@@ -29,7 +29,6 @@ from linkages.files.sdf import read_sdf
 if TYPE_CHECKING:
     from linkages.model.experiment import Experiment
 
-Array = NDArray[np.float64]
 
 _INERTIA = re.compile(r"links\.[^.]+\.inertia")
 _PARALLEL = 1e-6  # largest sine of the angle by which an axis may miss the normal (or the plane)

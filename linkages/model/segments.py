@@ -16,15 +16,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.raw_model import LinkBeam
 from linkages.model.bending import interfaces, parts
 from linkages.model.experiment import BENDING_QUANTITIES, Experiment, experiment_of
 from linkages.model.link_tables import LinkModel
 from linkages.model.mechanism import Frame, Joint, Link, Mechanism
-
-Array = NDArray[np.float64]
 
 #: Between the name of a link and the number of a hinge, in the hinge's name.
 HINGE = "/hinge"

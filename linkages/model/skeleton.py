@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.model.mechanism import Link, Mechanism
-
-Array = NDArray[np.float64]
 
 #: Colours of links in their order: Okabe and Ito's palette, distinct to colour-blind readers, and two more.
 COLORS = ("#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8B6F47", "#6A51A3")

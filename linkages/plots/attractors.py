@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.plots.shown import ShownFigure
 from linkages.plots.style import COLORS, axis_label, engineering, figure_style, typeset
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from linkages.explore.spectra import Spectrum
     from linkages.explore.sweep import Sweep
 
-Array = NDArray[np.float64]
 
 _SIZES = ((3000, 1.6), (300, 4.0), (0, 12.0))  # of marks, where there are so many or more
 

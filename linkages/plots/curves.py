@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.writing import json_text
 from linkages.results.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 _PIECES = 800  # of the time; each keeps its first, least and largest value
 

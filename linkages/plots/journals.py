@@ -9,14 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.plots.shown import ShownFigure
 from linkages.plots.style import COLORS, LEGEND, axis_label, engineering, round_length
 from linkages.results.impacts import FREE, IMPACT, SUSTAINED_CONTACT, phases
 from linkages.results.summary import Study, touching
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _ORBIT, _START = COLORS[0], COLORS[2]
 # what a journal does: label, colour, width; distinct in grey too

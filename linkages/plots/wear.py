@@ -9,13 +9,11 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.numbers import rounded
 from linkages.files.writing import file_name
 from linkages.plots.style import COLORS, figure_style, typeset
-
-Array = NDArray[np.float64]
 
 SIDES = ("bearing", "journal")
 _MOST = 8  # profiles in one drawing

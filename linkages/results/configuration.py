@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.system import System
 from linkages.system.segments import system_of
-
-Array = NDArray[np.float64]
 
 
 def configuration(system: System, columns: Mapping[str, Array]) -> Array:

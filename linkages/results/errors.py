@@ -19,12 +19,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.results.extremes import vertex
 from linkages.results.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 #: Factor on changes: the tighter run errs too.
 SAFETY = 1.5

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 _CANDIDATES = 3  # neighbouring samples within this many of the best local extremes are refined
 _NEAR = 0.01  # of a column's range: how much lower than the best sample another candidate may be

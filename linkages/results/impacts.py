@@ -16,10 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.results.extremes import Bracket, refine
 from linkages.results.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 #: What a joint does during a step, see `phases`.
 FREE, IMPACT, SUSTAINED_CONTACT = 0, 1, 2

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.planar.arrays import Arrays
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_jacobian
@@ -17,8 +17,6 @@ from linkages.planar.workspace import make_workspace
 from linkages.results.numbers import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _POSITIONS = 5  # of the motion that are looked at
 _NOTHING = 1e-6  # of the largest: size of a quantity in a set of reactions that balance by themselves

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array, Records
 from linkages.outputs.columns import Columns
 from linkages.planar.closure import LOOSE, loop_errors
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 
 class Loops(NamedTuple):
@@ -26,7 +24,7 @@ class Loops(NamedTuple):
     """
 
     tree: Tree
-    rows: NDArray[np.record]
+    rows: Records
 
     def errors(self, columns: Columns) -> Array:
         """Compute the largest loop error (nt,) at each sample [m, rad]."""

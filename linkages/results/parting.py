@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.results.akima import interpolated
 from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 #: Difference of two configurations (journals in parts of their clearances, angles in rad, lengths in parts of the
 #: linkage's) beyond which two runs have parted: where something can touch, an impact may soon be missed; elsewhere

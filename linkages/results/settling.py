@@ -25,15 +25,13 @@ from fractions import Fraction
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import Status
 from linkages.results.akima import interpolated
 from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 SAME = 0.01  # of a clearance, or [rad]
 MOST = 4  # periods of the drives in one of the motion

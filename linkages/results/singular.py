@@ -6,8 +6,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.planar.arrays import Arrays
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_jacobian
@@ -15,8 +15,6 @@ from linkages.planar.kinematics import body_positions
 from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 #: Ratio of the closure's singular values below which a position is as good as singular: reactions are a thousand times
 #: what they are elsewhere, and which way the linkage goes on depends on digits that nobody knows.

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
 from linkages.files import tables
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-Array = NDArray[np.float64]
 
 _AT_ONCE = 10_000  # times at which a run is evaluated at once
 

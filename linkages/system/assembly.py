@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array, Indices, Records
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.kernel.by_reference import packed
 from linkages.model.experiment import Experiment
@@ -20,9 +20,6 @@ from linkages.planar.record_types import ANGLE, PRISMATIC
 from linkages.planar.workspace import make_workspace
 from linkages.system.loads import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Ratio of singular values below which a position counts as singular. At a dead point itself the ratio found is about
 #: the root of `linkages.planar.closure.TOLERANCE`, as Newton's method knows such a position no better.
@@ -146,12 +143,12 @@ def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int)
         raise InputError(experiment.source, "drives", problem)
 
 
-def _mobility(tree: Tree, rows: NDArray[np.record], q: Array) -> int:
+def _mobility(tree: Tree, rows: Records, q: Array) -> int:
     """Degrees of freedom with these closure rows: coordinates of joints less independent rows."""
     return len(tree.joint_dofs) - independent(tree, rows, q)
 
 
-def _check_drawn(tree: Tree, rows: NDArray[np.record], q: Array) -> None:
+def _check_drawn(tree: Tree, rows: Records, q: Array) -> None:
     """Refuse a drawn pose in which two motions cross, or which the links cannot leave as its Jacobian promises."""
     if _is_flat(tree, rows, q):
         raise AssemblyError(Status.SINGULAR, "two ways to move meet in the drawn pose; draw it in another one")
@@ -160,17 +157,17 @@ def _check_drawn(tree: Tree, rows: NDArray[np.record], q: Array) -> None:
         raise AssemblyError(Status.LOCKED, problem)
 
 
-def _is_flat(tree: Tree, rows: NDArray[np.record], q: Array) -> bool:
+def _is_flat(tree: Tree, rows: Records, q: Array) -> bool:
     """Whether fewer rows are independent at q than beside it, as with all links of a four-bar on one line."""
     return _rank(_jacobian(tree, rows, q)[:, tree.joint_dofs], _CLEAR) < independent(tree, rows, q)
 
 
-def independent(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices | None = None) -> int:
+def independent(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -> int:
     """Count the independent rows at q and where the linkage can go from there, in some coordinates; default joints'."""
     return _explored(tree, rows, q, tree.joint_dofs if columns is None else columns)[0]
 
 
-def _explored(tree: Tree, rows: NDArray[np.record], q: Array, columns: Indices) -> tuple[int, bool]:
+def _explored(tree: Tree, rows: Records, q: Array, columns: Indices) -> tuple[int, bool]:
     """Count the independent rows at q and beside it, where some are dependent at q.
 
     Returns
@@ -213,7 +210,7 @@ def coordinate_scale(tree: Tree) -> Array:
     return scale
 
 
-def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.record]:
+def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     """Scale rows of angles and of gears: at q unit reactions move them as much as, in the mean, lengths by theirs.
 
     Else a light slider or wheel, or a large ratio, would pass for a singular position. Gears are scaled one by one,
@@ -236,7 +233,7 @@ def balanced(tree: Tree, rows: NDArray[np.record], q: Array) -> NDArray[np.recor
     return rows
 
 
-def _jacobian(tree: Tree, rows: NDArray[np.record], q: Array) -> Array:
+def _jacobian(tree: Tree, rows: Records, q: Array) -> Array:
     """Jacobian of the rows at q, in all coordinates."""
     pose = make_pose(tree.bodies)
     body_positions(tree.bodies, q, pose)

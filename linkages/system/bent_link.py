@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.raw_model import LinkBeam
 from linkages.flexible.component_modes import ComponentModes, component_modes
 from linkages.model.bending import parts, pieces
@@ -21,7 +21,6 @@ from linkages.planar.internal_forces import FIXED_COLUMNS
 if TYPE_CHECKING:
     from linkages.model.link_tables import LinkModel
 
-Array = NDArray[np.float64]
 
 _SAME = 1e-9  # abscissas closer than this, in parts of the beam's length, are one
 _BETWEEN = 17  # stations from a section to the next

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.kernel.by_reference import packed
 from linkages.planar.bodies import make_pose
@@ -16,8 +17,6 @@ from linkages.planar.loads import load_wrenches
 from linkages.planar.workspace import make_workspace
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 60  # of Newton's method
 _DONE, _DIFFERENCE = 1e-11, 1e-6  # change of a deflection that ends it, and for its derivatives, in parts of the length

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.raw_model import Pose, RawModel, rotation
 from linkages.files.rigid import moved
 from linkages.model.mechanism import Joint, planar
@@ -21,8 +21,6 @@ from linkages.planar.closure import closure_error
 from linkages.planar.record_types import ANGLE
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 _CLOSED = 1e-9  # gap in parts of the size, or angle beyond a limit [rad], of a linkage that closes within its limits
 _FAR = 1e6  # as good as no limit [rad or m]

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import Motion, contact_action, contact_motion
@@ -22,8 +22,6 @@ from linkages.planar.loads import load_wrenches
 from linkages.planar.record_types import WORN
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
-
-Array = NDArray[np.float64]
 
 _PASSES = 3  # in each of which the error shrinks by a clearance over a link's length
 _NOTHING = 1e-12  # of the largest force: a joint that passes less may lie anywhere

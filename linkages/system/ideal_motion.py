@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error, closure_quality, follow
 from linkages.planar.passage import GAP, WEIGHTS
 from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
-
-Array = NDArray[np.float64]
 
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
 _FEWEST, _MANY = 200, 200_000  # steps between stored positions: at least, and without longer steps of the drive

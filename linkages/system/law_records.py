@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array, Records
 from linkages.files.raw_model import Bearing
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.forces import CLIP
@@ -28,12 +28,10 @@ from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
 from linkages.model.tables import Contact, Friction, JointModel, Mixed
 
-Array = NDArray[np.float64]
 
-
-def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> NDArray[np.record]:
+def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Records:
     """One record of `PARAMETERS` for each contact."""
-    records: NDArray[np.record] = np.zeros(len(models), PARAMETERS)
+    records: Records = np.zeros(len(models), PARAMETERS)
     for record, bearing, model in zip(records, bearings, models, strict=True):
         _fill(record, model, bearing)
     return records
@@ -60,7 +58,7 @@ def profiles(models: Sequence[JointModel]) -> Array:
     return result
 
 
-def film_limits(laws: NDArray[np.record], tables: Array) -> Array:
+def film_limits(laws: Records, tables: Array) -> Array:
     """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
     limits = np.full(len(laws), 1.0 - THINNEST)
     for k in np.flatnonzero(laws["film"] == MAPPED):

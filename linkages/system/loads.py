@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Records
 from linkages.errors import InputError
 from linkages.files.formula import Formula
 from linkages.model.experiment import Experiment
@@ -27,7 +27,7 @@ _COINCIDENT = 1e-9  # of the linkage's size: points closer than this have no dir
 def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
     """Pack the loads for `linkages.planar.loads`: records, signals, and the functions of forces and torques."""
     mechanism = tree.mechanism
-    records: NDArray[np.record] = np.zeros(len(experiment.loads), LOAD)
+    records: Records = np.zeros(len(experiment.loads), LOAD)
     following = iter(records)
     functions = _Functions(tree)
 
@@ -84,7 +84,7 @@ class _Functions:
         self._signals: list[tuple[Any, ...]] = []
 
     @property
-    def signals(self) -> NDArray[np.record]:
+    def signals(self) -> Records:
         """All signals."""
         return np.array(self._signals, SIGNAL)
 

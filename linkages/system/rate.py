@@ -8,15 +8,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.planar.record_types import REVOLUTE
 from linkages.system.unassembled import Unassembled
 
 _UNKNOWN = 1.0  # rate where nothing moves or pulls at the start [rad/s]
 
 
-def motion_rate(system: Unassembled, rates: NDArray[np.float64]) -> float:
+def motion_rate(system: Unassembled, rates: Array) -> float:
     """Estimate the rate of the motion of a linkage without prescribed motions [rad/s].
 
     It is the largest rate at the start, or the rate of a swing under the forces at hand, if that is larger: the root of

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import AssemblyError, Status
 from linkages.model.segments import Row, rows
 from linkages.model.segments import segmented as cut
@@ -18,8 +18,6 @@ from linkages.planar.closure import close, closure_error, consistent_rates
 from linkages.system.assembly import Assembly
 from linkages.system.system import System
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-9  # of a piece's length: places closer than this are one
 

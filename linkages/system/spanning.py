@@ -6,8 +6,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array, Records
 from linkages.errors import InputError
 from linkages.files.raw_model import Chains
 from linkages.kernel.by_reference import packed
@@ -16,8 +16,6 @@ from linkages.planar import record_types as types
 from linkages.planar.bodies import STRAIGHT, Bodies, make_shapes
 from linkages.system.bent_link import BentLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
-
-Array = NDArray[np.float64]
 
 _NAMES = list(types.BODY.names or ())
 _MOVING, _CARRIES, _APART, _ETA = (_NAMES.index(name) for name in ("moving", "carries", "apart", "eta"))
@@ -232,5 +230,5 @@ class _Builder:
             for s in bent.abscissas:
                 if self.sections[bent.name, s] != body:
                     bent.fill_section(s, shapes[self.sections[bent.name, s]])
-        records: NDArray[np.record] = np.array([tuple(row) for row in self.rows], types.BODY)
+        records: Records = np.array([tuple(row) for row in self.rows], types.BODY)
         return packed(Bodies(records, shapes))

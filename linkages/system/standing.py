@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.system.assembly import Assembly
 from linkages.system.deflection import deflected
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.system import System
-
-Array = NDArray[np.float64]
 
 #: Tables of an experiment that a standing linkage is without: none of them acts linearly.
 LEFT_OUT = ("frictions", "stops", "contacts")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array, Records
 from linkages.laws import Registered, registered, restore
 from linkages.model.check import unbent
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
@@ -23,8 +24,6 @@ from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.rate import motion_rate
 from linkages.system.unassembled import Unassembled
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -187,7 +186,7 @@ class System(Unassembled):
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate)
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
-    def _closed_by(self, rows: NDArray[np.record], free: NDArray[np.int64]) -> tuple[NDArray[np.record], int]:
+    def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, int]:
         """Rows, and how many of them are independent in free coordinates."""
         if not len(rows):
             return rows, 0
@@ -195,7 +194,7 @@ class System(Unassembled):
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), count
 
     @property
-    def _beams(self) -> tuple[NDArray[np.record], Array]:
+    def _beams(self) -> tuple[Records, Array]:
         """Pieces of links that bend, and their stations, for the forces within them."""
         nm = self.tree.bodies.shapes.shape[2]
         records, stations = [], [np.zeros((0, FIXED_COLUMNS + 6 * nm))]

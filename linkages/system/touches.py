@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Records
 from linkages.model.experiment import Experiment
 from linkages.model.tables import Contact, Friction, JointModel
 from linkages.planar.record_types import CORNER, ENDS, STOP
@@ -35,7 +35,7 @@ def _dry(clearance: float, contact: Contact, friction: Friction | None) -> Joint
     return JointModel.model_validate(values)
 
 
-def touch_ends(tree: Tree, experiment: Experiment) -> NDArray[np.record]:
+def touch_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each, in the same order."""
     records: list[tuple[Any, ...]] = []
     for stop in experiment.stops.values():

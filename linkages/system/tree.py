@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array, Records
 from linkages.kernel.by_reference import packed
 from linkages.kernel.lanes import LaneArray
 from linkages.model.functions import OF_JOINTS
@@ -18,8 +19,6 @@ from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies
 from linkages.system.bent_link import BentLink, section_at
-
-Array = NDArray[np.float64]
 
 #: Closure rows of a cut joint.
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
@@ -104,17 +103,17 @@ class Tree:
         return {piece.name: piece for link in self.pieces.values() for piece in link}
 
     @cached_property
-    def play_rows(self) -> NDArray[np.record]:
+    def play_rows(self) -> Records:
         """Closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
         return self._rows(self.play)
 
     @cached_property
-    def loop_rows(self) -> NDArray[np.record]:
+    def loop_rows(self) -> Records:
         """Closure rows of the cut ideal joints, then those of the gears."""
         return np.concatenate([self._rows(self.loops), self.gear_rows])
 
     @cached_property
-    def gear_rows(self) -> NDArray[np.record]:
+    def gear_rows(self) -> Records:
         """Rows of the gears, whose reactions are along the second joints' terms, see `coordinate`."""
         rows = []
         for gear in self.gears:
@@ -123,7 +122,7 @@ class Tree:
         return np.array(rows, types.ROW)
 
     @cached_property
-    def closure_rows(self) -> NDArray[np.record]:
+    def closure_rows(self) -> Records:
         """Rows that close the whole ideal linkage: those of the clearance joints first."""
         return np.concatenate([self.play_rows, self.loop_rows])
 
@@ -144,7 +143,7 @@ class Tree:
         return tuple(name for name, label in self.contacts if name == label)
 
     @cached_property
-    def ends(self) -> NDArray[np.record]:
+    def ends(self) -> Records:
         """The two ends of each contact."""
         rows = []
         for name in self.play:
@@ -162,17 +161,17 @@ class Tree:
         return np.array(rows, types.ENDS)
 
     @cached_property
-    def joints(self) -> NDArray[np.record]:
+    def joints(self) -> Records:
         """Where the force in each of the mechanism's joints comes from, with play where there is."""
         first = {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         return self._joints(self.loops, first)
 
     @cached_property
-    def ideal_joints(self) -> NDArray[np.record]:
+    def ideal_joints(self) -> Records:
         """The same with every joint ideal, closed by `closure_rows`."""
         return self._joints((*self.play, *self.loops), {})
 
-    def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> NDArray[np.record]:
+    def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> Records:
         rows = np.cumsum([0, *(ROWS[self.mechanism.joint[name].type] for name in cut)])
         first = dict(zip(cut, rows.tolist(), strict=False))
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
@@ -305,7 +304,7 @@ class Tree:
         x_axis = float(part in ("x", "vx"))
         return (types.ALONG_WORLD, *ends, x_axis, 1.0 - x_axis), 1.0, 0.0, rate
 
-    def _rows(self, names: Sequence[str]) -> NDArray[np.record]:
+    def _rows(self, names: Sequence[str]) -> Records:
         rows, none = [], (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)
         for name in names:
             joint = self.mechanism.joint[name]

@@ -8,6 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array, Records
 from linkages.brief import Brief, counted
 from linkages.files.raw_model import Bearing
 from linkages.model.check import check
@@ -23,8 +24,6 @@ from linkages.system.loads import pack_loads
 from linkages.system.spanning import spanning_tree
 from linkages.system.touches import touch_ends, touch_models
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 _SAMPLED = 2000  # times at which rates of the drives are compared
 
@@ -131,7 +130,7 @@ class Unassembled(Brief):
         return tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
 
     @cached_property
-    def laws(self) -> NDArray[np.record]:
+    def laws(self) -> Records:
         """Records that the force laws read, one of `linkages.laws.PARAMETERS` for each contact, (nc,)."""
         return law_parameters(self._bearings, self.models)
 
@@ -141,7 +140,7 @@ class Unassembled(Brief):
         return film_tables(self._bearings, self.models)
 
     @cached_property
-    def ends(self) -> NDArray[np.record]:
+    def ends(self) -> Records:
         """The two ends of each contact: `Tree.ends`, with those that are worn, stops, points at lines."""
         ends = np.concatenate([self.tree.ends, touch_ends(self.tree, self.experiment)])
         ends["kind"][[model.is_worn for model in self.models]] = WORN

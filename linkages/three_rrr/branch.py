@@ -9,8 +9,8 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
+from linkages.arrays import Array
 from linkages.errors import RunError, Status
-from linkages.flexible import Array
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import CrankMotion, Motion, arms, determinants, motion, newton, radius, turned

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polydiv, polymul, polypow
 from numpy.typing import NDArray
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import arms, loop_errors, newton, unit
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.flexible.beam import Beam, chain_dofs
 from linkages.flexible.rotation import BEAM, TRIANGLE, functions, rotated
 from linkages.flexible.triangle import Triangle

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arrays import Array
 from linkages.errors import InputError, nearest
-from linkages.flexible import Array
 from linkages.flexible.triangle import signed_area
 from linkages.model.mechanism import Joint, Mechanism
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.three_rrr.geometry import Geometry
 
 #: Crank angles, their rates and accelerations (N, 3) [rad, rad/s, rad/s2] at times (N,) [s].
@@ -150,7 +150,7 @@ def solve_rows(matrix: Array, rhs: Array) -> Array:
 def influence(geometry: Geometry, phi: Array, x: Array) -> Array:
     """First-order influence coefficients dx/dphi (N, 3, 3), the paper's G of eq. (4)."""
     jx, jq = jacobians(geometry, phi, x)
-    return np.linalg.solve(jx, jq[:, :, None] * np.eye(3))
+    return np.asarray(np.linalg.solve(jx, jq[:, :, None] * np.eye(3)), float)
 
 
 def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Array, x: Array) -> Motion:
@@ -169,11 +169,11 @@ def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Arra
         moved = platform[:, None, 1:] + platform[:, :1, None] * turned(r)
         return moved - (geometry.crank * crank)[..., None] * turned(e)
 
-    dx = np.linalg.solve(jx, (jq * dphi)[..., None])[..., 0]
+    dx = np.asarray(np.linalg.solve(jx, (jq * dphi)[..., None])[..., 0], float)
     speed = relative(dx, dphi)
     centripetal = (geometry.crank * dphi**2)[..., None] * e - dx[:, :1, None] ** 2 * r
     bias = np.sum(speed**2, axis=-1) / geometry.coupler + np.sum(f * centripetal, axis=-1)
-    ddx = np.linalg.solve(jx, (jq * ddphi - bias)[..., None])[..., 0]
+    ddx = np.asarray(np.linalg.solve(jx, (jq * ddphi - bias)[..., None])[..., 0], float)
     dpsi = np.sum(turned(f) * speed, axis=-1) / geometry.coupler
     ddpsi = np.sum(turned(f) * (relative(ddx, ddphi) + centripetal), axis=-1) / geometry.coupler
     return Motion(time, phi, dphi, ddphi, x, dx, ddx, psi, dpsi, ddpsi)

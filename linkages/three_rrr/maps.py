@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.three_rrr.direct import candidates, distinct
 from linkages.three_rrr.geometry import Geometry
 from linkages.three_rrr.kinematics import determinants

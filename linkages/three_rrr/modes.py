@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.flexible.modes import ModesAt, dense_modes, sparse_modes, track
 from linkages.three_rrr.branch import Branch
 from linkages.three_rrr.finite_elements import FiniteElementModel

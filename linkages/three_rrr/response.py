@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
+from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.flexible import Array
 from linkages.flexible import response as flexible
 from linkages.flexible.modes import continued, dense_modes
 from linkages.three_rrr.branch import Branch
@@ -187,7 +187,7 @@ def _start(model: FiniteElementModel, branch: Branch, start: Start) -> tuple[Arr
     if start == "rest":
         return np.zeros(model.size), np.zeros(model.size)
     step = 1e-3 * float(branch.times[1])
-    u = quasi_static(model, branch.motion(step * np.arange(3)))
+    u = quasi_static(model, branch.motion(step * np.arange(3.0)))
     return u[0], (-1.5 * u[0] + 2.0 * u[1] - 0.5 * u[2]) / step
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.three_rrr.branch import Branch, follow, start_assembly
 from linkages.three_rrr.direct import Assemblies, assemblies
 from linkages.three_rrr.finite_elements import FiniteElementModel

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
+from linkages.arrays import Array
 from linkages.errors import InputError
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history, read_toml, validate
-from linkages.flexible import Array
 from linkages.model.mechanism import Mechanism, load_mechanism
 from linkages.planar import motion
 from linkages.planar.motion import Motions

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.flexible.modes import eigenvalues
 from linkages.flexible.response import quasi_static as solve
 from linkages.three_rrr.branch import Branch

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.flexible import Array
 from linkages.flexible.rotation import TRIANGLE, rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import Response

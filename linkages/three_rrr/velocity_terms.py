@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, legwise, turned

@@ -15,8 +15,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 from scipy.linalg import subspace_angles
 
+from linkages.arrays import Array
 from linkages.engines.drake.plant import add_tree
-from linkages.flexible import Array
 from linkages.model.mechanism import load_mechanism
 from linkages.system.spanning import spanning_tree
 from linkages.three_rrr.finite_elements import FiniteElementModel

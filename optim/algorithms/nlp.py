@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from linkages.arrays import Array
+
 Indices = NDArray[np.intp]
 
 

@@ -13,15 +13,13 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
+from linkages.arrays import Array
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import written
 from linkages.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
-
-    import numpy as np
-    from numpy.typing import NDArray
 
     from optim.problem.study import Study
 
@@ -45,7 +43,7 @@ class Job:
 
     study: Study
     seed: int
-    start: NDArray[np.float64] | None
+    start: Array | None
     folder: Path
 
 

@@ -9,16 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from linkages import System
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.files.formula import Formula
 from linkages.model.experiment import value_unit
 from optim.problem.schema import Constraint, Objective, StudyFile
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import (
     BasicVector,
     Context,
@@ -17,14 +16,12 @@ from pydrake.systems.framework import (
     WitnessFunctionDirection,
 )
 
+from linkages.arrays import Array
 from linkages.engines.drake.forces import joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
 from linkages.planar.record_types import WORN
 from linkages.system import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Entries of each contact's block of the output port "joints": `CLEARANCE_OUTPUTS`, and what follows from them.
 JOINT_OUTPUTS = {

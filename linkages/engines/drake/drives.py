@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
+from linkages.arrays import Array
 from linkages.engines.drake.forces import drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.closure import LOOSE, loop_errors
 from linkages.system import System
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 class Drives(LeafSystem):

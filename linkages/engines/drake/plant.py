@@ -9,19 +9,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, PlanarJoint
 
+from linkages.arrays import Array, Indices
 from linkages.engines.drake.visuals import visuals
 from linkages.errors import InputError
 from linkages.files.raw_model import Pose
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def tree_sdf(tree: Tree) -> str:

@@ -6,10 +6,10 @@ import time as clock
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, EventStatus
 
+from linkages.arrays import Array
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import Steps, is_collapse
@@ -22,8 +22,6 @@ from linkages.results.loops import Loops
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
-
-Array = NDArray[np.float64]
 
 _BETWEEN = 1e-2  # of the accuracy: for what is integrated again between two steps
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging

@@ -15,14 +15,12 @@ And where an attempt leads to states without forces, as far in a wall, Drake rai
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
+from linkages.arrays import Array
 from linkages.model.tables import IMPLICIT
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _SMALLEST = 1e-11  # of the duration: below it the run has collapsed
 _EVENT_ACCURACY = 1e-3  # of the accuracy: with what contacts are located

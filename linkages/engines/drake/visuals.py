@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.raw_model import Pose
 from linkages.model.mechanism import Link, Mechanism
 from linkages.model.skeleton import skeleton
-
-Array = NDArray[np.float64]
 
 _WIDTH = 0.02  # of a bar, over the size of the linkage
 _BLOCK = 0.06  # side of a block, for a link with one joint

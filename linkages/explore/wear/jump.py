@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import RunError
 from linkages.explore.wear.measure import Loads, Removed, Wearing, depths_of, equal_works
 from linkages.laws.wear.archard import FRACTION, wear_away
-
-Array = NDArray[np.float64]
 
 _SWEEPS = (1, 1000)
 _MISSED = 0.01  # part of the work that may be left without a place

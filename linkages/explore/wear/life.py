@@ -19,8 +19,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import InputError, Status
 from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
 from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, wearing
@@ -30,7 +30,6 @@ from linkages.laws.wear.profile import removed_of
 from linkages.model.check import DEEPEST
 from linkages.system import System
 
-Array = NDArray[np.float64]
 Joints = tuple[Wearing, ...]
 #: Adds a stage to the life; returns whether it is enough.
 Add = Callable[[Stage], bool]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri, stdtrit
 
+from linkages.arrays import Array
 from linkages.engines.compiled.replay import Steps
 from linkages.errors import InputError, Status
 from linkages.explore.flow import Flow, lasting, period_of
@@ -18,7 +18,6 @@ from linkages.laws.wear.profile import depth_of
 from linkages.outputs.registry import JITTER, has_jitter
 from linkages.system import System
 
-Array = NDArray[np.float64]
 #: Removed area per angle over the radius [m], bearing then journal, (2, n), of each joint that wears.
 Removed = Mapping[str, Array]
 #: `linkages.laws.wear.archard.SAMPLE` of a mean cycle, (m, 7), of each joint that wears.

@@ -5,17 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, Status, nearest
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, depths_of, watched, wearing
 from linkages.laws.wear.profile import node_depths, volume_of
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 SIDES = ("bearing", "journal")
 #: What a life can be measured by in a joint that wears: its largest depth, its mean radial clearance.

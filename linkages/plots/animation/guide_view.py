@@ -13,12 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.files.numbers import rounded
 from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
 from linkages.system.tree import CORNERS
-
-Array = NDArray[np.float64]
 
 _LENGTH, _HEIGHT = 0.8, 0.3  # half the drawn block's sides over the view's radius
 _SLOT = 1.25  # half the drawn slot's length

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, Rgba
 
+from linkages.arrays import Array
 from linkages.files.numbers import rounded
 from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
-
-Array = NDArray[np.float64]
 
 _RING = 0.16  # drawn thickness of the bearing
 _ORBIT_POINTS = 3000

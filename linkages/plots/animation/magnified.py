@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
+from linkages.arrays import Array
 from linkages.files.numbers import rounded
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 GAP = 0.4  # drawn clearance over the view's radius
 REACH = 1.3  # length of the longest arrow over the view's radius

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, MeshcatParams, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
+from linkages.arrays import Array
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.errors import AssemblyError
 from linkages.files.numbers import rounded
@@ -29,8 +29,6 @@ from linkages.results.summary import Study
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.segments import Segmented, segmented, system_of
-
-Array = NDArray[np.float64]
 
 _ASPECT = 2.0  # of the window for which the view is chosen
 _FIELD_OF_VIEW = 25.0  # deg; narrow, so that circles at the rim look round

@@ -8,18 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, Rgba
 from pydrake.math import RigidTransform, RotationMatrix
 
+from linkages.arrays import Array
 from linkages.model.mechanism import Joint
 from linkages.plots.animation.captions import Label
 from linkages.plots.animation.magnified import GROUND, joint_axes
 from linkages.plots.drawing.shapes import MARK
 from linkages.plots.style import asked_points, round_length
 from linkages.results.summary import Study
-
-Array = NDArray[np.float64]
 
 # lengths over the linkage's size
 _LINE = 0.004  # width of a line

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.model.contact_tables import LineContact, Stop
 from linkages.model.experiment import Experiment
 from linkages.model.gear import Gear
@@ -15,8 +15,6 @@ from linkages.model.mechanism import Joint
 from linkages.model.skeleton import skeleton
 from linkages.plots.drawing.parts import BLOCK, Parts
 from linkages.plots.drawing.shapes import Point, Shape, shape
-
-Array = NDArray[np.float64]
 
 # lengths in units of the drawing
 _ARROW = 9.0

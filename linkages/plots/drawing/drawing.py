@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import AssemblyError
 from linkages.explore.travel import Travel, movable, travel
 from linkages.model.doubts import doubts
@@ -23,8 +23,6 @@ from linkages.plots.style import asked_points, round_length
 from linkages.system import System
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 _MARGIN = 11.0  # around everything, in units
 _LEAST = 0.45  # height over width

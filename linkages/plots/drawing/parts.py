@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.model.mechanism import Joint, Link
 from linkages.model.skeleton import skeleton
 from linkages.plots.drawing.room import Room
 from linkages.plots.drawing.shapes import Point, Shape, placed, shape
 from linkages.system.tree import Tree
-
-Array = NDArray[np.float64]
 
 # lengths in units of the drawing
 _SIDE = (4.6, 3.2)  # of a block

@@ -11,15 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.plots.drawing.drawing import Drawing, draw
 from linkages.plots.drawing.shapes import STYLES, Shape, placed
 from linkages.plots.drawing.svg import notes
 from linkages.plots.shown import ShownFigure
 from linkages.system import System
-
-Array = NDArray[np.float64]
 
 _WIDTH = 8.0  # of the figure [inches]
 _LINE = 0.17  # from one line of text to the next [inches]

@@ -6,11 +6,9 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.plots.drawing.shapes import STYLES
-
-Array = NDArray[np.float64]
 
 # lengths in units of the drawing
 _STEP = 0.5  # between the points that stand for a line

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from linkages.arrays import Array
+
 Point = tuple[float, float, float, float, float]
 
 INK, PLAY, LOAD, MARK = "#1A1A1A", "#D55E00", "#B22222", "#7A3E9D"

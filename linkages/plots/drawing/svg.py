@@ -6,8 +6,8 @@ from textwrap import wrap
 
 import numpy as np
 from markupsafe import Markup, escape
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.shapes import STYLES, Shape, placed
 
@@ -79,13 +79,13 @@ def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
     return Markup(f"<{tag} points='{' '.join(f'{x:.2f},{y:.2f}' for x, y in points)}' {shown}/>")
 
 
-def pixels(drawing: Drawing, points: NDArray[np.float64]) -> NDArray[np.float64]:
+def pixels(drawing: Drawing, points: Array) -> Array:
     """Places in the picture, y downwards [px]."""
     x, y = ((points - [drawing.low[0], drawing.high[1]]) * scale(drawing)).T
     return np.column_stack([x, -y])
 
 
-def _numbers(at: NDArray[np.float64]) -> str:
+def _numbers(at: Array) -> str:
     return " ".join(",".join(f"{value:.6g}" for value in row) for row in at)
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from linkages.arrays import Array
 from linkages.errors import AssemblyError
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import spread
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
-
-Array = NDArray[np.float64]
 
 _TIMES = 501  # at which drives and loads are looked at
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.plots.style import COLORS
 from linkages.plots.three_rrr.drawing import displaced_lines
 from linkages.three_rrr.results import RobotResults

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linkages.flexible import Array
+from linkages.arrays import Array
 from linkages.flexible.rotation import rotations
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.kinematics import Motion, pivots, unit

@@ -1,4 +1,4 @@
-"""Types of the arrays that kernels work on."""
+"""Types of arrays, for annotations; it imports neither the compiler nor anything else of the package."""
 
 from __future__ import annotations
 
