@@ -27,7 +27,7 @@ from linkages.cli.new import described_files, write_files
 from linkages.engines.study import simulate
 from linkages.errors import AssemblyError, Status
 from linkages.files.shipped import find_file
-from linkages.results.numbers import numbers, peaks_by_key
+from linkages.results.characteristics import numbers, peaks_by_key
 from linkages.system import System
 
 ACCURACY = 1e-12  # of the run that is taken for the truth

@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit
 
 from linkages.laws import CONTACTS, PARAMETERS
-from linkages.laws.contact.contacts import contact_force
-from linkages.laws.contact.forces import CLIP
+from linkages.laws.contact.contact_forces import CLIP
+from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
 from linkages.laws.parameters import set_parameters
 from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown

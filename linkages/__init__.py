@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from linkages.report.terminal import format_summary
     from linkages.results.extremes import extremes, integral
     from linkages.results.impacts import impacts, phases
-    from linkages.results.settling import Motion, motion_of
+    from linkages.results.steady_state import Motion, motion_of
     from linkages.results.summary import Study, summarize
     from linkages.results.trajectory import Trajectory, load_trajectory
     from linkages.system.ideal_motion import IdealMotion
@@ -81,7 +81,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "report.terminal": ("format_summary",),
         "results.extremes": ("extremes", "integral"),
         "results.impacts": ("impacts", "phases"),
-        "results.settling": ("Motion", "motion_of"),
+        "results.steady_state": ("Motion", "motion_of"),
         "results.summary": ("Study", "summarize"),
         "results.trajectory": ("Trajectory", "load_trajectory"),
         "system.ideal_motion": ("IdealMotion",),

@@ -6,7 +6,7 @@ import numpy as np
 from numba import config
 
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
-from linkages.laws.contact.forces import CLIP
+from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.declared import BUILT_IN_PARAMETERS
 from linkages.laws.parameters import SHEAR, set_parameters
 

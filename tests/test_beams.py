@@ -13,7 +13,7 @@ from linkages import InputError, load_experiment, load_mechanism
 from linkages.cli.main import main
 from linkages.flexible.beam import Beam
 from linkages.flexible.component_modes import component_modes
-from linkages.model.bending import interfaces
+from linkages.model.beam_interfaces import interfaces
 from linkages.model.check import check
 from linkages.model.link_tables import LinkModel
 

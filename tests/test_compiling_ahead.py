@@ -138,8 +138,8 @@ from linkages.kernel import cache
 print(*sorted(name for name, code in cache._loaded.items() if code is not None))
 """
 WORK = """import sys
-from linkages.engines import ahead
-for job in ahead.{}({}):
+from linkages.engines import precompilation
+for job in precompilation.{}({}):
     job()
 assert not {{"pydrake", "matplotlib"}} & set(sys.modules)
 """

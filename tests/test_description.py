@@ -16,7 +16,7 @@ from linkages.cli.sweep import parse_range
 from linkages.files.description import described
 from linkages.files.drafting import body
 from linkages.files.formula import parse
-from linkages.files.units import si, without_units
+from linkages.files.unit_conversion import si, without_units
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 TEXTS = {

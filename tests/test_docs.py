@@ -160,7 +160,7 @@ def public_functions():
 @pytest.fixture
 def no_laws_stay(monkeypatch):
     """What an example registers is forgotten after it."""
-    monkeypatch.setattr("linkages.laws.registry._registered", {})
+    monkeypatch.setattr("linkages.laws.user_laws._registered", {})
     with patch.dict(laws.CONTACTS), patch.dict(laws.FILMS), patch.dict(laws.FRICTIONS):
         yield
 

@@ -11,13 +11,13 @@ from shipped import BENT, NAMES
 
 from linkages import Status, Trajectory
 from linkages.cli.main import main
+from linkages.explore.range_of_motion import movable, travel
 from linkages.explore.transmission import dyads
-from linkages.explore.travel import movable, travel
 from linkages.files.shipped import find_file
-from linkages.model.doubts import doubts
 from linkages.model.experiment import nothing_done
 from linkages.model.gear import Gear
 from linkages.model.mechanism import load_mechanism
+from linkages.model.plausibility import doubts
 from linkages.model.skeleton import skeleton
 from linkages.plots import orbit, pose
 from linkages.plots.drawing import draw, page, svg

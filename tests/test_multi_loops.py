@@ -6,7 +6,7 @@ from multi_loops import LINES, MACHINES, natural
 
 from linkages import Status, ideal, load, simulate
 from linkages.cli.main import main
-from linkages.explore.travel import movable, travel
+from linkages.explore.range_of_motion import movable, travel
 from linkages.results.extremes import integral
 
 SPEED, GRAVITY = 2.0 * np.pi, 9.81  # rad/s, m/s2

@@ -15,7 +15,7 @@ from linkages.cli.main import main
 from linkages.laws.viscosity import density, iso_vg_viscosity
 from linkages.report.terminal import format_summary
 from linkages.results.impacts import Impact
-from linkages.results.ranges import outside
+from linkages.results.joint_validity import outside
 from linkages.results.trajectory import Trajectory
 
 RADIUS, LENGTH, CLEARANCE = 0.015, 0.04, 3e-4  # of the press, joints A and B

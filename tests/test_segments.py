@@ -9,7 +9,7 @@ from bent_machines import MACHINES, bent_machine
 import linkages
 from linkages.engines import engine
 from linkages.results.summary import judge
-from linkages.system.segments import segmented
+from linkages.system.rigid_segments import segmented
 
 # of a run: in dry joints until the second impact has begun, or well into the first where that goes on
 DURATIONS = {"ideal": 0.01, "lubricated": 0.01}

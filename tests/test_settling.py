@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import linkages
-from linkages.results.settling import classify, common_period
+from linkages.results.steady_state import classify, common_period
 
 PHASES = 48
 TURN = 2.0 * np.pi

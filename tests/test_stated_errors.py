@@ -10,9 +10,9 @@ from shipped import shipped
 
 from linkages import horizon, simulate, study, summarize
 from linkages.explore.flow import period_of
-from linkages.results.errors import RESOLVED
-from linkages.results.numbers import numbers, peaks_by_key
-from linkages.results.parting import PARTED
+from linkages.results.characteristics import numbers, peaks_by_key
+from linkages.results.divergence import PARTED
+from linkages.results.peak_errors import RESOLVED
 
 SCRIPT = Path(__file__).resolve().parents[1] / "benchmarks" / "stated_errors.py"
 FALLING = (

@@ -13,14 +13,14 @@ from wearing_press import CLEARANCE, FORCE, RADIUS, SPRING, write_press
 
 import linkages
 from linkages.cli.main import main
+from linkages.explore.wear.block_store import Store
 from linkages.explore.wear.content import content
 from linkages.explore.wear.jump import worn
 from linkages.explore.wear.life import wear_life
 from linkages.explore.wear.measure import Block, Start, _settled, depths_of, wearing
-from linkages.explore.wear.store import Store
 from linkages.laws.wear.profile import node_depths
 from linkages.model.check import DEEPEST
-from linkages.report.tables import number
+from linkages.report.page_tables import number
 
 
 @pytest.fixture

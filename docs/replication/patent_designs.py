@@ -9,7 +9,7 @@ import numpy as np
 
 from linkages import System, Trajectory, extremes, ideal, impacts, simulate
 from linkages.results.impacts import Impact
-from linkages.results.settling import common_period
+from linkages.results.steady_state import common_period
 from optim import Evaluator, Study, find_study, load_study
 from replication.claims import change
 from replication.recorded import Array, load_record

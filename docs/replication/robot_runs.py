@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from linkages.files.shipped import find_file
 from linkages.flexible.response import quasi_static as solve
+from linkages.three_rrr.analysis import RobotResults, analyse
 from linkages.three_rrr.finite_elements import FiniteElementModel
 from linkages.three_rrr.response import Response, recursion
-from linkages.three_rrr.results import RobotResults, analyse
 from linkages.three_rrr.robot import Robot, changed, load_robot
 from linkages.three_rrr.stress import link_stress, platform_stress
 from linkages.three_rrr.vibration import Vibration, vibrate

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from linkages.files.tables import FORMATS
+from linkages.files.table_formats import FORMATS
 
 HELP = "write a run's trajectory for other programs: csv, mat, parquet, netcdf"
 

@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     from linkages.files.writing import whole
     from linkages.files.xml import parse_xml
     from linkages.model.mechanism import planar
-    from linkages.system.drawing import Drawn, closed_within_limits
+    from linkages.system.reference_configuration import Drawn, closed_within_limits
 
     out: Path = options.out
     if out.suffix != ".sdf":

@@ -34,7 +34,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
     with (outputs := results_folder(out, "modes")) as folder:
         (folder / "modes.json").write_text(json_text(result, 1), encoding="utf-8")
         if not options.no_plots:
-            from linkages.plots.modes import frequencies_figure, shapes_figure
+            from linkages.plots.mode_figures import frequencies_figure, shapes_figure
 
             shapes_figure(found, count).savefig(folder / "mode_shapes.png")
             if over is not None:
@@ -48,7 +48,7 @@ def _times(system: System, count: int) -> list[float]:
     """Divide a period of the drives, or of the run if they have none, into equal steps [s]."""
     import numpy as np
 
-    from linkages.results.settling import common_period
+    from linkages.results.steady_state import common_period
 
     return np.linspace(0.0, common_period(system) or system.experiment.duration, count + 1).tolist()
 
@@ -57,7 +57,7 @@ def content(system: System, found: Modes, over: ModesOver | None, count: int) ->
     """Return the content of ``modes.json``: SI units, frequencies in Hz; docs/flexible.md explains it."""
     from linkages.explore.mode_shapes import ModeShapes
     from linkages.files.versions import versions
-    from linkages.system.standing import LEFT_OUT
+    from linkages.system.static_system import LEFT_OUT
 
     pose, experiment = found.system, system.experiment
     shapes, strain = ModeShapes(found), found.strain()

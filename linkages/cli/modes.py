@@ -15,7 +15,7 @@ from linkages.errors import InputError, Status
 from linkages.files.writing import json_text
 
 if TYPE_CHECKING:
-    from linkages.three_rrr.results import RobotResults
+    from linkages.three_rrr.analysis import RobotResults
 
 HELP = "natural frequencies and mode shapes of a linkage with flexible links, or of the 3-RRR robot"
 
@@ -93,7 +93,7 @@ def _is_robot(path: Path) -> bool:
 
 def _run_robot(options: argparse.Namespace, path: Path) -> int:
     """Analyse the robot; returns the exit status."""
-    from linkages.three_rrr.results import analyse
+    from linkages.three_rrr.analysis import analyse
     from linkages.three_rrr.robot import changed, load_robot
 
     robot = load_robot(path)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from linkages.cli.folders import add_out
 from linkages.errors import InputError
-from linkages.files.units import is_quantity, si
+from linkages.files.unit_conversion import is_quantity, si
 
 if TYPE_CHECKING:
     from linkages.system import System

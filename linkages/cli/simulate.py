@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     """Run the experiment; returns the exit status."""
     from linkages.cli.endings import report_failures
     from linkages.engines.study import estimate_error, study
-    from linkages.model.doubts import doubts
+    from linkages.model.plausibility import doubts
     from linkages.report.terminal import format_judgement, format_table
     from linkages.results.impacts import write_impacts
     from linkages.results.summary import judge, summarize

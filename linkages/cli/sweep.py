@@ -113,7 +113,7 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     """
     import numpy as np
 
-    from linkages.files.units import is_quantity, read_either
+    from linkages.files.unit_conversion import is_quantity, read_either
     from linkages.model.experiment import value_unit
 
     path, _, numbers = text.partition("=")

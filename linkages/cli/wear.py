@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
     with (results := results_folder(out, "wear")) as folder:
         (folder / "wear.json").write_text(json_text(found), encoding="utf-8")
         if not options.no_plots:
-            from linkages.plots.wear import write_figures
+            from linkages.plots.wear_figures import write_figures
 
             write_figures(found, folder)
         if not options.no_animation:

@@ -8,7 +8,7 @@
 | study    | `simulate`, the ideal linkage beside a run, and how far the run can be trusted     |
 | drop     | the smallest machine, whose impact is known                                        |
 | threads  | independent runs in threads                                                        |
-| ahead    | what the engines are about to call, compiled ahead on an empty cache               |
+| precompilation | what the engines are about to call, compiled ahead on an empty cache               |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``. The engines do not
 know each other.

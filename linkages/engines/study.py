@@ -16,7 +16,7 @@ from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
-from linkages.system.segments import system_of
+from linkages.system.rigid_segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 _SHORTER = 0.5  # ratio of their longest steps: steps that both runs share would have errors that nobody sees

@@ -2,7 +2,7 @@
 
 | module   | responsibility                                                                            |
 |----------|-------------------------------------------------------------------------------------------|
-| travel   | how far drives can be moved: dead points                                                  |
+| range_of_motion | how far drives can be moved: dead points                                                  |
 | transmission | transmission angles of linkages with any number of loops                              |
 | flow     | a run of the compiled engine that stops where it is told and goes on from there           |
 | sections | Poincaré sections: once per revolution, or where an output crosses a level; the horizon   |

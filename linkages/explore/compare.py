@@ -16,8 +16,8 @@ import numpy as np
 from linkages.brief import Brief
 from linkages.engines.study import simulate
 from linkages.model.experiment import Experiment
+from linkages.results.divergence import PARTED, dense, horizon
 from linkages.results.impacts import Impact, impacts
-from linkages.results.parting import PARTED, dense, horizon
 from linkages.results.summary import meaningless_of, touching, warnings_of
 from linkages.results.trajectory import Progress, Trajectory
 from linkages.system import System

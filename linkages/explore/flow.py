@@ -14,7 +14,7 @@ from linkages.errors import InputError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED, Record
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
-from linkages.results.settling import drive_period
+from linkages.results.steady_state import drive_period
 from linkages.system import System
 
 _MOST = 20_000  # steps between two looks at the keyboard

@@ -12,7 +12,7 @@ from linkages.explore.modes import Modes
 from linkages.model.skeleton import skeleton
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_positions, body_velocities
-from linkages.system.bent_link import BentLink
+from linkages.system.flexible_link import BentLink
 
 _SAMPLES = 25  # of a flexible link, or of a piece of it
 

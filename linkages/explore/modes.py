@@ -21,7 +21,7 @@ from linkages.errors import InputError
 from linkages.flexible.modes import ModesAt, track
 from linkages.planar.bodies import ELASTIC, STIFFNESS
 from linkages.system import System
-from linkages.system.standing import Standing, standing
+from linkages.system.static_system import Standing, standing
 
 _ZERO = 1e-13  # of the largest eigenvalue: one below it is that of a free motion
 _SYMMETRIC = 1e-6  # of the stiffness matrix: how far it may be from symmetric

@@ -138,7 +138,7 @@ def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, .
     Parameters
     ----------
     system : System
-        From `linkages.explore.travel.movable`.
+        From `linkages.explore.range_of_motion.movable`.
     motion : Motion
     """
     mechanism, experiment = system.mechanism, system.experiment

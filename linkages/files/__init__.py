@@ -23,13 +23,13 @@ It may import errors and `flexible`.
 | angles         | its angles need a unit                                                  |
 | drafting       | its points found, its links weighed                                     |
 | formula        | arithmetic on names, parsed and never executed                          |
-| units          | values with units, in SI units                                          |
+| unit_conversion | values with units, in SI units                                          |
 | toml           | typed tables, comments as sources, values replaced by dotted path       |
-| keys           | what the keys of tables take, in which units                            |
-| numbers        | which numbers of a file are plausible, how they are written for readers |
-| tables         | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF     |
+| table_keys     | what the keys of tables take, in which units                            |
+| magnitudes     | which numbers of a file are plausible, how they are written for readers |
+| table_formats  | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF     |
 | shipped        | the machines and experiments that come with the package                 |
-| arrays         | NumPy archives, read safely                                             |
+| archives       | NumPy archives, read safely                                             |
 | reading        | files of the user's, read whole                                         |
 | writing        | files and folders that are written whole or not at all                  |
 | lock           | one process at a time                                                   |

@@ -8,7 +8,7 @@ from typing import Any
 
 from linkages.files.drafting import DraftError
 from linkages.files.formula import parse
-from linkages.files.units import is_quantity, si, without_units
+from linkages.files.unit_conversion import is_quantity, si, without_units
 
 _INVERSE = {"asin", "acos", "atan", "atan2"}
 _SUMS = {"add", "sub", "min", "max", "hypot"}

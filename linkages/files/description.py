@@ -23,7 +23,7 @@ from linkages.files.raw_model import Bearing, Pose, RawJoint, RawLink, RawModel,
 from linkages.files.sdf_text import sdf_text
 from linkages.files.shorthand import written_out
 from linkages.files.toml import Table, validate
-from linkages.files.units import without_units
+from linkages.files.unit_conversion import without_units
 from linkages.files.xml import parse_xml
 
 GROUND = "ground"

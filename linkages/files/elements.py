@@ -11,7 +11,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError, nearest
-from linkages.files.numbers import implausible
+from linkages.files.magnitudes import implausible
 
 _UNITS = {"m": "metres"}
 

@@ -11,7 +11,7 @@ from linkages.files.angles import check_angles
 from linkages.files.described_beam import UNITS as BEAM_UNITS
 from linkages.files.drafting import DraftError
 from linkages.files.formula import CONSTANTS, FUNCTIONS, parse
-from linkages.files.units import without_units
+from linkages.files.unit_conversion import without_units
 
 _RANGE = re.compile(r"\{(\w+)=(-?\d+)\.\.(-?\d+)\}")
 _MOST = 1000  # names that one line stands for

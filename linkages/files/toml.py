@@ -15,9 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from tomlkit.exceptions import TOMLKitError
 
 from linkages.errors import InputError, nearest
-from linkages.files.keys import UnitError, in_si, inner_table, names_taken, taken_keys
-from linkages.files.numbers import implausible
+from linkages.files.magnitudes import implausible
 from linkages.files.reading import read_whole
+from linkages.files.table_keys import UnitError, in_si, inner_table, names_taken, taken_keys
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]

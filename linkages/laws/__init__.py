@@ -7,7 +7,7 @@
 | contact    | normal contact laws, and their constants from material and geometry        |
 | friction   | friction laws                                                              |
 | declared   | the laws by kind and name, with their parameters                           |
-| registry   | laws of the user's own                                                    |
+| user_laws  | laws of the user's own                                                    |
 | mixed      | between film and contact: blend, asperities                                |
 | viscosity  | viscosity of an oil at a temperature                                       |
 | journal    | journal kinematics and the force pair on journal and bearing               |
@@ -20,11 +20,11 @@ force on the same line of action. Angular velocities are positive counter-clockw
 the mechanism's plane. SI units throughout.
 """
 
-from linkages.laws.contact.contacts import CONTACTS
+from linkages.laws.contact.contact_laws import CONTACTS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import PARAMETERS, Parameter
-from linkages.laws.registry import Registered, register_contact, register_film, register_friction, registered, restore
+from linkages.laws.user_laws import Registered, register_contact, register_film, register_friction, registered, restore
 
 __all__ = [
     "CONTACTS",

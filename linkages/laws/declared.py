@@ -6,7 +6,7 @@ import keyword
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from linkages.laws.contact.contacts import CONTACTS
+from linkages.laws.contact.contact_laws import CONTACTS
 from linkages.laws.film.films import FILMS
 from linkages.laws.friction import FRICTIONS
 from linkages.laws.parameters import NEEDS, PARAMETERS, SLOTS, Parameter

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, kernel
-from linkages.laws.contact.contacts import contact_force
+from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import bristle_rate, friction_coefficient

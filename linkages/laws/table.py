@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from linkages.laws.contact.contacts import CONTACTS
+from linkages.laws.contact.contact_laws import CONTACTS
 from linkages.laws.contact.material import effective_restitution
 from linkages.laws.declared import users
 from linkages.laws.film.closed_form import half_film_long

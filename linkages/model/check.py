@@ -9,11 +9,11 @@ from typing import Any, NoReturn
 import numpy as np
 
 from linkages.errors import InputError, nearest
-from linkages.files.keys import unit_of
+from linkages.files.table_keys import unit_of
 from linkages.files.toml import Table
-from linkages.files.units import SLIDING, read
+from linkages.files.unit_conversion import SLIDING, read
 from linkages.laws import CONTACTS
-from linkages.model.bending import check_links
+from linkages.model.beam_interfaces import check_links
 from linkages.model.contact_tables import LineContact, Stop
 from linkages.model.experiment import (
     BENDING_QUANTITIES,
@@ -23,11 +23,11 @@ from linkages.model.experiment import (
     QUANTITIES,
     Experiment,
 )
+from linkages.model.experiment_tables import Contact, Drive, JointModel
 from linkages.model.functions import OF_JOINTS, OF_POINTS
 from linkages.model.gear import Gear
 from linkages.model.load_tables import Force, Function, JointFriction, Spring, Torque, TorsionSpring
 from linkages.model.mechanism import Frame, Mechanism
-from linkages.model.tables import Contact, Drive, JointModel
 
 #: Deepest wear, in parts of the bearing's radius, for which the geometry of overlaps holds.
 DEEPEST = 0.2

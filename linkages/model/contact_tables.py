@@ -7,8 +7,8 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from linkages.files.toml import Finite, Table
+from linkages.model.experiment_tables import Contact, Friction
 from linkages.model.load_tables import Pair
-from linkages.model.tables import Contact, Friction
 
 
 class Stop(Table):

@@ -17,7 +17,7 @@ from pydantic import Field, PrivateAttr
 from linkages.brief import Brief
 from linkages.errors import InputError
 from linkages.files.beams import MATERIAL, SECTIONS
-from linkages.files.keys import bracketed, described_keys, table_keys
+from linkages.files.table_keys import bracketed, described_keys, table_keys
 from linkages.files.toml import (
     Finite,
     NonNegative,
@@ -29,12 +29,12 @@ from linkages.files.toml import (
     validate,
     value_at,
 )
-from linkages.files.units import read
+from linkages.files.unit_conversion import read
 from linkages.model.contact_tables import LineContact, Stop
+from linkages.model.experiment_tables import Drive, JointModel, Solver, Window
 from linkages.model.gear import Gear
 from linkages.model.link_tables import LinkModel
 from linkages.model.load_tables import Force, JointFriction, Spring, Torque, TorsionSpring
-from linkages.model.tables import Drive, JointModel, Solver, Window
 
 #: Where a replaced value came from, as its source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"

@@ -22,7 +22,7 @@ from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
-from linkages.files.numbers import implausible
+from linkages.files.magnitudes import implausible
 from linkages.files.raw_model import Chains, RawJoint, RawLink, RawModel
 from linkages.files.sdf import read_sdf
 

@@ -3,7 +3,7 @@
 | module   | responsibility                                                      |
 |----------|---------------------------------------------------------------------|
 | registry | which outputs a system has, their units, the records of each        |
-| values   | the value of each output at a state, in compiled code               |
+| formulas | the value of each output at a state, in compiled code               |
 | columns  | outputs over time, from the states of a run or of an ideal motion   |
-| segments | those of links that bend, from a run of rigid pieces              |
+| segment_outputs | those of links that bend, from a run of rigid pieces              |
 """

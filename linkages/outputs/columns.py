@@ -8,14 +8,14 @@ from functools import lru_cache
 import numpy as np
 
 from linkages.kernel import Array, Records
+from linkages.outputs.formulas import OF_FORCES, make_view, tabulate
 from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
-from linkages.outputs.segments import whole_columns
-from linkages.outputs.values import OF_FORCES, make_view, tabulate
+from linkages.outputs.segment_outputs import whole_columns
 from linkages.planar.contacts import WIDTH
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
-from linkages.system.segments import Segmented
+from linkages.system.rigid_segments import Segmented
 
 Columns = dict[str, Array]
 

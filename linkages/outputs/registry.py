@@ -10,7 +10,7 @@ and as statistics of batches; `table` is what the documentation shows. Three nam
 ``ideal.JOINT.turning_rate``
     Rate at which the direction of the force in a joint turns [rad/s], counter-clockwise positive.
 
-To add one: a line in `OWNERS`, and its formula in `linkages.outputs.values`.
+To add one: a line in `OWNERS`, and its formula in `linkages.outputs.formulas`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ import numpy as np
 from linkages.errors import AssemblyError, InputError, nearest
 from linkages.kernel import Records
 from linkages.model.experiment import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
-from linkages.model.segments import HINGE
-from linkages.outputs.values import (
+from linkages.model.segment_model import HINGE
+from linkages.outputs.formulas import (
     BEND,
     CONTACT,
     COORDINATE,
@@ -61,7 +61,7 @@ class Owner:
     label: str  # what stands before the dot, in the documentation
     real: bool  # whether only a linkage with play has it
     names: Callable[[System], Iterable[str]]  # of all a system's things of this kind
-    #: Index, other index, marker and constant of `linkages.outputs.values.OUTPUT` of the thing with a name.
+    #: Index, other index, marker and constant of `linkages.outputs.formulas.OUTPUT` of the thing with a name.
     record: Callable[[System, str], tuple[Any, ...]]
     quantities: dict[str, Quantity]
     asked: Callable[[System], Iterable[str]] | None = None  # of these alone a run has columns; default: of all
@@ -334,7 +334,7 @@ def names(system: System, ideal: bool = False) -> list[str]:
 
 
 def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
-    """Return the record (see `linkages.outputs.values.OUTPUT`) of an output.
+    """Return the record (see `linkages.outputs.formulas.OUTPUT`) of an output.
 
     Raises
     ------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
-from linkages.laws.contact.forces import GRAZING
+from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.planar.bodies import Bodies, new_motion, new_pose

@@ -2,7 +2,7 @@
 
 Loads are packed as ``(records, signals, breaks, coefficients, segments)``: an array of `LOAD`, one of `SIGNAL`, and
 `Motions.arrays` with the values of forces and torques, whose inputs are the time and the signals; see
-`linkages.system.loads.pack_loads`.
+`linkages.system.load_records.pack_loads`.
 
 A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
 T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A torsion spring between bodies a and b at the angle phi (zero in the
@@ -54,7 +54,7 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     Parameters
     ----------
     loads : tuple
-        From `linkages.system.loads.pack_loads`.
+        From `linkages.system.load_records.pack_loads`.
     t : float
         Time [s].
     pose, vel : (nb, 5), (nb, 3) arrays

@@ -9,11 +9,11 @@
 | shown          | nothing: figures that a notebook shows by itself                                       |
 | guides         | blocks with play in their slots                                                        |
 | links          | links that bend: deflection, stress and where it is, strain energy                     |
-| modes          | natural frequencies and mode shapes of a linkage that stands still                     |
+| mode_figures   | natural frequencies and mode shapes of a linkage that stands still                     |
 | attractors     | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
 | drawing        | a machine before it is run: a labelled picture that can be moved                       |
 | animation      | a run as a Meshcat recording, its clearance joints magnified                           |
-| wear           | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles   |
+| wear_figures   | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles   |
 | wear_animation | wear over the service life as an offline page with a slider                            |
 | three_rrr      | the flexible 3-RRR robot                                                               |
 """

@@ -2,12 +2,12 @@
 
 | module   | responsibility                                                                        |
 |----------|---------------------------------------------------------------------------------------|
-| results  | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
+| result_folder | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
 | words    | the question and the answer in sentences, the commands that repeat the run            |
-| tables   | the tables: headings and cells, numbers as text                                       |
-| curves   | what the page draws over time: every peak in as many points as a screen shows         |
+| page_tables | the tables: headings and cells, numbers as text                                       |
+| page_curves | what the page draws over time: every peak in as many points as a screen shows         |
 | page     | template, style and script -> ``report.html``                                         |
-| wear     | a folder written by ``linkages wear`` -> ``report.html``                              |
+| wear_page | a folder written by ``linkages wear`` -> ``report.html``                              |
 | terminal | a summary -> lines of text                                                            |
 
 The page holds its figures and its animation as data. A content security policy in its head forbids the browser to fetch
@@ -21,14 +21,14 @@ import lazy_loader
 # ruff: noqa: F401 - for type checkers, what is loaded on first use below
 if TYPE_CHECKING:
     from linkages.report.page import write_report
-    from linkages.report.results import Results, load_results
-    from linkages.report.wear import CONTENT, write_wear_report
+    from linkages.report.result_folder import Results, load_results
+    from linkages.report.wear_page import CONTENT, write_wear_report
 
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={
         "page": ("write_report",),
-        "results": ("Results", "load_results"),
-        "wear": ("CONTENT", "write_wear_report"),
+        "result_folder": ("Results", "load_results"),
+        "wear_page": ("CONTENT", "write_wear_report"),
     },
 )

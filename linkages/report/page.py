@@ -12,9 +12,9 @@ from markupsafe import Markup
 
 from linkages.files.writing import whole
 from linkages.plots.curves import embedded, script
-from linkages.report import tables, words
-from linkages.report.curves import curves_of
-from linkages.report.results import FIGURES, Results
+from linkages.report import page_tables, words
+from linkages.report.page_curves import curves_of
+from linkages.report.result_folder import FIGURES, Results
 
 
 def write_report(results: Results, path: Path) -> None:
@@ -40,7 +40,7 @@ def write_report(results: Results, path: Path) -> None:
 
 
 def template(name: str) -> Template:
-    """Return a template of this package, which can show tables."""
+    """Return a template of this package, which can show page_tables."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
@@ -62,17 +62,19 @@ def render(results: Results) -> str:
         question=words.question(results),
         answer=words.answer(results),
         results=[
-            table for make in (tables.outputs, tables.joints, tables.drives, tables.links) if (table := make(results))
+            table
+            for make in (page_tables.outputs, page_tables.joints, page_tables.drives, page_tables.links)
+            if (table := make(results))
         ],
         estimated=bool(results.summary["error"]),
         dry=any(joint["model"] == "dry" for joint in results.play.values()),
-        impacts=tables.impacts(results),
+        impacts=page_tables.impacts(results),
         drawing=data_uri(results.drawing, "svg+xml") if results.drawing else None,
         figures=[_figure(path) for path in results.figures],
         animation=results.animation,
-        parameters=tables.parameters(results),
+        parameters=page_tables.parameters(results),
         mechanism=results.experiment["mechanism"],
-        provenance=[tables.provenance(results), tables.files(results)],
+        provenance=[page_tables.provenance(results), page_tables.files(results)],
         versions=[f"{k}=={v}" for k, v in versions.items() if k not in elsewhere],
         python=versions.get("python", ""),
         commands=words.commands(results),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from linkages.report.words import beyond, exceeded, meeting, motion_lines, output_unit, reported
-from linkages.results.numbers import link_columns
+from linkages.results.characteristics import link_columns
 from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
 

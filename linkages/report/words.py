@@ -11,10 +11,10 @@ from typing import Any
 import tomlkit
 
 from linkages.errors import Status, listed
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
 from linkages.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE, QUANTITIES
-from linkages.report.results import Results
-from linkages.results.numbers import peaks_by_key
+from linkages.report.result_folder import Results
+from linkages.results.characteristics import peaks_by_key
 
 NONE = "–"  # what has no value
 _ALIKE = 1e-3  # of a peak: a difference from that of the steady cycle that is none

@@ -8,7 +8,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.system import System
-from linkages.system.segments import system_of
+from linkages.system.rigid_segments import system_of
 
 
 def configuration(system: System, columns: Mapping[str, Array]) -> Array:

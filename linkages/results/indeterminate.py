@@ -14,7 +14,7 @@ from linkages.planar.contacts import WIDTH
 from linkages.planar.kinematics import body_positions
 from linkages.planar.reactions import joint_forces
 from linkages.planar.workspace import make_workspace
-from linkages.results.numbers import effort_of
+from linkages.results.characteristics import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 

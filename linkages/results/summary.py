@@ -14,20 +14,20 @@ from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import STOP
-from linkages.results.errors import errors
+from linkages.results.characteristics import effort_of, numbers, peaks_by_key
+from linkages.results.divergence import apart
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
+from linkages.results.joint_validity import outside
 from linkages.results.noise import noise
-from linkages.results.numbers import effort_of, numbers, peaks_by_key
-from linkages.results.parting import apart
-from linkages.results.ranges import outside
-from linkages.results.settling import Motion, motion_of
+from linkages.results.peak_errors import errors
 from linkages.results.singular import Passage, passages
 from linkages.results.startup import startup_end
+from linkages.results.steady_state import Motion, motion_of
 from linkages.results.trajectory import Trajectory
 from linkages.results.warnings import chaotic, geared, meaningless, rough, singular, undetermined, unstretched
 from linkages.system import System
-from linkages.system.segments import system_of
+from linkages.system.rigid_segments import system_of
 
 _COMPARED = 500  # times at which the run and the tighter one are compared
 
@@ -234,7 +234,7 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
     -------
     dict
         ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None where there is none; without
-        a tighter run it is empty; see `linkages.results.errors`. ``windows`` are those of ``whole``, each with
+        a tighter run it is empty; see `linkages.results.peak_errors`. ``windows`` are those of ``whole``, each with
         errors of its own.
     """
     peaks, error = peaks_by_key(whole), _errors(study, study.run, study.tighter, whole)

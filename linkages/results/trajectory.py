@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, RunError, Status, UnknownNameError, nearest_names
-from linkages.files import tables
-from linkages.files.arrays import read_arrays
+from linkages.files import table_formats
+from linkages.files.archives import read_arrays
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
 from linkages.results.loops import Loops
@@ -132,7 +132,7 @@ class Trajectory(Brief):
         >>> frame.index.name, frame.attrs["units"]["slider7.ax"]
         ('time', 'm/s2')
         """
-        return tables.dataframe(self.columns, self.units)
+        return table_formats.dataframe(self.columns, self.units)
 
     def to_xarray(self) -> xr.Dataset:
         """Return the columns as an xarray Dataset over the time; each has its unit, the whole its status.
@@ -150,7 +150,7 @@ class Trajectory(Brief):
         >>> data["slider7.ax"].attrs["units"], data.attrs["status"]
         ('m/s2', 'ok')
         """
-        return tables.dataset(self.columns, self.units, self.about)
+        return table_formats.dataset(self.columns, self.units, self.about)
 
 
 def load_trajectory(path: str | Path) -> Trajectory:

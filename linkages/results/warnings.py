@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from linkages.errors import Status
-from linkages.results.errors import largest_of_quantities, quantity
+from linkages.results.peak_errors import largest_of_quantities, quantity
 from linkages.results.singular import Passage
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
-from linkages.system.segments import system_of
+from linkages.system.rigid_segments import system_of
 
 ROUGH = 0.1  # of a peak: an error that makes it rough
 _NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding or residue, and its change says nothing

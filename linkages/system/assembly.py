@@ -18,7 +18,7 @@ from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
 from linkages.planar.workspace import make_workspace
-from linkages.system.loads import check_functions, check_lengths
+from linkages.system.load_records import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree
 
 #: Ratio of singular values below which a position counts as singular. At a dead point itself the ratio found is about

@@ -10,7 +10,7 @@ import numpy as np
 from linkages.arrays import Array, Records
 from linkages.files.raw_model import Bearing
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
-from linkages.laws.contact.forces import CLIP
+from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.contact.material import (
     contact_modulus,
     cylinder_stiffness,
@@ -26,7 +26,7 @@ from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR, set_parameters
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
-from linkages.model.tables import Contact, Friction, JointModel, Mixed
+from linkages.model.experiment_tables import Contact, Friction, JointModel, Mixed
 
 
 def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Records:

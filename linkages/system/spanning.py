@@ -14,7 +14,7 @@ from linkages.kernel.by_reference import packed
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import STRAIGHT, Bodies, make_shapes
-from linkages.system.bent_link import BentLink, section_at
+from linkages.system.flexible_link import BentLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
 _NAMES = list(types.BODY.names or ())

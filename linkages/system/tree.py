@@ -18,7 +18,7 @@ from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies
-from linkages.system.bent_link import BentLink, section_at
+from linkages.system.flexible_link import BentLink, section_at
 
 #: Closure rows of a cut joint.
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}

@@ -13,17 +13,17 @@ from linkages.brief import Brief, counted
 from linkages.files.raw_model import Bearing
 from linkages.model.check import check
 from linkages.model.experiment import Experiment
+from linkages.model.experiment_tables import JointModel
 from linkages.model.mechanism import Mechanism
-from linkages.model.tables import JointModel
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import WORN
-from linkages.system.bent_link import bent_link
+from linkages.system.flexible_link import bent_link
 from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
-from linkages.system.loads import pack_loads
+from linkages.system.load_records import pack_loads
 from linkages.system.spanning import spanning_tree
-from linkages.system.touches import touch_ends, touch_models
 from linkages.system.tree import Tree
+from linkages.system.unilateral_contacts import touch_ends, touch_models
 
 _SAMPLED = 2000  # times at which rates of the drives are compared
 

@@ -18,7 +18,7 @@ Agricultural Machinery 41(6), 2010, pp. 208-215 ("the paper"); equation numbers 
 | response        | quasi-static, the paper's recursion, generalised-alpha                                    |
 | stress          | stress along each link and in the platform                                                |
 | vibration       | extremes of the response and of stress over the whole motion                              |
-| results         | all of these for one robot on one branch                                                  |
+| analysis        | all of these for one robot on one branch                                                  |
 | speed           | the response against the drives' speed                                                    |
 | verify          | comparison with Drake's rigid plant                                                       |
 
@@ -29,9 +29,9 @@ in the paper. Elastic displacements are small, in plane axes, relative to the ri
 pose as their first axis.
 """
 
+from linkages.three_rrr.analysis import analyse
 from linkages.three_rrr.branch import follow
 from linkages.three_rrr.maps import drive_map
-from linkages.three_rrr.results import analyse
 from linkages.three_rrr.robot import changed, load_robot
 from linkages.three_rrr.speed import speed_sweep
 from linkages.three_rrr.vibration import vibrate

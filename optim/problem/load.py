@@ -17,7 +17,7 @@ from linkages import Experiment, InputError, System, load
 from linkages.errors import nearest
 from linkages.files.formula import Formula, parse
 from linkages.files.toml import leaves, read_toml, validate
-from linkages.files.units import is_quantity, read_either
+from linkages.files.unit_conversion import is_quantity, read_either
 from linkages.model.experiment import value_unit
 from linkages.outputs.registry import check_output
 from optim.problem.schema import LIFE, Point, StudyFile, Term, Window

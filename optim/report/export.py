@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from linkages import InputError
-from linkages.files.tables import needed
+from linkages.files.table_formats import needed
 from linkages.files.writing import whole
 from linkages.model.experiment import value_unit
 from optim.evaluate.evaluations import INFEASIBLE

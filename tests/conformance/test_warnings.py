@@ -13,8 +13,8 @@ from shipped import shipped
 from linkages import Status, ideal, simulate, study, summarize
 from linkages.cli.main import main
 from linkages.report.terminal import format_summary
-from linkages.results.errors import SAFETY
 from linkages.results.noise import noise
+from linkages.results.peak_errors import SAFETY
 from linkages.results.singular import NEAR, passages
 from linkages.results.warnings import rough
 

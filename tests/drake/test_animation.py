@@ -24,7 +24,7 @@ from linkages.plots.animation.surroundings import Surroundings
 from linkages.plots.guides import guides_figure
 from linkages.plots.histories import forces_figure
 from linkages.plots.style import engineering
-from linkages.system.segments import segmented
+from linkages.system.rigid_segments import segmented
 
 DRY = """duration = 0.01
 [drives.O]

@@ -9,12 +9,12 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 from spun_beams import SPIN, SPUN, spun, tip_of
 
 from linkages import InputError, simulate
-from linkages.model.bending import interfaces
+from linkages.model.beam_interfaces import interfaces
 from linkages.outputs.columns import columns
 from linkages.planar.bodies import make_pose
 from linkages.planar.contacts import WIDTH
 from linkages.planar.kinematics import body_positions
-from linkages.system.segments import segmented
+from linkages.system.rigid_segments import segmented
 
 LENGTH = 0.4
 CANTILEVER = model("cantilever", elastic_bar("rod", LENGTH, "__model__") + joint("O", "world", "rod"))

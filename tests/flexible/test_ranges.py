@@ -8,7 +8,7 @@ from shipped import BENT, run, shipped
 
 from linkages import Status
 from linkages.results.impacts import Impact
-from linkages.results.ranges import outside
+from linkages.results.joint_validity import outside
 from linkages.results.trajectory import Trajectory
 
 LENGTH = 0.3  # of the rod

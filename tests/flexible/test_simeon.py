@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.simulation import Replay
 from linkages.flexible.component_modes import _constants, _Series
-from linkages.system import bent_link
+from linkages.system import flexible_link
 
 #: At t = 0: rod's angle [rad] and elastic coordinates [m]: two sines, middle and end of the bar; their rates.
 ANGLE, RATE = 0.0, -74.9957670
@@ -60,7 +60,7 @@ def test_the_test_sets_slider_crank(system_of, monkeypatch, factor):
         found = _constants(beam, along, across, stiffening=False)
         return replace(found, m0=found.m0 * np.array([1.0, 1.0, factor, factor]))
 
-    monkeypatch.setattr(bent_link, "component_modes", modes)
+    monkeypatch.setattr(flexible_link, "component_modes", modes)
     toml = """duration = 0.1
 [drives.O]
 speed = 150.0

@@ -12,8 +12,8 @@ from scipy.integrate import quad
 from scipy.special import lambertw
 
 from linkages.laws import CONTACTS
-from linkages.laws.contact.contacts import contact_force
-from linkages.laws.contact.forces import CLIP, GRAZING, line_contact
+from linkages.laws.contact.contact_forces import CLIP, GRAZING, line_contact
+from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.contact.material import (
     contact_modulus,
     effective_restitution,

@@ -10,7 +10,7 @@ import pytest
 from joint_records import joint
 
 from linkages.laws import CONTACTS
-from linkages.laws.contact import contacts
+from linkages.laws.contact import contact_laws
 from linkages.laws.contact.material import effective_restitution
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
@@ -51,7 +51,7 @@ def test_laws_of_a_script_as_the_page_says():
     run = space["run"]
     clearance = space["system"].laws["clearance"][0]
     assert np.hypot(run["B.ex"], run["B.ey"]).max() > clearance  # it did touch
-    force = contacts.contact_force(1e-6, 0.1, 0.1, joint(contact="viscoelastic", my_stiffness=1e10))
+    force = contact_laws.contact_force(1e-6, 0.1, 0.1, joint(contact="viscoelastic", my_stiffness=1e10))
     assert force == pytest.approx(1e10 * (1e-9 + 1.5 * 2e-7 * 1e-3 * 0.1))
     small_loss = CONTACTS["small-loss"]
     for e in (0.98, 0.99):  # exact for small losses: the error is of second order
@@ -69,7 +69,7 @@ def test_laws_of_a_script_as_the_page_says():
 def test_adding_a_law_to_the_package_as_the_page_says(tmp_path):
     """Add the page's line to a copy of the module, and use the law."""
     (entry,) = IN_PACKAGE
-    source = Path(contacts.__file__).read_text(encoding="utf-8")
+    source = Path(contact_laws.__file__).read_text(encoding="utf-8")
     path = tmp_path / "extended_contacts.py"
     path.write_text(source.replace("\nCONTACTS = {\n", f"\nCONTACTS = {{\n{entry}"), encoding="utf-8")
     spec = importlib.util.spec_from_file_location("extended_contacts", path)

@@ -11,7 +11,7 @@ from joint_records import joint
 from scipy.integrate import quad
 from scipy.special import pbdv
 
-from linkages.laws.contact.contacts import contact_force
+from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.films import film_force
 from linkages.laws.mixed import asperity_force, asperity_pressure, dry_weight, gauss_five_halves, mix
 

@@ -12,7 +12,7 @@ from numba import config
 import linkages
 from linkages import InputError, laws
 from linkages.laws import CONTACTS, FRICTIONS, Parameter
-from linkages.laws.contact.contacts import contact_force
+from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.declared import BUILT_IN_PARAMETERS, REGISTRIES
 from linkages.laws.parameters import SLOTS
 from linkages.model.experiment import described, value_unit

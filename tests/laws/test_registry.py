@@ -24,13 +24,13 @@ from linkages.laws import (
     register_film,
     register_friction,
     registered,
-    registry,
     restore,
+    user_laws,
 )
-from linkages.laws.contact.contacts import contact_force
+from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
-from linkages.model.tables import ContactLaw
+from linkages.model.experiment_tables import ContactLaw
 
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
@@ -182,9 +182,9 @@ def test_an_experiment_can_name_a_law_registered_later():
 
 
 def forget(name):
-    for kind, law in list(registry._registered):
+    for kind, law in list(user_laws._registered):
         if law == name:
-            del registry.REGISTRIES[kind][name], registry._registered[kind, name]
+            del user_laws.REGISTRIES[kind][name], user_laws._registered[kind, name]
 
 
 def test_laws_go_to_another_process():

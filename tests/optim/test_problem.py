@@ -272,7 +272,7 @@ def test_the_example_of_the_documentation(tmp_path):
 
 
 def test_every_key_says_what_it_means():
-    from linkages.files.keys import table_keys
+    from linkages.files.table_keys import table_keys
 
     assert all(meaning for _, meaning in table_keys(StudyFile))
 

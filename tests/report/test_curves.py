@@ -4,7 +4,7 @@ import numpy as np
 
 from linkages.plots.curves import seen
 from linkages.report import load_results
-from linkages.report.curves import curves_of
+from linkages.report.page_curves import curves_of
 from linkages.results.trajectory import load_trajectory
 
 

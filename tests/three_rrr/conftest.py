@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from linkages.files.shipped import data_folder
+from linkages.three_rrr.analysis import RobotResults, analyse
 from linkages.three_rrr.branch import Branch, follow, start_assembly
 from linkages.three_rrr.kinematics import Motion
-from linkages.three_rrr.results import RobotResults, analyse
 from linkages.three_rrr.robot import Robot, load_robot
 
 

@@ -14,11 +14,11 @@ import pytest
 
 from linkages.plots.three_rrr import figures
 from linkages.plots.three_rrr.animation import animation_data, write_animation
-from linkages.plots.three_rrr.drawing import rest_lines, shape_lines
+from linkages.plots.three_rrr.robot_lines import rest_lines, shape_lines
+from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.direct import assemblies
 from linkages.three_rrr.kinematics import determinants
 from linkages.three_rrr.maps import drive_map
-from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.robot import Robot
 from linkages.three_rrr.vibration import Vibration
 

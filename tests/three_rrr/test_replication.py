@@ -14,7 +14,7 @@ from replication.robot_runs import PRINTED_CRANK, PRINTED_ERROR, PRINTED_SHEAR, 
 from replication.robot_soft import energies, free, held
 from replication.verdicts import HEAD
 
-from linkages.three_rrr.results import RobotResults
+from linkages.three_rrr.analysis import RobotResults
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

@@ -14,7 +14,7 @@ from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.files.tables import needed
+from linkages.files.table_formats import needed
 from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
 from linkages.planar.ideal import make_ideal

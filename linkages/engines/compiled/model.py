@@ -33,7 +33,7 @@ class Work(NamedTuple):
     value: Array  # for prescribed motions and torques
     rate: Array
     second: Array
-    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.values.View`
+    forces: Array  # result for joints, (nj, 3); see `linkages.outputs.formulas.View`
     efforts: Array  # for drives, (nd,)
     applied: Array  # for loads, (nl, 4)
     scratch: Scratch

@@ -17,8 +17,8 @@ from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices, Records
 from linkages.kernel.ahead import expect
 from linkages.kernel.by_reference import packed
-from linkages.model.tables import IMPLICIT
-from linkages.outputs.values import OF_FORCES
+from linkages.model.experiment_tables import IMPLICIT
+from linkages.outputs.formulas import OF_FORCES
 from linkages.planar.contacts import WIDTH, landing
 from linkages.planar.ideal import Ideal
 from linkages.signals import deferred
@@ -66,7 +66,7 @@ class Runner:
     def __init__(self, system: System, outputs: Records | None = None) -> None:
         self.system, solver, tree = system, system.experiment.solver, system.tree
         self.implicit = system.stiff if solver.integrator is None else solver.integrator in IMPLICIT
-        expect("linkages.engines.ahead:compiled", self.implicit)
+        expect("linkages.engines.precompilation:compiled", self.implicit)
         seen = [] if outputs is None else [outputs["marker"]["body"], outputs["at"], outputs["other"]]
         if outputs is not None and np.isin(outputs["kind"], OF_FORCES).any():
             seen.append(system.arrays.joints["child"]["body"])

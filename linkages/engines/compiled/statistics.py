@@ -15,7 +15,7 @@ from linkages.integrate.parabola import parabola_top
 from linkages.integrate.stepper import Stepper, copy, make_stepper
 from linkages.kernel import Array, Records, kernel
 from linkages.kernel.by_reference import reference
-from linkages.outputs.values import LINKAGE, LOAD, OF_FORCES, View, output_value, point_value
+from linkages.outputs.formulas import LINKAGE, LOAD, OF_FORCES, View, output_value, point_value
 from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import Ideal, ideal_state
 from linkages.planar.loads import load_outputs
@@ -38,7 +38,7 @@ class Sampler(NamedTuple):
     equations: Equations
     stepper: Stepper
     ideal: Ideal
-    outputs: Records  # of `linkages.outputs.values.OUTPUT`
+    outputs: Records  # of `linkages.outputs.formulas.OUTPUT`
     with_ideal: bool  # whether outputs need the ideal linkage's state
     with_forces: bool  # the forces in joints
     with_loads: bool  # what the loads do

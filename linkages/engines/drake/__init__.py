@@ -5,7 +5,7 @@
 | plant      | the mechanism's spanning tree as SDFormat that Drake accepts, and as a plant      |
 | clearance  | `ClearanceJoints(LeafSystem)`: forces in joints with play from the plant's state  |
 | drives     | `Drives(LeafSystem)`: prescribed motions, torques, reactions of closing joints    |
-| forces     | what both ask of the compiled kernels                                             |
+| joint_forces | what both ask of the compiled kernels                                             |
 | diagram    | `add_linkage`, `build_diagram`: the systems connected                             |
 | steps      | Drake's simulator, led past habits that spoil a run's steps                       |
 | advance    | a simulator of the user's own diagram, advanced to a time                         |

@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 )
 
 from linkages.arrays import Array
-from linkages.engines.drake.forces import joint_forces, placed
+from linkages.engines.drake.joint_forces import joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
 from linkages.planar.record_types import WORN

@@ -18,7 +18,7 @@ from linkages.engines.drake.plant import StatePlace, add_tree, state_place
 from linkages.errors import InputError, Status
 from linkages.results.trajectory import Progress
 from linkages.system import System
-from linkages.system.segments import segmented
+from linkages.system.rigid_segments import segmented
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def add_linkage(
     ----------
     builder : DiagramBuilder
     system : System
-        From `linkages.load`. Links that bend become rows of rigid pieces (`linkages.system.segments`).
+        From `linkages.load`. Links that bend become rows of rigid pieces (`linkages.system.rigid_segments`).
     external : bool
         Whether to provide an input for generalised forces of the user's own systems (`Linkage.external`).
     meshcat : Meshcat, optional

@@ -7,7 +7,7 @@ from functools import partial
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
 from linkages.arrays import Array
-from linkages.engines.drake.forces import drive_forces, placed
+from linkages.engines.drake.joint_forces import drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.closure import LOOSE, loop_errors
 from linkages.system import System

@@ -47,7 +47,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         If there is nothing to start from.
     """
     started = clock.perf_counter()
-    expect("linkages.engines.ahead:drake")
+    expect("linkages.engines.precompilation:drake")
     diagram, linkage = build_diagram(system)
     system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())

@@ -19,7 +19,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from linkages.arrays import Array
-from linkages.model.tables import IMPLICIT
+from linkages.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
 _SMALLEST = 1e-11  # of the duration: below it the run has collapsed

@@ -7,7 +7,7 @@
 | stages  | what a life looks like, and when a limit is reached                                |
 | life    | jumps of second order from block to block, step control                            |
 | content | a life as the content of ``wear.json``                                             |
-| store   | blocks kept on disk by what they were made of: a life that was killed goes on      |
+| block_store | blocks kept on disk by what they were made of: a life that was killed goes on      |
 
 A *cycle* is a revolution of the drive, or a period of a drive that oscillates. A block with given profiles gives
 samples of the loads (`linkages.laws.wear.archard.SAMPLE`) in a mean cycle; a jump wears the profiles by them, at held

@@ -22,10 +22,10 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError, Status
+from linkages.explore.wear.block_store import Store
 from linkages.explore.wear.jump import between, deepest, difference, work_of, worn
 from linkages.explore.wear.measure import Block, Loads, Removed, Wearing, check_wears, wearing
 from linkages.explore.wear.stages import Life, Stage
-from linkages.explore.wear.store import Store
 from linkages.laws.wear.profile import removed_of
 from linkages.model.check import DEEPEST
 from linkages.system import System

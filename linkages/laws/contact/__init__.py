@@ -2,8 +2,8 @@
 
 | module   | what it holds                                                               |
 |----------|-----------------------------------------------------------------------------|
-| forces   | the forces: power law, Kelvin-Voigt, conformal cylinders                    |
-| contacts | the contact laws by name, each a force and a hysteresis factor              |
+| contact_forces | the forces: power law, Kelvin-Voigt, conformal cylinders                    |
+| contact_laws | the contact laws by name, each a force and a hysteresis factor              |
 | material | from material and geometry to stiffness and damping; effective restitution |
 
 A contact law is a function ``force(delta, ddelta, ddelta0, joint) -> F``:

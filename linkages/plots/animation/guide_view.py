@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
 from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
 from linkages.system.tree import CORNERS

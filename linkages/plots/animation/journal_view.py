@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Cylinder, Rgba
 
 from linkages.arrays import Array
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
 from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
 

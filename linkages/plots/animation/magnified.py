@@ -14,7 +14,7 @@ from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
 from linkages.arrays import Array
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory

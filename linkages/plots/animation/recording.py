@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 from linkages.arrays import Array
 from linkages.engines.drake.plant import add_tree, state_place
 from linkages.errors import AssemblyError
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.plots.animation.captions import Label, add_captions
 from linkages.plots.animation.guide_view import GuideView
@@ -28,7 +28,7 @@ from linkages.plots.style import round_length
 from linkages.results.summary import Study
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
-from linkages.system.segments import Segmented, segmented, system_of
+from linkages.system.rigid_segments import Segmented, segmented, system_of
 
 _ASPECT = 2.0  # of the window for which the view is chosen
 _FIELD_OF_VIEW = 25.0  # deg; narrow, so that circles at the rim look round

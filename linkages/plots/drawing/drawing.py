@@ -9,16 +9,16 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError
-from linkages.explore.travel import Travel, movable, travel
-from linkages.model.doubts import doubts
+from linkages.explore.range_of_motion import Travel, movable, travel
 from linkages.model.experiment import Experiment
+from linkages.model.plausibility import doubts
 from linkages.planar.bodies import make_pose
 from linkages.planar.kinematics import body_positions
-from linkages.plots.drawing.done import Done
+from linkages.plots.drawing.actions import Done
+from linkages.plots.drawing.directions import senses, strongest
 from linkages.plots.drawing.facts import facts, joint_table, link_table
 from linkages.plots.drawing.parts import Parts
 from linkages.plots.drawing.shapes import Shape, placed, shape
-from linkages.plots.drawing.values import senses, strongest
 from linkages.plots.style import asked_points, round_length
 from linkages.system import System
 from linkages.system.spanning import spanning_tree

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from linkages.errors import Status, listed
+from linkages.explore.range_of_motion import Travel
 from linkages.explore.transmission import Transmission
-from linkages.explore.travel import Travel
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.model.skeleton import skeleton
@@ -28,7 +28,7 @@ def facts(
     ----------
     mechanism : Mechanism
     system : System or None
-        From `linkages.explore.travel.movable`; None if the loops do not close.
+        From `linkages.explore.range_of_motion.movable`; None if the loops do not close.
     ways : sequence of Travel
         Of its drives.
     starts : mapping of str to float

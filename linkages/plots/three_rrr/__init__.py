@@ -3,11 +3,11 @@
 | module     | what it draws                                                                           |
 |------------|-----------------------------------------------------------------------------------------|
 | figures    | the paper's figures 5 to 12; `write_figures` writes these and those of `parameters`     |
-| parameters | maps over the drive angles; convergence with the elements; the effect of speed          |
-| drawing    | the robot as lines, at rest and deformed                                                |
+| parameter_maps | maps over the drive angles; convergence with the elements; the effect of speed          |
+| robot_lines | the robot as lines, at rest and deformed                                                |
 | animation  | a mode over the moving pose, as one HTML file                                           |
 """
 
-from linkages.plots.three_rrr.drawing import draw_pose, shape_lines
+from linkages.plots.three_rrr.robot_lines import draw_pose, shape_lines
 
 __all__ = ["draw_pose", "shape_lines"]

@@ -11,8 +11,8 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.plots.style import COLORS
-from linkages.plots.three_rrr.drawing import displaced_lines
-from linkages.three_rrr.results import RobotResults
+from linkages.plots.three_rrr.robot_lines import displaced_lines
+from linkages.three_rrr.analysis import RobotResults
 
 _FRAMES = 121
 _SHARE = 0.1  # drawn deflection as a part of the coupler's length

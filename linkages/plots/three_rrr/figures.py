@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from linkages.plots.style import COLORS, LINES, figure_style
-from linkages.plots.three_rrr import parameters
-from linkages.plots.three_rrr.drawing import OUTLINE, draw_pose, shape_lines
-from linkages.plots.three_rrr.parameters import panels
+from linkages.plots.three_rrr import parameter_maps
+from linkages.plots.three_rrr.parameter_maps import panels
+from linkages.plots.three_rrr.robot_lines import OUTLINE, draw_pose, shape_lines
+from linkages.three_rrr.analysis import RobotResults
 from linkages.three_rrr.modes import DENSE
 from linkages.three_rrr.response import generalised_alpha
-from linkages.three_rrr.results import RobotResults
 from linkages.three_rrr.stress import platform_stress
 
 _WINDOW = 0.12  # s, in which the vibration after a start from rest is drawn
@@ -36,10 +36,10 @@ def write_figures(results: RobotResults, folder: Path, progress: Callable[[float
         ("fig10_mode_shapes", _shapes),
         ("fig11_elastic_displacement", _displacement),
         ("fig12_stress", _stress),
-        ("map_assemblies", parameters.map_figure),
-        ("convergence", parameters.convergence_figure),
-        ("velocity_terms", parameters.velocity_figure),
-        ("speed_sweep", parameters.speed_figure),
+        ("map_assemblies", parameter_maps.map_figure),
+        ("convergence", parameter_maps.convergence_figure),
+        ("velocity_terms", parameter_maps.velocity_figure),
+        ("speed_sweep", parameter_maps.speed_figure),
     ]
     written = []
     with figure_style():

@@ -1,10 +1,10 @@
-"""Links that bend as rows of rigid pieces: the same machine as a rigid linkage with springs in its joints.
+"""Flexible links as chains of rigid segments: the same linkage with springs in its joints (rigid finite elements).
 
-Between neighbouring interfaces (`linkages.model.bending.interfaces`) a beam is cut into equal cells of a length h. Its
-pieces go from the middle of one cell to that of the next, so that each carries a node in its own middle, where joints
-attach; hinges between them have the stiffness EI/h and the damping of the beam. A piece is a thin rod. Angles of
-sections and places on the beam are right to the second order of h, at clamped ends as at pins. Pieces do not stretch,
-and shorten by bending as the beam does: geometric stiffening is exact.
+Between neighbouring interfaces (`linkages.model.beam_interfaces.interfaces`) a beam is cut into equal cells of length
+h. A segment is a thin rod that reaches from the middle of one cell to the middle of the next one, so that its own
+middle is a node, to which joints attach. The hinges between segments have the stiffness EI/h and the damping of the
+beam. Section angles and places on the beam are accurate to second order in h, at clamped and at pinned ends. Segments
+are inextensible and shorten by bending as the beam does: geometric stiffening is exact.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.files.raw_model import LinkBeam
-from linkages.model.bending import interfaces, parts
+from linkages.model.beam_interfaces import interfaces, parts
 from linkages.model.experiment import BENDING_QUANTITIES, Experiment, experiment_of
 from linkages.model.link_tables import LinkModel
 from linkages.model.mechanism import Frame, Joint, Link, Mechanism

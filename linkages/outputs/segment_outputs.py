@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from linkages.kernel import Array
-from linkages.model.segments import Row
+from linkages.model.segment_model import Row
 from linkages.outputs.registry import names
-from linkages.system.segments import Segmented
+from linkages.system.rigid_segments import Segmented
 
 Columns = dict[str, Array]
 

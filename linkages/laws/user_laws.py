@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 
 from numba.core.errors import NumbaError
 
-from linkages.laws.contact.contacts import Contact
-from linkages.laws.contact.forces import power_law
+from linkages.laws.contact.contact_forces import power_law
+from linkages.laws.contact.contact_laws import Contact
 from linkages.laws.declared import REGISTRIES, check_parameters, declared
 from linkages.laws.film.films import Film
 from linkages.laws.friction import LUGRE, Friction

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
 
-from linkages.files.keys import bracketed
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
+from linkages.files.table_keys import bracketed
 from linkages.files.toml import leaves
 from linkages.model.experiment import keys, value_unit
-from linkages.report.results import Results
+from linkages.report.result_folder import Results
 from linkages.report.words import NONE, beyond, change, exceeded, meeting, reported, toml_value, typeset, unit
+from linkages.results.characteristics import link_columns
 from linkages.results.impacts import Impact
-from linkages.results.numbers import link_columns
 
 _SHOWN = 40  # most contacts in the table
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from pydantic import Field, model_validator
 
-from linkages.files.keys import OneOf
+from linkages.files.table_keys import OneOf
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.model.functions import TIME, formula, program

@@ -151,7 +151,7 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
     Examples
     --------
     >>> import numpy as np
-    >>> from linkages.results.settling import repeats
+    >>> from linkages.results.steady_state import repeats
     >>> round(repeats(lambda t: np.column_stack([np.sin(4 * t), 4 * np.cos(4 * t), -16 * np.sin(4 * t)]), 5.0), 9)
     1.570796327
     """

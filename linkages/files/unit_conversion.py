@@ -24,7 +24,7 @@ def is_quantity(text: str) -> bool:
 
     Examples
     --------
-    >>> from linkages.files.units import is_quantity
+    >>> from linkages.files.unit_conversion import is_quantity
     >>> is_quantity("0.1 mm"), is_quantity("0.1"), is_quantity("2*a")
     (True, False, False)
     """
@@ -54,7 +54,7 @@ def si(text: str, unit: str = "") -> float:
 
     Examples
     --------
-    >>> from linkages.files.units import si
+    >>> from linkages.files.unit_conversion import si
     >>> si("0.1 mm", "m"), si("300 r/min", "rad/s")
     (0.0001, 31.41592653589793)
     """
@@ -117,7 +117,7 @@ def without_units(formula: str, names: set[str], write: Callable[[str], str] | N
 
     Examples
     --------
-    >>> from linkages.files.units import without_units
+    >>> from linkages.files.unit_conversion import without_units
     >>> without_units("2*a + 5 mm - 1/4 mm", {"a"})
     '2*a + 0.005 - 0.00025'
     """

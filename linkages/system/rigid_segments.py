@@ -11,8 +11,8 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, Status
-from linkages.model.segments import Row, rows
-from linkages.model.segments import segmented as cut
+from linkages.model.segment_model import Row, rows
+from linkages.model.segment_model import segmented as cut
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
 from linkages.system.assembly import Assembly
@@ -141,7 +141,7 @@ def segmented(system: System) -> Segmented:
     Examples
     --------
     >>> import linkages
-    >>> from linkages.system.segments import segmented
+    >>> from linkages.system.rigid_segments import segmented
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
     >>> segmented(system).tree.coordinates == system.tree.coordinates  # no link of it bends
     True

@@ -12,7 +12,7 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.files.raw_model import LinkBeam
 from linkages.flexible.component_modes import ComponentModes, component_modes
-from linkages.model.bending import parts, pieces
+from linkages.model.beam_interfaces import parts, pieces
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Link, Mechanism
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS

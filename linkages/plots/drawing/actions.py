@@ -33,9 +33,9 @@ class Done:
     parts : Parts
         Of the machine.
     senses : mapping of str to float
-        Which way drives go, from `linkages.plots.drawing.values.senses`; others are drawn along their coordinate.
+        Which way drives go, from `linkages.plots.drawing.directions.senses`; others are drawn along their coordinate.
     strongest : mapping of str to array
-        Forces and torques, from `linkages.plots.drawing.values.strongest`; others are zero.
+        Forces and torques, from `linkages.plots.drawing.directions.strongest`; others are zero.
     """
 
     def __init__(self, parts: Parts, senses: Mapping[str, float], strongest: Mapping[str, Array]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from linkages.arrays import Array
-from linkages.files.numbers import rounded
+from linkages.files.magnitudes import rounded
 from linkages.files.writing import file_name
 from linkages.plots.style import COLORS, figure_style, typeset
 

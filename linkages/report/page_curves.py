@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from linkages.plots.curves import columns, curves
-from linkages.report.results import Results
+from linkages.report.result_folder import Results
 from linkages.results.trajectory import load_trajectory
 
 

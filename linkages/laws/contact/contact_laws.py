@@ -1,6 +1,6 @@
 """The contact laws by name; see the head of `linkages.laws.contact` for their signature.
 
-To add one: a line in `CONTACTS`, and a function in `linkages.laws.contact.forces` if it has a force of its own.
+To add one: a line in `CONTACTS`, and a function in `linkages.laws.contact.contact_forces` if it has a force of its own.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 
 from linkages.kernel import address, caller, kernel
-from linkages.laws.contact.forces import dubowsky_freudenstein, esdu_78035, johnson, kelvin_voigt, power_law
+from linkages.laws.contact.contact_forces import dubowsky_freudenstein, esdu_78035, johnson, kelvin_voigt, power_law
 from linkages.laws.parameters import Parameter, named_record
 
 #: Smallest restitution that a law with 1/e uses.

@@ -14,7 +14,7 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import no_info_after_validator_function
 
 from linkages.errors import nearest
-from linkages.files.units import read, read_either
+from linkages.files.unit_conversion import read, read_either
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def bracketed(meaning: str) -> str:
 
     Examples
     --------
-    >>> from linkages.files.keys import bracketed
+    >>> from linkages.files.table_keys import bracketed
     >>> bracketed("radial clearance c [m]")
     'm'
     """

@@ -17,12 +17,12 @@ from linkages.files.raw_model import Bearing
 from linkages.laws import CONTACTS, FILMS
 from linkages.laws.contact.material import contact_modulus
 from linkages.laws.viscosity import DENSITY_15, density
+from linkages.model.experiment_tables import Contact, JointModel
 from linkages.model.mechanism import Joint
-from linkages.model.tables import Contact, JointModel
-from linkages.results.bent_ranges import BENT_RULES, bent_cases
+from linkages.results.flexible_validity import BENT_RULES, bent_cases
 from linkages.results.impacts import Impact
-from linkages.results.rules import Finding, Rule, broken
 from linkages.results.trajectory import Trajectory
+from linkages.results.validity import Finding, Rule, broken
 from linkages.system import System
 
 #: Taylor vortices between cylinders of which the inner one turns begin where rho omega R c/mu is 41.1 sqrt(R/c).

@@ -10,10 +10,10 @@ import numpy as np
 
 from linkages.planar.record_types import SECTION
 from linkages.results.impacts import Impact
-from linkages.results.rules import Finding, Rule
 from linkages.results.trajectory import Trajectory
+from linkages.results.validity import Finding, Rule
 from linkages.system import System
-from linkages.system.bent_link import BentLink
+from linkages.system.flexible_link import BentLink
 
 #: Slope against the frame's axis at which the stiffness, off by half its square, is off by 1 %.
 SLOPE = math.sqrt(2.0 * 0.01)

@@ -37,7 +37,7 @@ def doubts(mechanism: Mechanism, size: float, experiment: Experiment) -> list[st
     Examples
     --------
     >>> import linkages
-    >>> from linkages.model.doubts import doubts
+    >>> from linkages.model.plausibility import doubts
     >>> system = linkages.load(linkages.find_file("four_bar_dry.toml"), {"sdf.links.crank.pose.yaw": 90.0})
     >>> doubts(system.mechanism, system.tree.extent, system.experiment)
     ['links.crank.pose.yaw is 90 rad: are these degrees? Write <pose degrees="true">']

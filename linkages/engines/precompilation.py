@@ -46,7 +46,7 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
 
 def drake() -> list[Callable[[], Any]]:
     """Jobs for the Drake engine; Drake itself is not asked."""
-    from linkages.engines.drake.forces import drive_forces, joint_forces, placed
+    from linkages.engines.drake.joint_forces import drive_forces, joint_forces, placed
 
     system = drop()
     n = system.tree.size

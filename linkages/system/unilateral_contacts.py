@@ -12,7 +12,7 @@ import numpy as np
 
 from linkages.arrays import Records
 from linkages.model.experiment import Experiment
-from linkages.model.tables import Contact, Friction, JointModel
+from linkages.model.experiment_tables import Contact, Friction, JointModel
 from linkages.planar.record_types import CORNER, ENDS, STOP
 from linkages.system.tree import Tree
 

@@ -51,9 +51,9 @@ def errors(
     run, tighter : Trajectory
         Both over the same time; `run` with dense output.
     peaks, finer : dict
-        Peaks of both, by key (`linkages.results.numbers.peaks_by_key`).
+        Peaks of both, by key (`linkages.results.characteristics.peaks_by_key`).
     parted : (float, float) or None
-        When the runs part, and when they are together again [s]; see `linkages.results.parting.apart`.
+        When the runs part, and when they are together again [s]; see `linkages.results.divergence.apart`.
     noise : dict
         Rounding of each column (`linkages.results.noise`).
 
