@@ -1,4 +1,4 @@
-"""Writes the list of keys in docs/optimisation.md: ``python docs/make_optimisation.py``."""
+"""Write the list of keys in docs/study_files.md: ``python docs/make_optimisation.py``."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from make_experiment import rows
 from linkages.files.table_keys import table_keys
 from optim.problem.schema import StudyFile
 
-PAGE = Path(__file__).with_name("optimisation.md")
+PAGE = Path(__file__).with_name("study_files.md")
 MARK = "| key | meaning [unit] |\n|---|---|\n"
 
 
 def page(text: str) -> str:
-    """Return the page with its list written anew."""
+    """Return the page with a fresh list."""
     return text.split(MARK)[0] + MARK + rows(table_keys(StudyFile))
 
 

@@ -41,7 +41,7 @@ def test_the_list_of_experiment_keys_is_fresh():
 
 
 def test_the_list_of_study_keys_is_fresh():
-    text = (DOCS / "optimisation.md").read_text(encoding="utf-8")
+    text = (DOCS / "study_files.md").read_text(encoding="utf-8")
     assert generator("make_optimisation").page(text) == text
     assert "| `constraints.NAME.at_least` | lower limit |" in text
 

@@ -9,9 +9,11 @@ _DOCS = Path(__file__).resolve().parents[1]
 
 _HEAD = """# References
 
-Written by `python docs/site/make_references.py` from [references.bib](references.bib). In docstrings and on these pages "the
-paper" is the publication that the module or page names first; "Chen 2025", "Bai 2016" and "Lu 2010" are the three sources
-whose results this package repeats: the press, the patent, the robot.
+For readers who look for a source: all publications cited in these pages and in the code.
+
+`python docs/site/make_references.py` writes this page from [references.bib](references.bib). "The paper" is the publication
+that a page names first. "Chen 2025", "Bai 2016" and "Lu 2010" are the three sources whose results this package repeats: a press,
+a patent and a robot.
 
 """
 
