@@ -19,11 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from linkages.integrate.dormand_prince import dormand_prince
 from linkages.integrate.driver import DONE, driver
-from linkages.integrate.radau import radau
+from linkages.integrate.explicit import explicit
+from linkages.integrate.implicit import implicit
 from linkages.integrate.shifted import row_times
 from linkages.integrate.stepper import accept
+from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.kernel import kernel
 from linkages.kernel.by_reference import reference
 
@@ -284,7 +285,7 @@ def observe(problem, t, y, row):
     pass
 
 
-IMPLICIT, EXPLICIT = radau(rhs, residual, fill, arrive), dormand_prince(rhs)
+IMPLICIT, EXPLICIT = implicit(RADAU_IIA_5, rhs, residual, fill, arrive), explicit(DORMAND_PRINCE_5_4, rhs)
 _drive_implicit, _drive_explicit = (driver(rhs, attempt, signs, settle, observe) for attempt in (IMPLICIT, EXPLICIT))
 
 

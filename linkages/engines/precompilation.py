@@ -24,7 +24,7 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
     """Jobs for the compiled engine."""
     from linkages.engines.compiled.equations import solve_state
     from linkages.engines.compiled.jacobian import jacobian
-    from linkages.engines.compiled.methods import attempt_dormand_prince, attempt_radau
+    from linkages.engines.compiled.methods import attempt_dormand_prince_5_4, attempt_radau_iia_5
     from linkages.engines.compiled.model import Equations, make_work
     from linkages.engines.compiled.simulation import simulate
     from linkages.integrate.stepper import make_stepper
@@ -37,9 +37,9 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
     step = (equations, stepper, number, number, vector, types.boolean)
     wanted: list[tuple[Any, ...]] = [(solve_state, equations, number, vector)]
     if implicit:
-        wanted += [(jacobian, equations, number, vector, matrix, matrix), (attempt_radau, *step)]
+        wanted += [(jacobian, equations, number, vector, matrix, matrix), (attempt_radau_iia_5, *step)]
     else:
-        wanted += [(attempt_dormand_prince, *step)]
+        wanted += [(attempt_dormand_prince_5_4, *step)]
     prepared = [partial(kernel.prepare, *kinds) for kernel, *kinds in wanted]
     return [*prepared, partial(_outputs, system), partial(simulate, system)]
 

@@ -1,12 +1,19 @@
-"""Integrators and the location of events, for any equations: they know no mechanics. They may import only the compiler.
+"""Integrators and event location for any equations, without mechanics. They may import only the compiler.
 
-| module         | responsibility                                                                     |
-|----------------|------------------------------------------------------------------------------------|
-| driver         | steps, error control, events, records, for any method and any equations            |
-| stepper        | what a method keeps between two attempts at a step                                 |
-| radau          | Radau IIA of order 5, for stiff equations                                          |
-| dormand_prince | Dormand and Prince's explicit pair 5(4)                                            |
-| factor         | LU factorisation of small matrices                                                 |
-| shifted        | inverses at a real and at a complex shift                                          |
-| parabola       | the top of a parabola, for every search of an extreme                              |
+A method is a tableau with a stage solver (`explicit` or `implicit`); both use the same step-size controller.
+
+| module     | responsibility                                                                         |
+|------------|----------------------------------------------------------------------------------------|
+| tableau    | Butcher tableaus: ``RADAU_IIA_5`` for stiff equations, ``DORMAND_PRINCE_5_4`` for others |
+| explicit   | a step of an explicit pair                                                             |
+| implicit   | a step of a three-stage collocation method: prediction, error estimate                 |
+| newton     | simplified Newton iterations for its stages                                            |
+| controller | ratio of the next step size to the present one                                         |
+| first_step | size of the first step                                                                 |
+| events     | the first event within a step, and a step that ends there                              |
+| driver     | the loop over steps: error control, events, records                                    |
+| stepper    | arrays of a method                                                                     |
+| shifted    | inverses of a real and a complex matrix together                                       |
+| factor     | linear algebra of small matrices                                                       |
+| parabola   | the maximum of a parabola, for searches of extremes                                    |
 """

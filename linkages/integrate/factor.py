@@ -1,4 +1,4 @@
-"""Small matrices: LU factorisation; semi-definite systems, with their rank; singular values."""
+"""Linear algebra of small matrices: LU factorisation, semi-definite systems, singular values."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel, kernel, late_kernel
 
-_ORTHOGONAL = 2.2e-16  # cosine of the angle of orthogonal vectors, by rounding, per entry
-_SWEEPS = 30  # at most; six are usual
+_ORTHOGONAL = 2.2e-16  # rounding error of the cosine between orthogonal vectors, per entry
+_SWEEPS = 30  # largest number of sweeps; six are usual
 
 
 @kernel
 def factorise(matrix: Array, pivots: Indices) -> bool:
     """Overwrite a matrix (n, n) by its LU factors with row interchanges; False if it is singular.
 
-    The diagonal has one over the pivots.
+    The diagonal holds the reciprocals of the pivots.
     """
     n = len(matrix)
     for k in range(n):
@@ -28,7 +28,7 @@ def factorise(matrix: Array, pivots: Indices) -> bool:
         if not size > 0.0:
             return False
         if best != k:
-            for j in range(k, n):  # the factors to the left stay: they are applied before this interchange
+            for j in range(k, n):  # the factors to the left are applied before this interchange
                 matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
         inverse = 1.0 / matrix[k, k]
         matrix[k, k] = inverse
@@ -63,9 +63,9 @@ def back_substitute(factors: Array, pivots: Indices, x: Array) -> None:
 def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: Array) -> float:
     """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
 
-    `matrix`, `rhs` and `room` (2, n) are used up; zeros cost next to nothing, whatever the order of the rows. Returns
-    how far the matrix, of which `rank` rows should be independent, is from having fewer: the square root of the pivot
-    of that rank in parts of the largest entry of the diagonal.
+    Overwrites `matrix`, `rhs` and `room` (2, n). Zeros are skipped, for any order of the rows. Returns the rank margin of
+    a matrix with `rank` independent rows: the square root of the pivot of this rank, relative to the largest diagonal
+    entry.
     """
     n = len(rhs)
     order, filled, found, scale, last = room[0], room[1], n, 0.0, 0.0
@@ -108,11 +108,11 @@ def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: A
 
 @kernel
 def decompose(matrix: Array) -> tuple[Array, Array, Array]:
-    """Singular value decomposition U, s, V^T of a matrix (m, n), with min(m, n) values, the largest first.
+    """Compute the singular value decomposition U, s, V^T of a matrix (m, n), with the largest value first.
 
     One-sided Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.6.3) make the rows or the columns,
-    whichever are fewer, orthogonal: small values are as exact as large ones, and no LAPACK is loaded. Vectors of values
-    that are zero are zero.
+    whichever are fewer, orthogonal. Small values are as exact as large ones, and LAPACK is not loaded. A zero value has
+    zero vectors.
     """
     m, n = matrix.shape
     wide = m < n
@@ -153,7 +153,7 @@ def _product(a: Array, b: Array) -> float:
 
 @kernel
 def _turn(a: Array, b: Array, first: Array, second: Array) -> bool:
-    """Rotate two vectors in their plane until they are orthogonal, and two others alike; False if they were."""
+    """Make two vectors orthogonal by a rotation, and apply it to two others; False if they were orthogonal."""
     aa, bb, ab = _product(a, a), _product(b, b), _product(a, b)
     if not abs(ab) > len(a) * _ORTHOGONAL * math.sqrt(aa) * math.sqrt(bb):
         return False

@@ -1,4 +1,4 @@
-"""The top of a parabola: how every search for an extreme over continuous time looks between samples."""
+"""The maximum of a parabola, for the search of extremes between samples."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from linkages.kernel import kernel
 
 @kernel
 def parabola_top(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> tuple[float, float]:
-    """Place and height of the top of the parabola through three points in order; the middle one if it has no top."""
+    """Compute place and height of the maximum of the parabola through three ordered points; without one, the middle point."""
     left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
     curvature = (right - left) / (c - a)
     if not curvature < 0.0:

@@ -1,8 +1,8 @@
-"""Inverses of a matrix at a real and at a complex shift, found and applied at once.
+"""Inverses of a real and of a complex matrix of the same size, computed and applied together.
 
-A number of the real system, real and imaginary part of one of the complex system are the first three lanes of
-`linkages.kernel.lanes`; the fourth is 0. Small matrices are multiplied by their inverse in fewer steps that wait for
-each other than it takes to substitute back.
+The first three lanes of `linkages.kernel.lanes` hold an entry of the real matrix, and the real and imaginary part of the
+entry of the complex matrix; the fourth lane is 0. For small matrices the product with the inverse is faster than back
+substitution, because fewer operations depend on each other.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from linkages.kernel.lanes import lane, lanes, with_lane
 
 @inlined_kernel
 def swapped(x: Any) -> Any:
-    """Real and imaginary part for each other."""
+    """Exchange the real and the imaginary part."""
     return with_lane(with_lane(x, 1, lane(x, 2)), 2, lane(x, 1))
 
 
 @inlined_kernel
 def _parts(x: Any) -> tuple[Any, Any]:
-    """Lanes by which another number and that number `swapped` are multiplied, so that the sum is the product."""
+    """Prepare a product: the lanes that multiply the other number, and the other number `swapped`."""
     return with_lane(x, 2, lane(x, 1)), lanes(0.0, -lane(x, 2), lane(x, 2), 0.0)
 
 
@@ -34,15 +34,15 @@ def _product(x: Any, y: Any) -> Any:
 
 @inlined_kernel
 def _size(x: Any) -> float:
-    """Size by which pivots are compared: large only if neither number is small beside others in its column."""
+    """Compute the size for the comparison of pivots: the product of both magnitudes."""
     return abs(lane(x, 0)) * (abs(lane(x, 1)) + abs(lane(x, 2)))
 
 
 @kernel
 def invert(matrix: Lanes, cross: Lanes, order: Indices) -> bool:
-    """Invert a matrix (n, n) in place, by Gauss and Jordan with interchanges of rows; False if it is singular.
+    """Invert a matrix (n, n) in place by Gauss-Jordan elimination with row interchanges; False if it is singular.
 
-    Leaves the `_parts` of the inverse in `matrix` and `cross`.
+    Fill `matrix` and `cross` with the `_parts` of the inverse.
     """
     n = len(order)
     for k in range(n):
@@ -83,7 +83,7 @@ def invert(matrix: Lanes, cross: Lanes, order: Indices) -> bool:
 
 @inlined_kernel
 def row_times(matrix: Lanes, cross: Lanes, i: int, x: Lanes, turned: Lanes) -> Any:
-    """Row i of the inverse times a vector x, of which `turned` are the numbers `swapped`."""
+    """Multiply row i of the inverse by a vector x; `turned` holds x `swapped`."""
     direct, other = 0.0, 0.0
     for j in range(len(x)):
         direct += matrix[i, j] * x[j]

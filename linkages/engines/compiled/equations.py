@@ -98,7 +98,7 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 
 @kernel
 def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> float:
-    """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.radau`.
+    """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.implicit`.
 
     So no accelerations are solved for, unless a singular position is passed. Where loops are closed by multipliers the
     work is not solved, as these are not known; the state will be moved to where the loops are closed anyway.
@@ -155,7 +155,7 @@ def _unbalanced(model: Arrays, work: Work, out: Array) -> float:
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
     """Fill ``out`` with what is left of the equations of rates and bristles if their derivatives are ``dy``.
 
-    See `linkages.integrate.radau`. Without loops that are closed by multipliers that is, for the rates, the balance of
+    See `linkages.integrate.implicit`. Without loops that are closed by multipliers that is, for the rates, the balance of
     forces on the free coordinates [N, N m], their mass times f - dy: no mass need be known for it.
     """
     model, work = equations.model, equations.work

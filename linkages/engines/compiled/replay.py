@@ -14,7 +14,7 @@ from linkages.engines.compiled.equations import derivatives, solve_state
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
-from linkages.integrate.radau import hint
+from linkages.integrate.implicit import set_last_step
 from linkages.integrate.stepper import OF, Stepper, copy, restart
 from linkages.kernel import Array, Indices, kernel
 from linkages.planar.motion import last_start
@@ -69,7 +69,7 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
         now, h, attempts = start, t - start, 0
         while now + h > now and attempts < _MOST:
             attempts += 1
-            hint(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
+            set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
             error, _ = attempt(equations, s, now, h, y, True)
             if not error <= 1.0:  # Newton's method did not converge over so long a step
                 h *= 0.5
