@@ -7,8 +7,8 @@ function   purpose
 ========== ==========================================================================================================
 rhs        ``rhs(problem, t, y, dy)`` fills the derivatives
 attempt    ``attempt(problem, s, t, h, y, exact) -> (error, ratio)`` attempts a step of size h from (t, y), with f0
-           known, and fills new and f1. `error` is relative to the tolerance, infinite if the step failed; `ratio` is that
-           of the next step size to h. With `exact` the size is fixed: the error is not estimated, and Newton's method
+           known, and fills new and f1. `error` is relative to the tolerance, infinite if the step failed; `ratio` is
+           the next step size over h. With `exact` the size is fixed: the error is not estimated, and Newton's method
            iterates to a smaller residual
 signs      ``signs(problem, g, dg)`` fills the event functions and their rates at the last evaluation of `rhs`
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,

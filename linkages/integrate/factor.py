@@ -63,9 +63,9 @@ def back_substitute(factors: Array, pivots: Indices, x: Array) -> None:
 def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: Array) -> float:
     """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
 
-    Overwrites `matrix`, `rhs` and `room` (2, n). Zeros are skipped, for any order of the rows. Returns the rank margin of
-    a matrix with `rank` independent rows: the square root of the pivot of this rank, relative to the largest diagonal
-    entry.
+    Overwrites `matrix`, `rhs` and `room` (2, n). Zeros are skipped, for any order of the rows. Returns the rank margin
+    of a matrix with `rank` independent rows: the square root of the pivot of this rank, relative to the largest
+    diagonal entry.
     """
     n = len(rhs)
     order, filled, found, scale, last = room[0], room[1], n, 0.0, 0.0

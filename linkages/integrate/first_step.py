@@ -21,9 +21,9 @@ def starter(rhs: Any) -> Any:
     def first_step(problem: Any, s: Stepper, t: float, y: Array, accuracy: float) -> float:
         """Choose the size of the first step from (t, y), with f0 and the scale known.
 
-        The size depends on the state and on the accuracy, and not on the end of the run. It resolves a stiff start, such
-        as a film that stops a journal within nanoseconds: three differences of the rates, each in the direction of the
-        previous one, give the shortest time constant.
+        The size depends on the state and on the accuracy, and not on the end of the run. It resolves a stiff start,
+        such as a film that stops a journal within nanoseconds: three differences of the rates, each in the direction of
+        the previous one, give the shortest time constant.
         """
         speed = _largest(s.f0, s.scale)
         if not 0.0 < speed < math.inf:

@@ -28,9 +28,9 @@ from linkages.kernel.lanes import lane, lanes
 
 _KEEP = 1.2  # ratio of step sizes below which the step size and the inverses are kept
 _FRESH = 1e-3  # rate of convergence below which the Jacobian is kept
-# Rate of convergence up to which steps grow; the rate is taken as proportional to the step size. Tuned: with values from
-# 0.1 to 0.15 runs with thin films need the fewest evaluations. Without the limit, at an accuracy of 1e-5, a third of the
-# attempts failed and a tenth to a quarter more evaluations were needed.
+# Rate of convergence up to which steps grow; the rate is taken as proportional to the step size. Tuned: with values
+# from 0.1 to 0.15 runs with thin films need the fewest evaluations. Without the limit, at an accuracy of 1e-5, a third
+# of the attempts failed and a tenth to a quarter more evaluations were needed.
 _RATE = 0.12
 
 _C = RADAU_IIA_5.c
@@ -133,10 +133,11 @@ def implicit(tableau: Tableau, rhs: Any, residual: Any, jacobian: Any, arrive: A
     rhs : function
         ``rhs(problem, t, y, dy)`` fills the derivatives f.
     residual : function
-        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - y'); `dy` holds y', without positions, as `out`.
+        ``residual(problem, t, y, dy, out)`` fills M(t, y) (f(t, y) - y'); `dy` (y') and `out`
+        have no positions.
     jacobian : function
-        ``jacobian(problem, t, y, mass, out)`` fills M, without positions, unless M is 1, and M df/dy. It is called after
-        an evaluation of f at the same state.
+        ``jacobian(problem, t, y, mass, out)`` fills M, without positions, unless M is 1, and M df/dy. It is called
+        after an evaluation of f at the same state.
     arrive : function
         ``arrive(problem, t, y, dy, out) -> size`` is called at the end of a step with the derivatives y' of the
         collocation, which differ from f by the remaining residual; it may change dy, and it makes the problem ready

@@ -23,11 +23,11 @@ from linkages.kernel.lanes import lane, lanes
 
 ITERATIONS = 7  # at most; beyond, a shorter step is cheaper
 _EXACT_ITERATIONS = 30  # at most, for a step of fixed size
-# Remaining change of the stages relative to the tolerance, and that for a step of fixed size. Tuned: where masses change
-# within the step, 0.01 increased the error of the press's energy fourfold, 0.003 and 0.001 did not.
+# Remaining change of the stages relative to the tolerance, in general and for a step of fixed size. Tuned: where masses
+# change within the step, 0.01 increased the error of the press's energy fourfold, 0.003 and 0.001 did not.
 _GOAL, _EXACT_GOAL = 0.003, 1e-5
-# Residual at the end of a step, relative to the problem's own scale; iterations for it, and the rate of convergence above
-# which they get a new Jacobian.
+# Residual at the end of a step, relative to the problem's own scale; iterations for it, and the rate of convergence
+# above which they get a new Jacobian.
 _END_GOAL, _END_ITERATIONS, _SLOW = 1e-4, 8, 0.1
 
 

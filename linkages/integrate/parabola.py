@@ -7,7 +7,7 @@ from linkages.kernel import kernel
 
 @kernel
 def parabola_top(a: float, b: float, c: float, fa: float, fb: float, fc: float) -> tuple[float, float]:
-    """Compute place and height of the maximum of the parabola through three ordered points; without one, the middle point."""
+    """Compute place and height of the maximum of the parabola through three ordered points; else the middle point."""
     left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
     curvature = (right - left) / (c - a)
     if not curvature < 0.0:

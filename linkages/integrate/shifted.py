@@ -1,8 +1,8 @@
 """Inverses of a real and of a complex matrix of the same size, computed and applied together.
 
-The first three lanes of `linkages.kernel.lanes` hold an entry of the real matrix, and the real and imaginary part of the
-entry of the complex matrix; the fourth lane is 0. For small matrices the product with the inverse is faster than back
-substitution, because fewer operations depend on each other.
+The first three lanes of `linkages.kernel.lanes` hold an entry of the real matrix, and the real and imaginary part
+of the entry of the complex matrix; the fourth lane is 0. For small matrices the product with the inverse is faster
+than back substitution, because fewer operations depend on each other.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ LAST, INVERTED, ERROR, CURRENT, COUNT, OF = range(6)
 
 
 def make_stepper(n: int, positions: int = 0) -> Stepper:
-    """Make the arrays for n equations; the first entries may be positions q, followed by as many rates v with q' = v."""
+    """Make the arrays for n equations; the first entries may be positions, followed by as many rates."""
     k = n - positions
     return Stepper(
         new=np.zeros(n), f0=np.zeros(n), f1=np.zeros(n), scale=np.zeros(n),

@@ -153,10 +153,10 @@ def _unbalanced(model: Arrays, work: Work, out: Array) -> float:
 
 @kernel
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Fill ``out`` with what is left of the equations of rates and bristles if their derivatives are ``dy``.
+    """Fill ``out`` with the residual of the equations of rates and bristles for their derivatives ``dy``.
 
-    See `linkages.integrate.implicit`. Without loops that are closed by multipliers that is, for the rates, the balance of
-    forces on the free coordinates [N, N m], their mass times f - dy: no mass need be known for it.
+    See `linkages.integrate.implicit`. Without multipliers of loops, the residual of the rates is the balance of forces
+    on the free coordinates [N, N m]: their mass times f - dy, without the mass matrix.
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
