@@ -1,4 +1,4 @@
-"""What the site shows beyond docs/: the machines' README, and the notebooks, executed where NOTEBOOKS says so.
+"""Add pages from outside docs/ to the site: the README of sdf/, and the notebooks (executed ones from the folder NOTEBOOKS).
 
 Formulas become MathML, which browsers show without a script or a network.
 """
@@ -35,8 +35,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:
-    """Point links that leave docs/ to the added pages."""
+    """Point links between docs/ and the added pages to the site's pages."""
     inside = markdown.replace("](../sdf/README.md", "](machines.md").replace("](../notebooks/", "](notebooks/")
+    inside = inside.replace("](../docs/", "](")
     return inside.replace(".ipynb)", ".md)")
 
 
