@@ -17,7 +17,7 @@ from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.contact.material import contact_modulus, hertz_stiffness, kelvin_voigt_damping
 from linkages.laws.parameters import set_parameters
-from linkages.laws.table import MOTIONS, RATIOS, long_bearing_ratio, markdown
+from linkages.laws.table import MOTIONS, RATIOS, bearing_ratio, markdown
 from linkages.plots.style import COLORS, LINES
 
 HERE = Path(__file__).parent
@@ -75,18 +75,18 @@ def restitution_figure(path: Path) -> None:
 
 def long_bearing_figure(path: Path) -> None:
     """Force of the long film over that of the finite film."""
-    slendernesses = np.geomspace(0.2, 10.0, 25)
+    slendernesses = np.geomspace(0.2, 16.0, 25)
     figure, panels = plt.subplots(1, 3, figsize=(10.5, 3.8), sharey=True)
     for axes, motion in zip(panels, MOTIONS, strict=True):
         for i, eps in enumerate(RATIOS):
-            ratio = [long_bearing_ratio(float(s), eps, motion) for s in slendernesses]
+            ratio = [bearing_ratio("long", float(s), eps, motion) for s in slendernesses]
             axes.loglog(slendernesses, ratio, color=plt.cm.viridis(i / len(RATIOS)), label=f"ε = {eps}")
         axes.axvline(4.0 / 3.0, color="0.6", lw=0.8, ls=":")
-        axes.axvline(2.0, color="0.6", lw=0.8, ls="--")
+        axes.axvline(8.0, color="0.6", lw=0.8, ls="--")
         axes.text(1.3, 60.0, "Chen 2025", rotation=90, fontsize=7, color="0.4", ha="right")
-        axes.text(2.05, 60.0, "L/D > 2", rotation=90, fontsize=7, color="0.4", ha="left")
+        axes.text(8.2, 60.0, "L/D > 8", rotation=90, fontsize=7, color="0.4", ha="left")
         axes.set(title=motion, xlabel="L/D [-]")
-        axes.set_xticks([0.25, 0.5, 1, 2, 4, 8], labels=["0.25", "0.5", "1", "2", "4", "8"])
+        axes.set_xticks([0.25, 0.5, 1, 2, 4, 8, 16], labels=["0.25", "0.5", "1", "2", "4", "8", "16"])
         axes.minorticks_off()
         axes.grid(color="0.9")
     panels[0].set_yticks([1, 2, 5, 10, 20, 50, 100], labels=["1", "2", "5", "10", "20", "50", "100"])

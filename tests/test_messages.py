@@ -25,7 +25,7 @@ def test_keys_come_with_their_values_and_defaults():
     assert told["mechanism"].endswith("; required")
     assert told["solver.accuracy"] == "relative accuracy [1]; > 0 and <= 0.1; default 1e-07"
     assert told["joints.NAME.model"].endswith("; one of ideal, dry, lubricated, mixed; required")
-    assert told["joints.NAME.film"].endswith("; one of finite, long, pinkus-sternlicht, short; default long")
+    assert told["joints.NAME.film"].endswith("; one of finite, long, pinkus-sternlicht, short; default finite")
     assert told["joints.NAME.clearance"].endswith("[m]; > 0")  # that a joint with play needs it is said there
     assert told["joints.NAME.contact.clip"].endswith("; default true")
     assert told["solver.integrator"].endswith("runge_kutta3, bogacki_shampine3")

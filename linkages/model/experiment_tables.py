@@ -260,7 +260,7 @@ class JointModel(LawTable):
 
     model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="what the joint is")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
-    film: FilmName = Field("long", description="film law")
+    film: FilmName = Field("finite", description="film law")
     cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="instead of viscosity")

@@ -16,6 +16,7 @@
 | noise         | rounding as a magnitude: below it an output is zero                      |
 | peak_errors   | errors of peaks, from a run at a tighter tolerance                       |
 | joint_validity | where a run leaves the range that a law holds for                        |
+| film_error    | error of a closed-form film in a run, beside a film of finite length     |
 | flexible_validity | where it leaves the range of the model of links that bend                |
 | validity      | what says so, and its warnings                                           |
 | indeterminate | forces and torques that the motion does not determine                   |

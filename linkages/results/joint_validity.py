@@ -19,6 +19,7 @@ from linkages.laws.contact.material import contact_modulus
 from linkages.laws.viscosity import DENSITY_15, density
 from linkages.model.experiment_tables import Contact, JointModel
 from linkages.model.mechanism import Joint
+from linkages.results.film_error import film_error
 from linkages.results.flexible_validity import BENT_RULES, bent_cases
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
@@ -44,12 +45,15 @@ DEPTH_OF_BLOCK = 0.001
 
 
 class Case(NamedTuple):
-    """A journal in its bearing in one run; `film_end` is the largest eccentricity ratio that its film covers."""
+    """A journal in its bearing in one run.
+
+    `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio that its film covers.
+    """
 
     joint: Joint
     bearing: Bearing
     model: JointModel
-    viscosity: float
+    law: Any
     film_end: float
     run: Trajectory
     impacts: Sequence[Impact]
@@ -91,8 +95,7 @@ def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterat
         joint = system.mechanism.joint[name]
         if joint.bearing is not None:
             own = [impact for impact in impacts if impact.joint == name]
-            viscosity, film_end = float(system.laws["viscosity"][k]), float(system.film_limits[k])
-            yield Case(joint, joint.bearing, model, viscosity, film_end, run, own)
+            yield Case(joint, joint.bearing, model, system.laws[k], float(system.film_limits[k]), run, own)
 
 
 def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
@@ -111,8 +114,25 @@ def _touches(system: System, run: Trajectory) -> Iterator[tuple[str, Touch]]:
 
 
 def _slenderness(case: Case) -> Finding | None:
+    """Compare L/D with the film's range; the finding states the estimated error of force and eccentricity."""
+    if not case.model.has_film:
+        return None
     ratio = 0.5 * case.bearing.length / case.bearing.radius
-    return _beyond_own(case.model.film, FILMS[case.model.film].valid, "L/D", ratio) if case.model.has_film else None
+    finding = _beyond_own(case.model.film, FILMS[case.model.film].valid, "L/D", ratio)
+    if finding is None:
+        return None
+    e, force = (np.column_stack([case.run[f"{case.joint.name}.{name}{axis}"] for axis in "xy"]) for name in "ef")
+    if case.model.can_touch:  # of a mixed joint only the film's force counts
+        alone = case.run[f"{case.joint.name}.load"] == 0.0
+        e, force = e[alone], force[alone]
+    error = film_error(case.law, ratio, e, force)
+    if error is None:
+        return finding
+    text = (
+        f"; estimated, a finite film: force {error.force:.2g} times too large, "
+        f"eccentricity ratio {error.eccentricity:.3g} instead of {error.finite:.2g}"
+    )
+    return finding._replace(limit=finding.limit + text)
 
 
 def _restitution(case: Case) -> Finding | None:
@@ -123,7 +143,7 @@ def _restitution(case: Case) -> Finding | None:
 
 
 def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Finding | None:
-    """Compare a number with the range of a law's text, as in "L/D > 2, half film"."""
+    """Compare a number with the range of a law's text, as in "L/D > 8, half film"."""
     found = re.search(rf"(?<!\w){symbol} ([<>]) (\d+(?:[./]\d+)?)", valid)
     if found is None:
         return None
@@ -151,7 +171,7 @@ def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | N
     rho, origin = (
         (DENSITY_15, " assumed") if model.oil is None else (density(model.oil.temperature, model.oil.density), "")
     )
-    value = rho * float(turning[worst]) * model.clearance**2 / case.viscosity * scale
+    value = rho * float(turning[worst]) * model.clearance**2 / float(case.law.viscosity) * scale
     text = f"{words} {limit:.3g}, with a density of {rho:.0f} kg/m3{origin}"
     return Finding(value, float(case.run.time[worst]), text) if value > limit else None
 

@@ -336,6 +336,7 @@ axial = 1
 """
     joint = """[joints.B]
 model = "lubricated"
+film = "long"
 clearance = 1e-4
 viscosity = 0.1
 shear_torque = true

@@ -15,7 +15,7 @@ from linkages.laws.contact.material import effective_restitution
 from linkages.laws.film.films import film_force
 from linkages.laws.friction import friction_coefficient
 from linkages.laws.parameters import set_parameters
-from linkages.laws.table import MOTIONS, long_bearing_ratio, markdown
+from linkages.laws.table import MOTIONS, bearing_ratio, markdown
 
 ROOT = Path(__file__).parents[2]
 
@@ -34,7 +34,7 @@ def test_every_law_is_in_the_table():
 @pytest.mark.parametrize(("motion", "largest"), [("rotation", 2.9), ("separation", 11.3)])
 def test_the_long_film_is_too_strong_at_the_slenderness_of_chen_2025(motion, largest):
     """Chen et al. (2025) assume L/D > 2 and have 1.33: up to three times in rotation, ten and more in separation."""
-    ratios = [long_bearing_ratio(4.0 / 3.0, eps, motion) for eps in (0.05, 0.5, 0.9, 0.95)]
+    ratios = [bearing_ratio("long", 4.0 / 3.0, eps, motion) for eps in (0.05, 0.5, 0.9, 0.95)]
     assert max(ratios) == pytest.approx(largest, rel=0.02)
     assert motion in MOTIONS
 

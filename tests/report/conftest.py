@@ -12,6 +12,7 @@ outputs = ["follower.omega", "coupler.ax"]
 speed = 15.0  # rad/s, assumed: <sources> & all
 [joints.A]
 model = "lubricated"
+film = "long"
 clearance = 1e-4  # m, radial, Table 7
 viscosity = 0.1
 [joints.B]

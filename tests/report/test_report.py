@@ -279,7 +279,7 @@ def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_i
     assert any(
         f"Peak of follower.omega: {peak:.3g} rad/s; with ideal joints {exact:.3g} rad/s" in text for text in found
     )
-    assert found[0].startswith("A film law is used at an L/D that it is not for: 1 in A (long: L/D > 2)")
+    assert found[0].startswith("A film law is used at an L/D that it is not for: 1 in A (long: L/D > 8")
     assert any(text.startswith("Joint A uses up to") and text.endswith("of its clearance.") for text in found)
     assert any(text.startswith("Joint B uses up to") and "and touches " in text for text in found)
     for joint in summary["provenance"]["experiment"]["joints"].values():

@@ -63,11 +63,11 @@ class Film(NamedTuple):
 FILMS = {
     "long": Film(
         half_film_long, "closed form of the film of extent pi",
-        "L/D > 2, half film", "exact integral of Chen 2025 eq. (8) over the pi film",
+        "L/D > 8, half film", "exact integral of Chen 2025 eq. (8) over the pi film",
     ),
     "pinkus-sternlicht": Film(
         pinkus_sternlicht, "rational fit of the film of extent pi",
-        "L/D > 2, half film", "Chen 2025 eqs. (9)-(11), sign corrected", pinkus_sternlicht_bare,
+        "L/D > 8, half film", "Chen 2025 eqs. (9)-(11), sign corrected", pinkus_sternlicht_bare,
     ),
     "short": Film(
         short_bearing, "closed form of the parabolic film where p > 0",

@@ -1,0 +1,13 @@
+"""Films on the developed surface of a bearing: cavitation with mass conservation, grooves, holes, a tilted journal.
+
+| module          | what it holds                                                                  |
+|-----------------|--------------------------------------------------------------------------------|
+| grooves         | grooves and holes: regions at a supply pressure                                |
+| surface_mesh    | cells of the surface, faces on the edges of grooves                            |
+| balance         | volume balance of a cell: conductances, transport of the film content          |
+| complementarity | pressure and film content by Newton's method (FBNS)                            |
+| surface_film    | a solved film: force, moment, flows, shear, mass balance                       |
+
+The frame is the bearing's, theta positive in the sense of rotation; h = 1 - x cos(theta) - y sin(theta) in units of
+the clearance, (x, y) the eccentricity from the bearing's centre to the journal's. Forces act on the journal.
+"""

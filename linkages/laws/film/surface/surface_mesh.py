@@ -1,0 +1,125 @@
+"""Finite volumes on the developed surface of a bearing: faces on the edges of grooves, graded towards the thin film.
+
+The surface is theta in [0, 2 pi) (positive in the sense of rotation) times zeta = z/R in [-L/D, L/D], or its half
+[0, L/D] where everything is symmetric. Lengths of the film are in units of the radial clearance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import Array
+from linkages.laws.film.surface.grooves import Groove
+
+_TURN = 2.0 * math.pi
+_SAMPLES = 4096  # of the density of lines
+_LEAST = 3  # cells of a segment between two edges
+_CROWD = 3.0  # density of lines at an edge over the even one
+_REACH = 0.12  # width of that crowd [rad; share of the length]
+
+
+class SurfaceMesh(NamedTuple):
+    """Cells of the developed surface; n around, m along."""
+
+    slenderness: float
+    half: bool  # zeta >= 0 only
+    faces: Array  # theta of the faces, one more than cells, over one turn [rad], (n + 1,)
+    ends: Array  # zeta of the faces, (m + 1,)
+    theta: Array  # centres, (n,)
+    zeta: Array  # centres, (m,)
+    groove: NDArray[np.int64]  # number of the groove that covers a cell, -1 without one, (n, m)
+
+    @property
+    def width(self) -> Array:
+        """Widths of the cells around [rad], (n,)."""
+        return np.diff(self.faces)
+
+    @property
+    def height(self) -> Array:
+        """Lengths of the cells along, (m,)."""
+        return np.diff(self.ends)
+
+
+def surface_mesh(
+    slenderness: float,
+    grooves: Sequence[Groove] = (),
+    eccentricity: tuple[float, float] = (0.0, 0.0),
+    around: int = 240,
+    along: int = 20,
+    *,
+    half: bool | None = None,
+) -> SurfaceMesh:
+    """Lay out the cells.
+
+    Parameters
+    ----------
+    slenderness : float
+        L/D.
+    grooves : sequence of Groove
+        With an area each.
+    eccentricity : (float, float)
+        The film that the mesh is graded for, in units of the clearance.
+    around, along : int
+        Cells around, and along the half length; edges of grooves add some.
+    half : bool, optional
+        Whether half the length is enough. Default: where no groove is off the middle.
+
+    Raises
+    ------
+    ValueError
+        If L/D or the numbers of cells are out of range.
+    """
+    if not (slenderness > 0.0 and math.isfinite(slenderness)):
+        raise ValueError(f"slenderness L/D {slenderness!r}: must be positive")
+    if around < 8 or along < 2:
+        raise ValueError(f"mesh {around} x {along}: needs at least 8 cells around and 2 along")
+    if half is None:
+        half = all(groove.position == 0.0 for groove in grooves)
+    eps, psi = min(math.hypot(*eccentricity), 0.999), math.atan2(eccentricity[1], eccentricity[0])
+    partial = [groove for groove in grooves if groove.extent < _TURN * (1.0 - 1e-12)]
+    sides = sorted({round(side % _TURN, 13) for groove in partial for side in groove.span})
+    start = sides[0] if sides else (psi + math.pi) % _TURN
+    edges = [*sides, start + _TURN] if sides else [start, start + _TURN]
+
+    def dense(theta: Array) -> Array:
+        film = 1.0 - eps * np.cos(theta - psi)
+        graded = 0.5 + 0.5 * math.sqrt(1.0 - eps * eps) / film
+        near = [np.exp(-np.abs(np.remainder(theta - side + math.pi, _TURN) - math.pi) / _REACH) for side in sides]
+        return graded + _CROWD * sum(near, np.zeros_like(theta)) * graded
+
+    faces = _faces(edges, dense, around)
+    shares = {-0.5, 0.5} | {share for groove in grooves for share in groove.reach}
+    marks = sorted({round(share, 13) for share in shares})
+    if half:
+        marks = [0.0, *(mark for mark in marks if mark > 0.0)]
+
+    def crowded(share: Array) -> Array:
+        near = [np.exp(-np.abs(share - mark) / _REACH * 2.0) for mark in marks if mark != 0.0 or not half]
+        return 1.0 + _CROWD * sum(near, np.zeros_like(share))
+
+    ends = 2.0 * slenderness * _faces(marks, crowded, along if half else 2 * along)
+    theta, zeta = 0.5 * (faces[1:] + faces[:-1]), 0.5 * (ends[1:] + ends[:-1])
+    number = np.full((theta.size, zeta.size), -1, dtype=np.int64)
+    for k, groove in enumerate(grooves):
+        number[groove.covers(theta[:, None], zeta / (2.0 * slenderness))] = k
+    return SurfaceMesh(slenderness, half, faces, ends, theta, zeta, number)
+
+
+def _faces(edges: Sequence[float], dense: object, count: int) -> Array:
+    """Place faces on all edges and, by a density, `count` cells or a few more between them."""
+    assert callable(dense)
+    fine = np.unique(np.concatenate([np.linspace(edges[0], edges[-1], _SAMPLES), edges]))
+    middle = 0.5 * (fine[1:] + fine[:-1])
+    total = np.concatenate(([0.0], np.cumsum(dense(middle) * np.diff(fine))))
+    at = np.interp(edges, fine, total)
+    parts = []
+    for low, high in pairwise(at):
+        cells = max(_LEAST, round(count * (high - low) / total[-1]))
+        parts.append(np.interp(np.linspace(low, high, cells + 1)[:-1], total, fine))
+    return np.concatenate([*parts, [edges[-1]]])
