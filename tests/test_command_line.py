@@ -20,7 +20,7 @@ from linkages.cli import commands, progress
 from linkages.cli import installation as doctor
 from linkages.cli.main import exit_status, main
 from linkages.engines import drop
-from linkages.kernel.cache import temporary_folder
+from linkages.kernel.folder import temporary_folder
 from linkages.outputs.registry import names
 from linkages.system import load
 
@@ -368,7 +368,7 @@ def test_doctor_tells_what_is_wrong_and_exits_with_1(monkeypatch, capsys, tmp_pa
 
 def test_doctor_knows_compilers_without_a_cache_or_switched_off(monkeypatch):
     for place in (None, temporary_folder() / "compiled"):
-        monkeypatch.setattr("linkages.kernel.cache.folder", lambda place=place: place)
+        monkeypatch.setattr("linkages.kernel.folder.folder", lambda place=place: place)
         assert "NUMBA_CACHE_DIR" in doctor.compile_cache().remedy
     monkeypatch.setattr("numba.config.DISABLE_JIT", True)
     assert doctor.compile_cache().remedy == "unset NUMBA_DISABLE_JIT"

@@ -12,7 +12,7 @@ import pytest
 
 from linkages.disk import keep, kept
 from linkages.kernel import kernel
-from linkages.kernel.identity import identity
+from linkages.kernel.fingerprint import fingerprint
 
 SCRIPT = """
 import sys
@@ -193,11 +193,11 @@ def test_a_function_is_what_it_says_and_what_it_refers_to():
     """The same text and values anywhere: the same; another constant, another value, another callee: another."""
     callee, other = (kernel(made(f"def f(x):\n    return x + {k}")) for k in (1, 2))
     text = "def f(x):\n    return call(x) * scale"
-    same = identity(made(text, call=callee, scale=2.0))
-    assert identity(made("\n\n" + text, call=kernel(made("def f(x):\n    return x + 1")), scale=2.0)) == same
+    same = fingerprint(made(text, call=callee, scale=2.0))
+    assert fingerprint(made("\n\n" + text, call=kernel(made("def f(x):\n    return x + 1")), scale=2.0)) == same
     changes = (
         made(text, call=other, scale=2.0),
         made(text, call=callee, scale=3.0),
         made(text + " + x", call=callee, scale=2.0),
     )
-    assert len({same, *map(identity, changes)}) == 4
+    assert len({same, *map(fingerprint, changes)}) == 4

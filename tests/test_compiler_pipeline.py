@@ -7,7 +7,7 @@ from numba import config
 from numba.core.registry import cpu_target
 
 from linkages.kernel import clear, kernel
-from linkages.kernel.lanes import lane_array
+from linkages.kernel.simd import lane_array
 from linkages.kernel.units import with_short_loops
 
 pytestmark = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")

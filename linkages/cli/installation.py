@@ -101,16 +101,16 @@ def compile_cache() -> Finding:
     """Find where compiled code is kept: without it each start compiles for a quarter of a minute."""
     import numba
 
-    from linkages.kernel import cache
+    from linkages.kernel import folder
 
     if getattr(numba.config, "DISABLE_JIT", False):
         return Finding("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
-    path = cache.folder()
+    path = folder.folder()
     if path is None:
         return Finding("compile cache", "none", _PLACE)
     kept = _count(path, "*/*.nbc")
     text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for a quarter of a minute or so'}"
-    return Finding("compile cache", text, _PLACE if path.is_relative_to(cache.temporary_folder()) else "")
+    return Finding("compile cache", text, _PLACE if path.is_relative_to(folder.temporary_folder()) else "")
 
 
 def film_maps() -> Finding:

@@ -175,7 +175,7 @@ def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[st
 @cache
 def announce_compilation() -> None:
     """From now on say that kernels are compiled, and how many are ready: the first run would otherwise be silent."""
-    from linkages.kernel.ahead import tell
+    from linkages.kernel.precompiled import tell
 
     due = 0.0
 

@@ -1,4 +1,4 @@
-"""What the engines are about to call, as plans for `linkages.kernel.ahead`: found by a run of the smallest machine.
+"""What the engines are about to call: plans for `linkages.kernel.precompiled`, from a run of the smallest machine.
 
 Which types kernels are compiled for does not depend on the machine. What needs the linkage assembled, which the process
 that asked is at meanwhile, comes last.

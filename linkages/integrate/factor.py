@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 
 _ORTHOGONAL = 2.2e-16  # rounding error of the cosine between orthogonal vectors, per entry
 _SWEEPS = 30  # largest number of sweeps; six are usual
@@ -59,7 +59,7 @@ def back_substitute(factors: Array, pivots: Indices, x: Array) -> None:
         x[k] = value * factors[k, k]
 
 
-@late_kernel
+@lazy_kernel
 def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: Array) -> float:
     """Solve a symmetric positive semi-definite system by pivoted Cholesky; dependent rows get x = 0.
 

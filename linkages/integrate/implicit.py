@@ -24,7 +24,7 @@ from linkages.integrate.newton import (
 from linkages.integrate.stepper import COUNT, CURRENT, ERROR, INVERTED, LAST, Stepper, root_mean_square
 from linkages.integrate.tableau import RADAU_IIA_5, Tableau
 from linkages.kernel import Array, Indices, kernel
-from linkages.kernel.lanes import lane, lanes
+from linkages.kernel.simd import lane, lanes
 
 _KEEP = 1.2  # ratio of step sizes below which the step size and the inverses are kept
 _FRESH = 1e-3  # rate of convergence below which the Jacobian is kept

@@ -19,7 +19,7 @@ from linkages.integrate.shifted import invert, row_times, swapped
 from linkages.integrate.stepper import COUNT, INVERTED, OF, Stepper, root_mean_square
 from linkages.integrate.tableau import Tableau
 from linkages.kernel import Array, inlined_kernel, kernel
-from linkages.kernel.lanes import lane, lanes
+from linkages.kernel.simd import lane, lanes
 
 ITERATIONS = 7  # at most; beyond, a shorter step is cheaper
 _EXACT_ITERATIONS = 30  # at most, for a step of fixed size

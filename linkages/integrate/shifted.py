@@ -1,6 +1,6 @@
 """Inverses of a real and of a complex matrix of the same size, computed and applied together.
 
-The first three lanes of `linkages.kernel.lanes` hold an entry of the real matrix, and the real and imaginary part
+The first three lanes of `linkages.kernel.simd` hold an entry of the real matrix, and the real and imaginary part
 of the entry of the complex matrix; the fourth lane is 0. For small matrices the product with the inverse is faster
 than back substitution, because fewer operations depend on each other.
 """
@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 from linkages.kernel import Indices, inlined_kernel, kernel
-from linkages.kernel.lanes import LaneArray as Lanes
-from linkages.kernel.lanes import lane, lanes, with_lane
+from linkages.kernel.simd import LaneArray as Lanes
+from linkages.kernel.simd import lane, lanes, with_lane
 
 
 @inlined_kernel

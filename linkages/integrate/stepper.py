@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel
-from linkages.kernel.lanes import LaneArray as Lanes
-from linkages.kernel.lanes import lane_array
+from linkages.kernel.simd import LaneArray as Lanes
+from linkages.kernel.simd import lane_array
 
 
 class Stepper(NamedTuple):

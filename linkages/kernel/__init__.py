@@ -3,25 +3,25 @@
 | module       | responsibility                                                      |
 |--------------|---------------------------------------------------------------------|
 | compile      | `kernel`, `inlined_kernel`: the compiler of all numerical kernels   |
-| late         | `late_kernel`: compiled at the first call                           |
+| lazy         | `lazy_kernel`: compiled at the first call                           |
 | by_address   | functions called by address: force laws                             |
 | by_reference | named tuples passed by reference                                    |
-| lanes        | SIMD lanes: one operation for several numbers                       |
+| simd         | SIMD lanes: one operation for several numbers                       |
 | clear        | arrays filled with zeros                                            |
-| indices      | array indices that are never negative                               |
 | ownership    | reference counts only in functions that make arrays                 |
 | units        | external functions, compiled once, linked by symbol                 |
-| identity     | the fingerprint of a function: code, constants, functions it calls  |
+| fingerprint  | the fingerprint of a function: code, constants, functions it calls  |
+| folder       | the folder of compiled code                                         |
 | cache        | compiled code on disk, by fingerprint                               |
-| claims       | which process compiles which kernel                                 |
-| ahead        | kernels compiled in advance by parallel processes                   |
+| locks        | which process compiles which kernel                                 |
+| precompiled  | kernels compiled in advance by parallel processes                   |
 """
 
 from linkages.arrays import Array, Indices, Records, record_type
 from linkages.kernel.by_address import address, caller
 from linkages.kernel.clear import clear
 from linkages.kernel.compile import inlined_kernel, kernel
-from linkages.kernel.late import late_kernel
+from linkages.kernel.lazy import lazy_kernel
 
 __all__ = [
     "Array",
@@ -32,6 +32,6 @@ __all__ = [
     "clear",
     "inlined_kernel",
     "kernel",
-    "late_kernel",
+    "lazy_kernel",
     "record_type",
 ]

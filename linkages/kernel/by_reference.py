@@ -21,7 +21,7 @@ from numba.core.datamodel import models, register_default
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import NativeValue, infer_getattr, intrinsic, lower_getattr_generic, unbox
 
-from linkages.kernel.lanes import LaneArray
+from linkages.kernel.simd import LaneArray
 
 T = TypeVar("T")
 

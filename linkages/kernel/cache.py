@@ -1,6 +1,6 @@
 """Compiled code on disk, by content: shared by processes, environments and checkouts, and done without if need be.
 
-The file of a function's code is named after what the function is (`linkages.kernel.identity`) and the types it was
+The file of a function's code is named after what the function is (`linkages.kernel.fingerprint`) and the types it was
 compiled for, and tells which other units it calls; so nothing in it can be stale, whoever wrote it.
 """
 
@@ -9,8 +9,6 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
-import sys
-import tempfile
 import time
 from contextlib import suppress
 from functools import cache
@@ -23,9 +21,10 @@ from numba.core.registry import cpu_target
 from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
-from linkages.disk import cache_directory, keep, kept
-from linkages.kernel import ahead, claims
-from linkages.kernel.identity import identity
+from linkages.disk import keep, kept
+from linkages.kernel import locks, precompiled
+from linkages.kernel.fingerprint import fingerprint
+from linkages.kernel.folder import folder, say
 from linkages.kernel.units import PartLibrary, UnitLibrary
 
 _UNUSED = 60 * 86400.0  # s after which code that no process has loaded is removed
@@ -39,54 +38,6 @@ class Code(NamedTuple):
 
     library: Any
     result: bytes  # pickled, what numba wants to know of the function
-
-
-def folder() -> Path | None:
-    """Return the folder of compiled code: NUMBA_CACHE_DIR, the user's cache, or a temporary folder; None without any.
-
-    Code is loaded from there, so it is a folder that no other user can write to.
-    """
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    return _folder(Path(named) if named else cache_directory() / "compiled")
-
-
-@cache
-def _folder(wanted: Path) -> Path | None:
-    problem = _made(wanted)
-    if not problem:
-        return wanted
-    private = temporary_folder()
-    if not _made(private, follow_symlinks=False):
-        say(f"kept in {private}, because {problem}")
-        return private
-    say(f"not kept, because {problem}")
-    return None
-
-
-def temporary_folder() -> Path:
-    """Return the name of the folder of compiled code that is used if the user's cache cannot be."""
-    return Path(tempfile.gettempdir()) / f"linkages-{os.getuid() if hasattr(os, 'getuid') else 'cache'}"
-
-
-def _made(place: Path, follow_symlinks: bool = True) -> str:
-    """Make a folder for this user alone; returns the reason why code cannot be kept there, "" if it can."""
-    try:
-        place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        seen = place.stat(follow_symlinks=follow_symlinks)
-        if os.name == "posix" and (seen.st_uid not in (os.getuid(), 0) or seen.st_mode & 0o022):
-            return f"other users can write to {place}"
-        with tempfile.TemporaryFile(dir=place):
-            return ""
-    except OSError:
-        return f"{place} cannot be written"
-
-
-@cache
-def say(how: str) -> None:
-    """Print once that compiled code is not kept where it should be."""
-    print(
-        f"warning: compiled code is {how}; set NUMBA_CACHE_DIR to a folder that only you can write to", file=sys.stderr
-    )
 
 
 class CodeCache:
@@ -110,10 +61,10 @@ class CodeCache:
         name, place = self._name(signature), folder()
         code = None if name is None else _load(name)
         if code is None and name is not None and place is not None:
-            claims.wait_and_claim(place, name)
+            locks.wait_and_acquire(place, name)
             code = _load(name)
             if code is not None:
-                claims.release(place, name)
+                locks.release(place, name)
         if code is None:
             return None
         try:
@@ -158,7 +109,7 @@ class CodeCache:
             keep(_path(place, name), name.encode(), content)
         except OSError as problem:
             say(f"not kept ({place}: {problem.strerror})")
-        claims.release(place, name)
+        locks.release(place, name)
         _prune(place)
 
     def flush(self) -> None:
@@ -167,7 +118,7 @@ class CodeCache:
     def _name(self, signature: Any) -> str | None:
         """Name of a file; None for what is not kept."""
         try:
-            content = identity(self._function)
+            content = fingerprint(self._function)
         except TypeError:
             return None
         return hashlib.sha256(f"{content} {self._compiler.__name__} {signature}".encode()).hexdigest()[:32]
@@ -188,7 +139,7 @@ def _load(name: str) -> Code | None:
     if _loaded.get(name) is None:
         _loaded[name] = _read(name)
         if _loaded[name] is not None:
-            ahead.loaded()
+            precompiled.loaded()
     return _loaded[name]
 
 

@@ -16,11 +16,11 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 
-from linkages.kernel import ahead
+from linkages.kernel import precompiled
 from linkages.kernel.cache import CodeCache
 from linkages.kernel.units import PartCompiler, UnitCompiler
 
-failures: list[BaseException] = []  #: met where compiled code asked for a late kernel, to be raised in Python
+failures: list[BaseException] = []  #: met where compiled code asked for a lazy kernel, to be raised in Python
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -78,7 +78,7 @@ class Kernel:
 
     def __init__(self, function: Any, compiled: Any, kind: bytes) -> None:
         update_wrapper(self, function)
-        ahead.known()
+        precompiled.known()
         self.py_func, self.kind, self._compiled = function, kind, compiled
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:

@@ -1,7 +1,7 @@
 """Units of compiled code: each compiled once, and called by the others by its symbol.
 
 Numba puts the code of all that a function calls into the function, optimised once more at every level of calls. Here
-the callers of a unit know no more of it than its name, which says what it is (`linkages.kernel.identity`): so
+the callers of a unit know no more of it than its name, which says what it is (`linkages.kernel.fingerprint`): so
 it is compiled once, and its code in one process or file fits all others. Parts, on the contrary, are made to
 be put into their callers; they are never machine code by themselves.
 """
@@ -17,8 +17,8 @@ from numba.core.cgutils import normalize_ir_text
 from numba.core.codegen import JITCodeLibrary
 from numba.core.funcdesc import default_mangler
 
-from linkages.kernel import ahead, claims, indices
-from linkages.kernel.identity import identity
+from linkages.kernel import locks, precompiled
+from linkages.kernel.fingerprint import fingerprint
 from linkages.kernel.ownership import KernelCompiler
 from linkages.signals import deferred
 
@@ -112,17 +112,15 @@ class _Named(KernelCompiler):
     def _compile_bytecode(self) -> Any:
         state = self.state
         with suppress(TypeError):  # not of known content: it is not kept either
-            state.func_id.unique_id = identity(state.func_id.func)
+            state.func_id.unique_id = fingerprint(state.func_id.func)
         state.targetctx.mangler = _mangled
-        if indices.are_ours(state.func_id.func):
-            indices.take_as_they_are(state.targetctx)
         state.library = self.library(state.targetctx.codegen(), state.func_id.func_qualname)
         state.library.enable_object_caching()
-        ahead.compiling()
+        precompiled.compiling()
         try:
             return super()._compile_bytecode()
         except BaseException:
-            claims.release_all()
+            locks.release_all()
             raise
 
 

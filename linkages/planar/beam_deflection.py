@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from linkages.integrate.parabola import parabola_top
-from linkages.kernel import Array, Records, late_kernel
+from linkages.kernel import Array, Records, lazy_kernel
 from linkages.planar.bodies import POSE, Bodies
 from linkages.planar.internal_forces import FIXED_COLUMNS
 from linkages.planar.markers import turned
@@ -14,7 +14,7 @@ _ROUNDING = 1e-14  # deflection over length below which it is zero
 _SAME = 1e-6  # distance over length below which two stations are one
 
 
-@late_kernel
+@lazy_kernel
 def deflection(first: int, last: int, x: float, y: float, unbent: float, pose: Array) -> float:
     """Distance [m] of a point from the line through two sections' origins, positive on its left, less that unbent."""
     dx, dy = pose[last, 0] - pose[first, 0], pose[last, 1] - pose[first, 1]
@@ -23,7 +23,7 @@ def deflection(first: int, last: int, x: float, y: float, unbent: float, pose: A
     return distance if abs(distance) > _ROUNDING * length else 0.0
 
 
-@late_kernel
+@lazy_kernel
 def largest_deflection(beams: Records, bodies: Bodies, stations: Array, pose: Array) -> tuple[float, float]:
     """Largest deflection [m] of a link along its beam, its magnitude, and its place from the beam's first end [m].
 

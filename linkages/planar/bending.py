@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from linkages.kernel import Array, inlined_kernel, late_kernel
-from linkages.kernel.lanes import lane, lanes, lanes_at, put_lanes, with_lane
+from linkages.kernel import Array, inlined_kernel, lazy_kernel
+from linkages.kernel.simd import lane, lanes, lanes_at, put_lanes, with_lane
 from linkages.planar.bodies import (
     DAMPING,
     ELASTIC,
@@ -41,7 +41,7 @@ from linkages.planar.workspace import Workspace
 _SMALL = 0.05  # rad
 
 
-@late_kernel
+@lazy_kernel
 def bend(bodies: Bodies, i: int, pose: Array) -> None:
     """Fill the line of a section that stands apart from its beam."""
     _place(bodies, i, pose)
@@ -128,7 +128,7 @@ def product(bodies: Bodies, i: int, k: int, rates: Array, first: int) -> Any:
     return total
 
 
-@late_kernel
+@lazy_kernel
 def deform(bodies: Bodies, i: int, pose: Array) -> None:
     """Fill a bending body's line of poses behind its modal coordinates, and those of the sections right behind it."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
@@ -180,7 +180,7 @@ def two_rates(bodies: Bodies, i: int, pose: Array, rates: Array) -> Any:
     return total
 
 
-@late_kernel
+@lazy_kernel
 def beam_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     """Put the inertia of a bending body into its line of ``inertia``."""
     pose, inertia = work.pose, work.inertia
@@ -205,7 +205,7 @@ def beam_inertia(bodies: Bodies, i: int, work: Workspace) -> None:
     inertia[i, 3], inertia[i, 4], inertia[i, 5] = mass, 0.0, mass
 
 
-@late_kernel
+@lazy_kernel
 def hang(bodies: Bodies, i: int, work: Workspace) -> None:
     """Add the inertia that hangs on section i to that of its beam's coordinates."""
     pose, inertia = work.pose, work.inertia
@@ -227,7 +227,7 @@ def hang(bodies: Bodies, i: int, work: Workspace) -> None:
             inertia[p, 6 + 3 * nm + k * nm + m] += other
 
 
-@late_kernel
+@lazy_kernel
 def eliminate(bodies: Bodies, i: int, work: Workspace) -> None:
     """Eliminate the modes of body i from its articulated inertia.
 
@@ -267,7 +267,7 @@ def eliminate(bodies: Bodies, i: int, work: Workspace) -> None:
         axis[i, w + 3 * k], axis[i, w + 3 * k + 1], axis[i, w + 3 * k + 2] = w0, w1, w2
 
 
-@late_kernel
+@lazy_kernel
 def pushed_modes(bodies: Bodies, i: int, work: Workspace, load: Array, tau: Array) -> None:
     """Find z of a bending body, and add to its load what its frame feels of it."""
     body, nm, still = bodies.records[i], bodies.shapes.shape[2], True
@@ -293,7 +293,7 @@ def pushed_modes(bodies: Bodies, i: int, work: Workspace, load: Array, tau: Arra
     load[i, 0], load[i, 1], load[i, 2] = f0, f1, f2
 
 
-@late_kernel
+@lazy_kernel
 def moved_modes(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
     """Find the modal accelerations of a bending body from the acceleration of its frame."""
     body, nm, axis, change = bodies.records[i], bodies.shapes.shape[2], work.axis, work.change
@@ -305,7 +305,7 @@ def moved_modes(bodies: Bodies, i: int, work: Workspace, a: Array) -> None:
         change[i, 3 + k] = second
 
 
-@late_kernel
+@lazy_kernel
 def beam_load(bodies: Bodies, i: int, work: Workspace, gravity: Array, load: Array) -> None:
     """Fill a bending body's line of ``load``: rate of change of momentum less weight, and its elastic forces."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
@@ -347,7 +347,7 @@ def two_accelerations(bodies: Bodies, i: int, pose: Array, vel: Array, acc: Arra
     return frame + _quarter(points * al + rates * (2.0 * w)) + (seconds + curls * lanes(1.0, 0.0, 1.0, 0.0))
 
 
-@late_kernel
+@lazy_kernel
 def beam_energy(bodies: Bodies, i: int, pose: Array, vel: Array, gravity: Array) -> tuple[float, float, float, float]:
     """Kinetic energy of a bending body, its potential energy, and that of strain [J]; power lost to damping [W]."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]

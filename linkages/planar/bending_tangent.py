@@ -7,8 +7,8 @@ pass by those that stay.
 
 from __future__ import annotations
 
-from linkages.kernel import Array, inlined_kernel, late_kernel
-from linkages.kernel.lanes import lane, put_lanes
+from linkages.kernel import Array, inlined_kernel, lazy_kernel
+from linkages.kernel.simd import lane, put_lanes
 from linkages.planar.bending import modal_motion, product, two_accelerations, two_points, two_rates
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, MOTION, POSE, REST, STIFFNESS, Bodies
 from linkages.planar.markers import acceleration_tangent, turned, velocity_tangent
@@ -17,7 +17,7 @@ from linkages.planar.tangent_workspace import ONCE, Scratch
 from linkages.planar.workspace import Workspace
 
 
-@late_kernel
+@lazy_kernel
 def prepare(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None:
     """Fill ``bent``; uses up `work`'s load."""
     pose, vel, acc, bent = work.pose, work.vel, work.acc, s.bent
@@ -56,7 +56,7 @@ def _along(bodies: Bodies, i: int, bent: Array, first: int, change: Array) -> fl
     return total
 
 
-@late_kernel
+@lazy_kernel
 def section_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
     """Fill section i's changes of pose, velocity and acceleration."""
     pose, vel, acc, bent, dpose, dvel, dacc = work.pose, work.vel, work.acc, s.bent, s.dpose, s.dvel, s.dacc
@@ -81,7 +81,7 @@ def section_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None
     dacc[i, 2] = day + djy + 2.0 * (dw * gx + w * dgx) - turn * ux * form
 
 
-@late_kernel
+@lazy_kernel
 def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s: Scratch) -> None:
     """Fill a bending body's line of ``dload`` with the change of `linkages.planar.bending.beam_load`."""
     body, shapes, nm = bodies.records[i], bodies.shapes[i], bodies.shapes.shape[2]
@@ -138,7 +138,7 @@ def beam_load_tangent(bodies: Bodies, i: int, gravity: Array, work: Workspace, s
             dload[i, 3 + k] += own + (lane(entry, 0) * pull0 + lane(entry, 2) * pull1)
 
 
-@late_kernel
+@lazy_kernel
 def add_turned_modes(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
     """Add to a beam's line of ``dload`` what the force on section i does as the modes' directions change."""
     body, nm, pose, dpose, dload = bodies.records[i], bodies.shapes.shape[2], work.pose, s.dpose, s.dload

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Records, inlined_kernel
-from linkages.kernel.lanes import LaneArray, lane_array
+from linkages.kernel.simd import LaneArray, lane_array
 
 
 class Bodies(NamedTuple):

@@ -13,7 +13,7 @@ between it and its frame; the inertia of what hangs on its sections is in them. 
 from __future__ import annotations
 
 from linkages.integrate.factor import solve_semidefinite
-from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.bending import add_to_modes, beam_inertia, beam_load, eliminate, hang, moved_modes, pushed_modes
 from linkages.planar.bodies import POSE, Bodies
 from linkages.planar.kinematics import (
@@ -381,7 +381,7 @@ def _feel(bodies: Bodies, i: int, pose: Array, row: int, wrench: tuple[float, fl
         i = p
 
 
-@late_kernel
+@lazy_kernel
 def solve_rows(rows: Records, rank: int, response: Array, error: Array, room: Indices, reaction: Array) -> float:
     """Solve ``response reaction = error`` (nr,) of the rows, using both up, as `solve_semidefinite`.
 

@@ -8,7 +8,7 @@ does not jump at loads.
 
 from __future__ import annotations
 
-from linkages.kernel import Array, Records, late_kernel
+from linkages.kernel import Array, Records, lazy_kernel
 from linkages.planar.bodies import POSE, Bodies
 from linkages.planar.markers import turned
 from linkages.planar.record_types import SECTION
@@ -22,7 +22,7 @@ BENDING, STRESS, PLACE, COMPRESSION = 2, 3, 4, 5
 FIXED_COLUMNS = 4
 
 
-@late_kernel
+@lazy_kernel
 def cut(
     bodies: Bodies, i: int, station: Array, gravity: Array, pose: Array, vel: Array, acc: Array, load: Array
 ) -> tuple[float, float]:
@@ -70,7 +70,7 @@ def cut(
     return side * f1, side * moment
 
 
-@late_kernel
+@lazy_kernel
 def beam_state(
     what: int,
     beams: Records,

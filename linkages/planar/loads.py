@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, Records, kernel, late_kernel
+from linkages.kernel import Array, Indices, Records, kernel, lazy_kernel
 from linkages.planar.kinematics import add_term_wrench, term_rate, term_value
 from linkages.planar.markers import (
     Two,
@@ -47,7 +47,7 @@ Loads = tuple[Records, Records, Array, Array, Indices]
 LOAD_OUTPUTS = ("value", "second", "power", "energy")
 
 
-@late_kernel
+@lazy_kernel
 def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array) -> None:
     """Add the wrenches of all loads to the bodies' wrenches.
 
@@ -87,7 +87,7 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
             wrench[b, 0] -= load.sign * torque
 
 
-@late_kernel
+@lazy_kernel
 def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array) -> None:
     """Fill ``outputs`` (nl, 4) with `LOAD_OUTPUTS` of each load."""
     records, curves = loads[0], loads[2:]
@@ -165,7 +165,7 @@ def _torsion(load: np.record, pose: Array, vel: Array) -> tuple[float, float, fl
     return load.stiffness * (angle - load.free) + load.damping * rate, angle, rate
 
 
-@late_kernel
+@lazy_kernel
 def load_wrenches_tangent(
     loads: Loads, t: float, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array
 ) -> None:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.jets import FIRST_BINARY, Jet, binary, unary
 
 #: Functions: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) of piecewise polynomials. Of a
@@ -140,7 +140,7 @@ def _polynomial(curves: Curves, i: int, x: float) -> Jet:
     return p0, p1, p2
 
 
-@late_kernel
+@lazy_kernel
 def function_jet(curves: Curves, i: int, inputs: Array) -> Jet:
     """Value of function i and its first two derivatives along a line.
 
@@ -189,7 +189,7 @@ def _program_jet(curves: Curves, i: int, inputs: Array) -> Jet:
     return made[count - 1, 0], made[count - 1, 1], made[count - 1, 2]
 
 
-@late_kernel
+@lazy_kernel
 def _over_time(curves: Curves, i: int, t: float) -> Jet:
     """Value of function i of time alone, its rate and second derivative."""
     inputs = np.zeros((1, 3))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel, late_kernel
+from linkages.kernel import Array, Records, kernel, lazy_kernel
 from linkages.planar.bodies import Bodies
 from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_accelerations, body_positions, body_states
@@ -104,7 +104,7 @@ def beside(bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array
     body_accelerations(bodies, work.pose, work.vel, work.v, work.a, work.acc)
 
 
-@late_kernel
+@lazy_kernel
 def _interpolate(
     bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, margin: float, work: Workspace
 ) -> bool:
@@ -160,7 +160,7 @@ def _time(bodies: Bodies, size: float, work: Workspace) -> float:
     return _STEP / fastest if fastest > 0.0 else 0.0
 
 
-@late_kernel
+@lazy_kernel
 def _solve_beside(
     bodies: Bodies, rows: Records, rank: int, size: float, gravity: Array, time: float, work: Workspace
 ) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Records, clear, kernel, late_kernel
+from linkages.kernel import Array, Records, clear, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
 from linkages.planar.contacts import add_contact
@@ -26,7 +26,7 @@ def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Arra
         add_contact(wrench, ends[k], ex, ey, arms, contacts[k, 2], contacts[k, 3], contacts[k, 4])
 
 
-@late_kernel
+@lazy_kernel
 def row_reactions(model: Arrays, work: Workspace) -> None:
     """Find the size of each row's reaction, so that nothing is left for the free coordinates to carry.
 

@@ -3,7 +3,7 @@
 A direction changes the coordinates by dq, or the rates by as much, or bristles alone. With coordinates the change of
 the bodies' poses is a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes
 by turn x vector. With rates it is the velocities that change by this field. Second derivatives of the joints'
-coordinates stay as they are. Some directions are followed at once, side by side (`linkages.kernel.lanes`): what
+coordinates stay as they are. Some directions are followed at once, side by side (`linkages.kernel.simd`): what
 is said of a change holds for each of them.
 """
 
@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel, late_kernel
-from linkages.kernel.lanes import LaneArray as Lanes
+from linkages.kernel import Array, Records, kernel, lazy_kernel
+from linkages.kernel.simd import LaneArray as Lanes
 from linkages.planar.bending_tangent import add_turned_modes, beam_load_tangent, section_tangent
 from linkages.planar.bodies import Bodies
 from linkages.planar.kinematics import add_to_parent, term_direction
@@ -152,7 +152,7 @@ def transmitted(bodies: Bodies, pose: Array, load: Array) -> None:
         add_to_parent(bodies, pose, i, load)
 
 
-@late_kernel
+@lazy_kernel
 def add_term_tangent(term: np.record, pose: Array, size: float, dpose: Array | Lanes, dwrench: Array | Lanes) -> None:
     """Add the change of a term's reaction wrench, of fixed size, to the bodies' wrenches."""
     if term.kind == ANGLE:
@@ -225,7 +225,7 @@ def _add_row_tangent(row: np.record, pose: Array, size: float, dpose: Lanes, dwr
     add_term_tangent(row.term, pose, size, dpose, dwrench)
 
 
-@late_kernel
+@lazy_kernel
 def row_tangents(rows: Records, work: Workspace, s: Scratch) -> None:
     """Fill ``drows`` with the changes of the rows' accelerations, and add those of their reactions to ``dwrench``."""
     for k in range(len(rows)):

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from linkages.kernel import Array
-from linkages.kernel.lanes import LaneArray as Lanes
-from linkages.kernel.lanes import lane_array
+from linkages.kernel.simd import LaneArray as Lanes
+from linkages.kernel.simd import lane_array
 from linkages.planar.contact_partials import INPUTS, OUTPUTS
 
 #: Numbers of a line of ``bent`` (nb, ONCE + 7 nm). Of a section: velocity and acceleration (x, y) that its beam's modes

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array, Records
 from linkages.kernel.by_reference import packed
-from linkages.kernel.lanes import LaneArray
+from linkages.kernel.simd import LaneArray
 from linkages.model.functions import OF_JOINTS
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism

@@ -25,7 +25,7 @@ from linkages.integrate.driver import COLLAPSED, DONE, PAUSED, Options
 from linkages.integrate.factor import back_substitute, decompose, factorise
 from linkages.integrate.shifted import invert
 from linkages.integrate.stepper import make_stepper
-from linkages.kernel.lanes import lane_array
+from linkages.kernel.simd import lane_array
 
 METHODS = [pytest.param(True, id="radau"), pytest.param(False, id="dormand-prince")]
 IMPLICIT = {"radau": True, "dormand-prince": False}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, inlined_kernel, kernel, late_kernel
+from linkages.kernel import Array, clear, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
 from linkages.planar.dynamics import balance
@@ -53,7 +53,7 @@ def _add_forces(equations: Equations, t: float) -> None:
         load_wrenches(tables, t, w.pose, w.vel, w.wrench)
 
 
-@late_kernel
+@lazy_kernel
 def solve_state(equations: Equations, t: float, y: Array) -> None:
     """Fill the work with everything that is known at a state: accelerations, contacts, loop reactions."""
     model, work = equations.model, equations.work

@@ -13,8 +13,8 @@ from typing import Any
 
 from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, kernel, late_kernel
-from linkages.kernel.lanes import WIDTH, lane, with_lane
+from linkages.kernel import Array, clear, kernel, lazy_kernel
+from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
 from linkages.planar.bending_tangent import prepare
 from linkages.planar.contact_partials import INPUTS, contact_partials
@@ -37,7 +37,7 @@ from linkages.planar.tangent_workspace import Scratch
 from linkages.planar.workspace import Workspace
 
 
-@late_kernel
+@lazy_kernel
 def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
     """Fill ``mass``, of rates and bristles (ny - n, ny - n), and ``out`` (ny, ny) with its product with df/dy.
 

@@ -9,13 +9,13 @@ from linkages.integrate.explicit import explicit
 from linkages.integrate.implicit import implicit
 from linkages.integrate.stepper import Stepper
 from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
-from linkages.kernel import Array, kernel, late_kernel
+from linkages.kernel import Array, kernel, lazy_kernel
 
 _radau_iia_5 = implicit(RADAU_IIA_5, derivatives, residual, jacobian, arrive)
 _dormand_prince_5_4 = explicit(DORMAND_PRINCE_5_4, derivatives)
 
 
-@late_kernel
+@lazy_kernel
 def attempt_radau_iia_5(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:
@@ -23,7 +23,7 @@ def attempt_radau_iia_5(
     return _radau_iia_5(equations, s, t, h, y, exact)
 
 
-@late_kernel
+@lazy_kernel
 def attempt_dormand_prince_5_4(
     equations: Equations, s: Stepper, t: float, h: float, y: Array, exact: bool
 ) -> tuple[float, float]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from linkages.engines.compiled.model import Equations
-from linkages.kernel import Array, late_kernel
+from linkages.kernel import Array, lazy_kernel
 from linkages.planar.projection import project
 
 _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length
 
 
-@late_kernel
+@lazy_kernel
 def project_state(equations: Equations, y: Array) -> bool:
     """Move coordinates and rates, in y and in the work, to where the loops are closed; False if they were already.
 

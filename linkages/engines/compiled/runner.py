@@ -15,8 +15,8 @@ from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices, Records
-from linkages.kernel.ahead import expect
 from linkages.kernel.by_reference import packed
+from linkages.kernel.precompiled import expect
 from linkages.model.experiment_tables import IMPLICIT
 from linkages.outputs.formulas import OF_FORCES
 from linkages.planar.contacts import WIDTH, landing

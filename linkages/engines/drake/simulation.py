@@ -15,7 +15,7 @@ from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import Steps, is_collapse
 from linkages.engines.drake.steps import longest_step as longest_step  # of this engine, beside `simulate`
 from linkages.errors import Status
-from linkages.kernel.ahead import expect
+from linkages.kernel.precompiled import expect
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
 from linkages.results.loops import Loops

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, kernel, late_kernel
+from linkages.kernel import Array, kernel, lazy_kernel
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
 
@@ -70,7 +70,7 @@ def table_limit(table: Array) -> float:
     return 1.0 - math.exp(-table[5])
 
 
-@late_kernel
+@lazy_kernel
 def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float, float, float]:
     """Force and extent of a finite film from its map.
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numba import config
 
-from linkages.kernel import kernel, late_kernel
+from linkages.kernel import kernel, lazy_kernel
 
 compiled = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled")
 
 
-@late_kernel
+@lazy_kernel
 def pair(x: np.ndarray, n: int) -> tuple[float, float]:
     total = 0.0
     for value in x:
@@ -22,23 +22,23 @@ def pair(x: np.ndarray, n: int) -> tuple[float, float]:
     return total, 2.0 * n
 
 
-@late_kernel
+@lazy_kernel
 def factorial(n: int) -> int:
     return 1 if n < 2 else n * factorial(n - 1)
 
 
-@late_kernel
+@lazy_kernel
 def fill(x: np.ndarray, value: float) -> None:
     for i in range(len(x)):
         x[i] = value
 
 
-@late_kernel
+@lazy_kernel
 def above(x: float, limit: float) -> bool:
     return x > limit
 
 
-@late_kernel
+@lazy_kernel
 def broken(x: float) -> float:
     return x.missing
 
@@ -81,18 +81,18 @@ def test_a_result_of_unknown_type_is_refused(result):
         return x
 
     made.__annotations__ = {} if result is None else {"return": result}
-    with pytest.raises(TypeError, match=r"late kernel .*made.* annotate its result as None, float"):
-        late_kernel(made)
+    with pytest.raises(TypeError, match=r"lazy kernel .*made.* annotate its result as None, float"):
+        lazy_kernel(made)
 
 
 @compiled
-def test_threads_may_meet_a_late_kernel_at_once():
+def test_threads_may_meet_a_lazy_kernel_at_once():
     """Eight, without the interpreter's lock: all get the same results."""
 
     def made(scope):
         text = "def slow(n: int) -> int:\n    s = 0\n    for k in range(n):\n        s += k % 7\n    return s"
         exec(text, scope)
-        return late_kernel(scope["slow"])
+        return lazy_kernel(scope["slow"])
 
     scope = {"__name__": __name__}
     scope["slow"] = made(scope)
@@ -105,9 +105,9 @@ def test_threads_may_meet_a_late_kernel_at_once():
 
 
 MODULE = """
-from linkages.kernel import kernel, late_kernel
+from linkages.kernel import kernel, lazy_kernel
 
-@late_kernel
+@lazy_kernel
 def late(x: float) -> float:
     return x + {added}
 
@@ -117,10 +117,10 @@ def early(x, asked):
 """
 SCRIPT = """
 import sys
-from linkages.kernel import ahead, by_address
+from linkages.kernel import precompiled, by_address
 made = []
-before = ahead.compiling
-ahead.compiling = lambda: (made.append(1), before())
+before = precompiled.compiling
+precompiled.compiling = lambda: (made.append(1), before())
 from module import early
 print(early(1.0, sys.argv[1] == "late"), len(made))
 """
@@ -139,7 +139,7 @@ def test_late_code_is_compiled_when_asked_for_kept_on_disk_and_no_part_of_its_ca
         return done.stdout.split()
 
     assert run("1.0", "early") == ["1.0", "2"]  # the caller, and how Python calls it
-    assert run("1.0", "late") == ["2.0", "1"]  # the late one
+    assert run("1.0", "late") == ["2.0", "1"]  # the lazy one
     assert run("1.0", "late") == ["2.0", "0"]
     assert run("20.0", "late") == ["21.0", "1"]
     assert run("20.0", "early") == ["1.0", "0"]
@@ -147,7 +147,7 @@ def test_late_code_is_compiled_when_asked_for_kept_on_disk_and_no_part_of_its_ca
 
 def test_without_the_compiler_it_is_the_function(tmp_path):
     text = (
-        "from linkages.kernel import late_kernel\ndef f(x: float) -> float:\n    return x\nassert late_kernel(f) is f"
+        "from linkages.kernel import lazy_kernel\ndef f(x: float) -> float:\n    return x\nassert lazy_kernel(f) is f"
     )
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     subprocess.run([sys.executable, "-c", text], env=environment, check=True)

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from linkages.kernel import ahead
+from linkages.kernel import precompiled
 
 KERNELS = """
 import time
@@ -26,17 +26,17 @@ def plan(wanted):
 KERNELS = KERNELS.format(kernels="\n".join(f"@kernel\ndef f{k}(x):\n    return x + {k}\n" for k in range(4)))
 SCRIPT = """
 import sys, time
-from linkages.kernel import ahead
+from linkages.kernel import precompiled
 import kernels
 
 print("begun", flush=True)
-ahead.processors = lambda: int(sys.argv[1])
-ahead.expect("kernels:plan", 1.5)
+precompiled.processors = lambda: int(sys.argv[1])
+precompiled.expect("kernels:plan", 1.5)
 for k in range(4):
     getattr(kernels, f"f{k}")(1.5)
-pids = [process.pid for process in ahead._beside]
+pids = [process.pid for process in precompiled._beside]
 print(*pids, flush=True)
-for process in ahead._beside:
+for process in precompiled._beside:
     process.wait()
 assert kernels.late(1.5) == 101.5
 print(sum(kernels.late.stats.cache_hits.values()), flush=True)
@@ -70,22 +70,22 @@ def test_what_is_expected_is_compiled_beside_on_an_empty_cache_and_nothing_is_st
 
 HOLDING = """
 import sys, time
-from linkages.kernel import cache, claims
+from linkages.kernel import cache, locks
 from linkages.kernel.units import UnitCompiler
 import numba, kernels
 
 name = cache.CodeCache(kernels.f0.py_func, UnitCompiler)._name((numba.float64,))
-assert claims.claim(cache.folder(), name)
+assert locks.acquire(cache.folder(), name)
 print("holds", flush=True)
 sys.stdin.read()
 """
 PUT_OFF = """
 import sys, threading, time
-from linkages.kernel import ahead
+from linkages.kernel import precompiled
 import kernels
 
 kernels.plan = lambda: [lambda: kernels.f0(1.5), lambda: kernels.f1(1.5), lambda: print("done", flush=True)]
-ahead.assist([("kernels:plan", ())], 0)
+precompiled.assist([("kernels:plan", ())], 0)
 print(kernels.f0(1.5), kernels.f1(1.5), flush=True)
 """
 
@@ -171,6 +171,6 @@ def test_processors_are_those_that_may_be_used():
     allowed = os.sched_getaffinity(0)
     try:
         os.sched_setaffinity(0, {min(allowed)})
-        assert ahead.processors() == 1
+        assert precompiled.processors() == 1
     finally:
         os.sched_setaffinity(0, allowed)

@@ -6,7 +6,7 @@ import numpy as np
 
 from linkages.kernel import kernel
 from linkages.kernel.by_reference import packed, reference
-from linkages.kernel.lanes import WIDTH, LaneArray, lane, lane_array, lanes, lanes_at, put_lanes, with_lane
+from linkages.kernel.simd import WIDTH, LaneArray, lane, lane_array, lanes, lanes_at, put_lanes, with_lane
 
 
 class Given(NamedTuple):

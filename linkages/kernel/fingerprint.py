@@ -1,7 +1,7 @@
-"""What a function is, by its content: its code, the values it refers to, and the functions that it calls.
+"""Fingerprint of a function: a digest of its code, the values it refers to and the functions that it calls.
 
-An edit of a function changes its own identity and those of the functions that call it, of no others; the same text in
-another folder or another process has the same identity. What is called by address is not a part of the caller.
+An edit of a function changes its own fingerprint and the fingerprints of its callers, and no others. The same text in
+another folder or process has the same fingerprint. Functions called by address are not part of the caller.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import llvmlite
 import numba
 import numpy as np
 
-LATE = b"late"  # kind of kernels whose callers know of them but their names and results
+LAZY = b"lazy"  # kind of kernels whose callers know of them but their names and results
 _OURS = __name__.partition(".")[0]
 
 
 @cache
 def toolchain() -> bytes:
-    """Identity of what compiles: this folder's text, the versions behind it, the processor."""
+    """Fingerprint of what compiles: this folder's text, the versions behind it, the processor."""
     texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
     codegen = numba.core.registry.cpu_target.target_context.codegen().magic_tuple()
     checked = getattr(numba.config, "BOUNDSCHECK", None)
@@ -33,7 +33,7 @@ def toolchain() -> bytes:
 
 
 @cache
-def identity(function: Any) -> str:
+def fingerprint(function: Any) -> str:
     """Compute the digest of a function, plain or compiled, and of all that it refers to.
 
     Raises
@@ -52,7 +52,7 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
     """Give what distinguishes a value from others; what was met before is only named."""
     if isinstance(kind := getattr(value, "kind", None), bytes):  # of a kernel
         yield kind
-        if kind == LATE:  # is called by name, and compiled by itself
+        if kind == LAZY:  # is called by name, and compiled by itself
             yield f"{value.__module__}.{value.__qualname__} {value.result}".encode()
             return
     value = getattr(value, "py_func", getattr(value, "_defn", value))  # of a kernel, of an intrinsic

@@ -2,7 +2,7 @@
 
 A *plan* is a function of a module, ``"module:function"``, that returns jobs: functions without arguments, which compile
 what they call. `expect` names a plan; nothing comes of it until so much has been compiled that the cache must be empty.
-What one process compiles the others wait for (`linkages.kernel.claims`) and load.
+What one process compiles the others wait for (`linkages.kernel.locks`) and load.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from linkages.kernel import claims
+from linkages.kernel import locks
+from linkages.kernel.folder import folder
 
 _EMPTY = 4  # kernels compiled in a process after which the cache is taken for empty
 _MOST = 3  # processes beside: there are few jobs, and they share much
@@ -100,10 +101,8 @@ def assist(plans: list[tuple[str, tuple[Any, ...]]], which: int) -> None:
     is put off until the next one is done.
     """
     global _assisting
-    from linkages.kernel.cache import folder
-
     _assisting, place = True, folder()
-    if place is None or not claims.claim(place, f"{which:x}"):
+    if place is None or not locks.acquire(place, f"{which:x}"):
         return
     threading.Thread(target=_end_with_parent, daemon=True).start()
     jobs: list[Callable[[], Any]] = []
@@ -124,9 +123,9 @@ def assist(plans: list[tuple[str, tuple[Any, ...]]], which: int) -> None:
 def _done(job: Callable[[], Any]) -> bool:
     """Do a job; False if another process is compiling what it needs."""
     try:
-        with claims.impatient():
+        with locks.impatient():
             job()
-    except claims.ClaimedError:
+    except locks.LockedError:
         return False
     return True
 

@@ -19,7 +19,7 @@ _patience = ContextVar("patience", default=_LONGEST)
 _held: dict[tuple[Path, str], FileLock] = {}  # by this process
 
 
-def claim(place: Path, name: str, patience: float = 0.0) -> bool:
+def acquire(place: Path, name: str, patience: float = 0.0) -> bool:
     """Claim a name for this process, waiting so long [s] for another one that has it; False if that was too short."""
     if (place, name) in _held:
         return True
@@ -35,13 +35,13 @@ def claim(place: Path, name: str, patience: float = 0.0) -> bool:
     return True
 
 
-class ClaimedError(Exception):
+class LockedError(Exception):
     """Another process has claimed the kernel."""
 
 
 @contextmanager
 def impatient() -> Iterator[None]:
-    """Raise `ClaimedError` rather than wait: there is other work."""
+    """Raise `LockedError` rather than wait: there is other work."""
     before = _patience.set(0.0)
     try:
         yield
@@ -49,17 +49,17 @@ def impatient() -> Iterator[None]:
         _patience.reset(before)
 
 
-def wait_and_claim(place: Path, name: str) -> None:
+def wait_and_acquire(place: Path, name: str) -> None:
     """Claim a name as soon as no other process has it; do without if one has had it for too long.
 
     Raises
     ------
-    ClaimedError
+    LockedError
         If another process has it, within `impatient`.
     """
     patience = _patience.get()
-    if not claim(place, name, patience) and not patience:
-        raise ClaimedError
+    if not acquire(place, name, patience) and not patience:
+        raise LockedError
 
 
 def release(place: Path, name: str) -> None:

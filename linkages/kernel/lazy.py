@@ -1,6 +1,6 @@
 """Kernels that are compiled when they are first called: what most machines never call costs them nothing.
 
-Compiled code calls a late kernel through a cell that belongs to the place of the call. The cell is empty at first;
+Compiled code calls a lazy kernel through a cell that belongs to the place of the call. The cell is empty at first;
 then Python is asked, which compiles the kernel to a C function or loads it, and fills the cell with its address.
 After that a call is a load and an indirect call. Which kernel is meant stands in the calling code by name and types,
 so that it need not be compiled anew when the kernel is edited, and so that it can be kept on disk as all other code.
@@ -26,16 +26,16 @@ from numba.core.typing.templates import make_intrinsic_template
 
 from linkages.kernel.by_address import address, call_at
 from linkages.kernel.compile import Kernel, failures
-from linkages.kernel.identity import LATE
+from linkages.kernel.fingerprint import LAZY
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_FIND = "linkages_find_late_kernel"  # symbol of `_find`
+_FIND = "linkages_find_lazy_kernel"  # symbol of `_find`
 _NUMBERS = {None: types.none, float: types.float64, int: types.int64, bool: types.boolean}
-_kernels: dict[tuple[str, str], LateKernel] = {}
+_kernels: dict[tuple[str, str], LazyKernel] = {}
 
 
-def late_kernel(function: F) -> F:
+def lazy_kernel(function: F) -> F:
     """Compile a function when it is first called, from compiled code too.
 
     Raises
@@ -45,15 +45,15 @@ def late_kernel(function: F) -> F:
     """
     if getattr(config, "DISABLE_JIT", False):
         return function
-    made = _kernels[function.__module__, function.__qualname__] = LateKernel(function)
+    made = _kernels[function.__module__, function.__qualname__] = LazyKernel(function)
     return cast(F, made)
 
 
-class LateKernel(Kernel):
+class LazyKernel(Kernel):
     """A function that is compiled when it is first called."""
 
     def __init__(self, function: Any) -> None:
-        super().__init__(function, None, LATE)
+        super().__init__(function, None, LAZY)
         self.result = _result(function)
         self._signature = signature(function)
         template = make_intrinsic_template(self, self._type_call(), function.__name__)
@@ -85,7 +85,7 @@ class LateKernel(Kernel):
 
         def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
             word, module = ir.IntType(64), builder.module
-            cell = cgutils.add_global_variable(module, word, module.get_unique_name("late"))
+            cell = cgutils.add_global_variable(module, word, module.get_unique_name("lazy"))
             cell.linkage, cell.initializer = "internal", ir.Constant(word, 0)
             known = builder.load(cell)
             place = cgutils.alloca_once_value(builder, known)
@@ -113,7 +113,7 @@ def _result(function: Any) -> Any:
         return types.Tuple([_NUMBERS[part] for part in parts]) if parts else _NUMBERS[kind]
     except (KeyError, TypeError):
         what = "annotate its result as None, float, int, bool, or a tuple of these"
-        raise TypeError(f"the late kernel {function.__qualname__} returns {kind}; {what}") from None
+        raise TypeError(f"the lazy kernel {function.__qualname__} returns {kind}; {what}") from None
 
 
 @ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
