@@ -17,6 +17,11 @@ def most(system: System) -> int:
     return min(MOST, ROOM // (8 * (1 + len(names(system)))))
 
 
+def least_advance(duration: float) -> float:
+    """Return the time [s] by which `WINDOW` steps must advance a run of this duration."""
+    return duration * WINDOW / (_HOPELESS * MOST)
+
+
 class Budget:
     """Ends runs that would never end, as of implausible machines: each step is accurate, but the end is out of reach.
 
@@ -30,7 +35,7 @@ class Budget:
 
     def __init__(self, system: System, limit: int | None = None) -> None:
         self._most = most(system) if limit is None else limit
-        self._least = system.experiment.duration * WINDOW / (_HOPELESS * MOST)
+        self._least = least_advance(system.experiment.duration)
         self._steps = self._judged = 0
         self._time = 0.0
 

@@ -15,7 +15,11 @@ Result = TypeVar("Result")
 
 
 def in_threads(
-    work: Callable[[int], Result], count: int, threads: int | None = None, look: Callable[[], None] | None = None
+    work: Callable[[int], Result],
+    count: int,
+    threads: int | None = None,
+    look: Callable[[], None] | None = None,
+    stop: Callable[[], None] | None = None,
 ) -> list[Result]:
     """Return work(0), ..., work(count - 1), computed in threads.
 
@@ -29,13 +33,16 @@ def in_threads(
         Default: as many as there are processors. One is the calling thread.
     look : callable, optional
         Called now and then, at least once a second with several threads, and at the end.
+    stop : callable, optional
+        Called at an error or an interruption: it must end the work that has begun. With it the calling thread does no
+        work, so that interruptions reach it.
 
     Raises
     ------
     RunError
         If the threads cannot be started, for instance without memory for their stacks.
     """
-    if threads == 1 or count == 1:
+    if stop is None and (threads == 1 or count == 1):
         return [_looked_at(work(k), look) for k in range(count)]
     pool = ThreadPoolExecutor(min(threads or os.cpu_count() or 1, max(count, 1)))
     try:
@@ -53,6 +60,10 @@ def in_threads(
             if look is not None:
                 look()
         return [job.result() for job in jobs]
+    except BaseException:
+        if stop is not None:
+            stop()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 

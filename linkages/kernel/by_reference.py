@@ -25,6 +25,8 @@ from linkages.kernel.simd import LaneArray
 
 T = TypeVar("T")
 
+_ADDRESS = 32  # bytes before the address of an array in numba's structure
+
 
 class Reference(types.Type):
     """Type of a reference to a named tuple."""
@@ -105,20 +107,21 @@ class Packed:
     """
 
     def __init__(self, value: Any) -> None:
-        self._value, self._numba_type_ = value, _reference_to(value)
+        self.unpacked, self._numba_type_ = value, reference_to(value)
         words = bytearray()
-        _lay(value, words)
+        lay(value, words, [])
         self._words = np.frombuffer(words, np.uint8)
         self.place = self._words.ctypes.data
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._value, name)
+        return getattr(self.unpacked, name)
 
 
 _references: dict[Any, Reference] = {}  # by what `_shape` gives: numba takes milliseconds to find a type
 
 
-def _reference_to(value: Any) -> Reference:
+def reference_to(value: Any) -> Reference:
+    """Return the type of a reference to a named tuple of arrays, numbers, named tuples and packed ones."""
     shape = _shape(value)
     if shape not in _references:
         _references[shape] = Reference(typeof(value))
@@ -146,25 +149,30 @@ def packed(value: T) -> T:
     return cast(T, Packed(value))
 
 
-def _lay(value: Any, words: bytearray) -> None:
-    """Add a value as numba lays it out: arrays as structures without owners, each on a multiple of its size."""
+def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
+    """Add a value as numba lays it out: arrays as structures without owners, each on a multiple of its size.
+
+    ``spots`` gets the place of each number, of each array's address, and of each packed value's.
+    """
     if isinstance(value, bool | np.bool_):
         words.append(int(value))
         return
     words.extend(bytes(-len(words) % 8))
-    if isinstance(value, Packed):
-        words.extend(struct.pack("q", value.place))
-    elif isinstance(value, tuple):
+    if isinstance(value, tuple):
         for item in value:
-            _lay(item, words)
+            lay(item, words, spots)
+        words.extend(bytes(-len(words) % 8))  # a structure that ends with a truth value
     elif isinstance(value, np.ndarray):
         shape, strides = value.shape, value.strides
         if isinstance(value, LaneArray):
             shape, strides = shape[:-1], strides[:-1]
+        spots.append((len(words) + _ADDRESS, value))
         structure = 0, 0, value.size, value.itemsize, value.ctypes.data, *shape, *strides
         words.extend(struct.pack(f"{len(structure)}q", *structure))
     else:
-        words.extend(struct.pack("d" if isinstance(value, float) else "q", value))
+        spots.append((len(words), value))
+        number = value.place if isinstance(value, Packed) else value
+        words.extend(struct.pack("d" if isinstance(value, float) else "q", number))
 
 
 @unbox(Reference)

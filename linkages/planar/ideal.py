@@ -13,10 +13,8 @@ from linkages.planar.kinematics import body_accelerations, body_states
 
 
 class Ideal(NamedTuple):
-    """Arrays of the ideal linkage: closure rows of all cut joints, and what `ideal_state` fills."""
+    """What `ideal_state` fills: coordinates, rates, accelerations (n,), and the motion of the bodies."""
 
-    rows: Records
-    closing: Indices  # coordinates of joints that no drive prescribes
     q: Array
     v: Array
     a: Array
@@ -25,21 +23,34 @@ class Ideal(NamedTuple):
     acc: Array
 
 
-def make_ideal(rows: Records, closing: Indices, bodies: Bodies, n: int) -> Ideal:
+def make_ideal(bodies: Bodies, n: int) -> Ideal:
     """Make the arrays for n coordinates."""
-    parts = make_pose(bodies), make_motion(bodies), make_motion(bodies)
-    return Ideal(rows, closing, np.zeros(n), np.zeros(n), np.zeros(n), *parts)
+    return Ideal(np.zeros(n), np.zeros(n), np.zeros(n), make_pose(bodies), make_motion(bodies), make_motion(bodies))
 
 
 @kernel
-def ideal_state(model: Any, dynamics: Any, ideal: Any) -> bool:
+def ideal_state(model: Any, dynamics: Any, rows: Records, closing: Indices, ideal: Any) -> bool:
     """Fill the ideal linkage's state at the driven coordinates of the run's state, which is the first guess.
 
     Its links are rigid: modal coordinates are zero.
 
-    Returns False if the loops do not close there.
+    Parameters
+    ----------
+    model, dynamics
+        Of the run; see `linkages.planar.arrays` and `linkages.planar.workspace`.
+    rows : array of ROW
+        Closure rows of all cut joints.
+    closing : array of int
+        Coordinates of joints that no drive prescribes.
+    ideal : Ideal
+        Filled.
+
+    Returns
+    -------
+    bool
+        False if the loops do not close there.
     """
-    bodies, rows = model.bodies, ideal.rows
+    bodies = model.bodies
     for i in range(len(ideal.q)):
         ideal.q[i] = dynamics.q[i]
         ideal.v[i] = dynamics.v[i]
@@ -48,9 +59,9 @@ def ideal_state(model: Any, dynamics: Any, ideal: Any) -> bool:
         for k in range(bodies.records[i].modes):
             d = bodies.records[i].eta + k
             ideal.q[d], ideal.v[d], ideal.a[d] = 0.0, 0.0, 0.0
-    if not close(bodies, rows, np.zeros(len(rows)), ideal.closing, model.size, ideal.q):
+    if not close(bodies, rows, np.zeros(len(rows)), closing, model.size, ideal.q):
         return False
-    consistent_rates(bodies, rows, ideal.closing, ideal.q, ideal.v, ideal.a)
+    consistent_rates(bodies, rows, closing, ideal.q, ideal.v, ideal.a)
     body_states(bodies, ideal.q, ideal.v, ideal.pose, ideal.vel)
     body_accelerations(bodies, ideal.pose, ideal.vel, ideal.v, ideal.a, ideal.acc)
     return True

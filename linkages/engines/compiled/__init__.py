@@ -15,5 +15,8 @@ It may import whatever lies below the engines, and not the Drake engine.
 | statistics | extremes, mean and rms of outputs over windows                                         |
 | runner     | `Runner`: a system as an object that runs                                              |
 | simulation | `simulate`: a run as a `linkages.Trajectory`                                           |
+| job        | numbers of one design, and the arrays that a run and its statistics work on            |
+| rows       | runs and statistics of many designs in one call of compiled code                       |
+| designs    | the designs of a batch as numbers                                                      |
 | batch      | `simulate_batch`: many runs in parallel threads                                        |
 """

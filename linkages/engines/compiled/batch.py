@@ -9,21 +9,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linkages.brief import Brief, counted
-from linkages.engines.budget import most
-from linkages.engines.compiled.runner import STATUS, Runner, join
+from linkages.engines.compiled.designs import Bench, Designs, designs_of
+from linkages.engines.compiled.job import Given
+from linkages.engines.compiled.rows import NO_IDEAL
+from linkages.engines.compiled.runner import STATUS
 from linkages.engines.compiled.statistics import STATISTICS
 from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.files.table_formats import needed
+from linkages.integrate.driver import DONE
 from linkages.kernel import Array, Indices
+from linkages.kernel.block import contents
 from linkages.outputs.registry import default_outputs, pack
-from linkages.planar.ideal import make_ideal
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+_AT_ONCE = 32  # runs in one call of compiled code
 
 
 @dataclass(frozen=True, repr=False)
@@ -185,22 +190,10 @@ def simulate_batch(
     if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
         raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     _check_paths(system, variables, table)
-    shape = (len(table), len(spans), len(names), len(STATISTICS))
-    found = np.full(shape, np.nan)
-    status = [Status.OK] * len(table)
-    reason = [""] * len(table)
-    steps = np.zeros(len(table), dtype=np.int64)
-    ended = np.zeros(len(table), dtype=bool)
-
-    def one(i: int) -> None:
-        values = dict(zip(variables, map(float, table[i]), strict=True))
-        status[i], reason[i], steps[i] = _run(system, values, names, spans, found[i])
-        ended[i] = True
-
-    look = None if progress is None else lambda: progress(float(ended.mean()))
-    in_threads(one, len(table), threads, look)
-    statistics = {name: found[..., k] for k, name in enumerate(STATISTICS)}
-    return Batch(tuple(variables), table, names, spans, statistics, status, reason, steps)
+    runs = _Runs(designs_of(system, tuple(variables), names, spans.tobytes()), table)
+    runs.make(threads, progress)
+    statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
+    return Batch(tuple(variables), table, names, spans, statistics, runs.status, runs.reason, runs.steps)
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:
@@ -210,30 +203,70 @@ def _check_paths(system: System, variables: Sequence[str], table: Array) -> None
         system.replaced({name: float(finite[0]) if len(finite) else 1.0})
 
 
-def _run(
-    nominal: System, values: dict[str, float], names: tuple[str, ...], windows: Array, out: Array
-) -> tuple[Status, str, int]:
-    """Run one design; fills the statistics (nw, no, ns)."""
-    try:
-        system = nominal.replaced(values)
-        duration = system.experiment.duration
-        if np.any(windows[:, 1] > duration * (1.0 + 1e-12)):
-            return Status.BAD_INPUT, "a window ends after the run", 0
-        outputs = pack(system, names)
-        runner = Runner(system, outputs)
-    except InputError as problem:
-        return Status.BAD_INPUT, str(problem), 0
-    except AssemblyError as problem:
-        return problem.status, str(problem), 0
-    record = runner.run(0.0, runner.start, 0.0, most(system))
-    status, end = cause(STATUS.get(record.status, Status.TOO_MANY_STEPS), system, float(record.times[-1]))
-    if status is not Status.OK:
-        where = f"ended at t = {end:.6g} s"
-        return status, f"{status.value}: {where}; {status.remedy}", record.steps
-    tree = system.tree
-    ideal = make_ideal(tree.closure_rows, tree.closing_dofs, tree.bodies, tree.size)
-    if not runner.summarise(ideal, outputs, join([record]), np.minimum(windows, duration), out):
-        out[...] = np.nan
-        status = Status.NO_ASSEMBLY
-        return status, f"{status.value}: the ideal linkage does not close; {status.remedy}", record.steps
-    return status, "", record.steps
+class _Runs:
+    """Runs of a table of designs (m, nv), and their results."""
+
+    def __init__(self, designs: Designs, table: Array) -> None:
+        self.designs, self.table, count = designs, table, len(table)
+        self.found = np.full((count, len(designs.windows), len(designs.outputs), len(STATISTICS)), np.nan)
+        self.status, self.reason = [Status.OK] * count, [""] * count
+        self.steps = np.zeros(count, dtype=np.int64)
+        self._ended = np.zeros(count, dtype=bool)
+        self._stop = np.zeros(1, np.int64)
+
+    def make(self, threads: int | None, progress: Callable[[float], None] | None) -> None:
+        """Run all designs, in threads."""
+        self.designs.compare(self.table)
+        rows = np.arange(len(self.table))
+        parts = [rows[first : first + _AT_ONCE] for first in range(0, len(rows), _AT_ONCE)]
+        look = None if progress is None else lambda: progress(float(self._ended.mean()))
+        in_threads(lambda k: self._run(parts[k]), len(parts), threads, look, self._end)
+
+    def _end(self) -> None:
+        self._stop[0] = 1
+
+    def _run(self, rows: Indices) -> None:
+        """Run the designs of some rows."""
+        designs, covered = self.designs, self.designs.covers(self.table[rows])
+        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
+        for row in rows[~covered].tolist():
+            try:
+                given = designs.given(self.table[row])
+            except InputError as problem:
+                self._fail(row, Status.BAD_INPUT, str(problem))
+            except AssemblyError as problem:
+                self._fail(row, problem.status, str(problem))
+            else:
+                numbers = contents(given)
+                built.setdefault(numbers.structure, []).append((row, given, numbers.words))
+        for group in built.values():
+            with designs.bench(group[0][1]) as bench:
+                columns, words = bench.different(np.stack([words for _, _, words in group]))
+                self._use(bench, np.array([row for row, _, _ in group]), columns, words)
+        if covered.any():
+            with designs.bench() as bench:
+                self._use(bench, rows[covered], designs.columns, designs.words(self.table[rows[covered]]))
+
+    def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
+        """Run designs of one structure."""
+        found, ended = np.empty((len(rows), *self.found.shape[1:])), np.empty((len(rows), 3))
+        bench.run(columns, words, self._stop, found, ended)
+        if self._stop[0]:
+            return
+        self.found[rows], self.steps[rows] = found, ended[:, 2]
+        for k in np.flatnonzero(ended[:, 0] != DONE):
+            self._fail(int(rows[k]), *self._reason(int(rows[k]), int(ended[k, 0]), float(ended[k, 1])))
+        self._ended[rows] = True
+
+    def _reason(self, row: int, code: int, time: float) -> tuple[Status, str]:
+        """Status of a run that failed, and why."""
+        if code == NO_IDEAL:
+            status, what = Status.NO_ASSEMBLY, "the ideal linkage does not close"
+        else:
+            status = STATUS.get(code, Status.TOO_MANY_STEPS)
+            status, time = cause(status, self.designs.replaced(self.table[row]), time)
+            what = f"ended at t = {time:.6g} s"
+        return status, f"{status.value}: {what}; {status.remedy}"
+
+    def _fail(self, row: int, status: Status, reason: str) -> None:
+        self.status[row], self.reason[row], self._ended[row] = status, reason, True

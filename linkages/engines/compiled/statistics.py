@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.engines.compiled.equations import solve_state
-from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.job import Job
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.parabola import parabola_top
-from linkages.integrate.stepper import Stepper, copy, make_stepper
-from linkages.kernel import Array, Records, kernel
+from linkages.integrate.stepper import copy
+from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
-from linkages.outputs.formulas import LINKAGE, LOAD, OF_FORCES, View, output_value, point_value
+from linkages.outputs.formulas import View, output_value, point_value
 from linkages.planar.dynamics import inertial_load
-from linkages.planar.ideal import Ideal, ideal_state
+from linkages.planar.ideal import ideal_state
 from linkages.planar.loads import load_outputs
 from linkages.planar.reactions import joint_forces
 
@@ -33,55 +33,29 @@ _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
 class Sampler(NamedTuple):
-    """What it takes to know the outputs at any time of a run."""
+    """A run whose outputs are asked for at any time."""
 
-    equations: Equations
-    stepper: Stepper
-    ideal: Ideal
-    outputs: Records  # of `linkages.outputs.formulas.OUTPUT`
-    with_ideal: bool  # whether outputs need the ideal linkage's state
-    with_forces: bool  # the forces in joints
-    with_loads: bool  # what the loads do
-    tolerance: Array  # of each entry of the state, for the steps between the run's own, (ny,)
+    job: Job
     steps: Steps
-    y: Array  # a state, to work on, (ny,)
-    row: Array  # its outputs, (no,)
-
-
-def make_sampler(equations: Equations, ideal: Ideal, outputs: Records, tolerance: Array, steps: Steps) -> Sampler:
-    """Make the rest of a sampler."""
-    kinds, n = outputs["kind"], len(tolerance)
-    return Sampler(
-        equations,
-        make_stepper(n, len(equations.model.free)),
-        ideal,
-        outputs,
-        bool(outputs["jitter"].any()),
-        bool(np.isin(kinds, OF_FORCES).any()),
-        bool(np.isin(kinds, (LOAD, LINKAGE)).any()),
-        tolerance,
-        steps,
-        np.empty(n),
-        np.empty(len(outputs)),
-    )
 
 
 @kernel
 def _look(sampler: Sampler, t: float, out: Array) -> bool:
     """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
-    model, work, ideal = sampler.equations.model, sampler.equations.work, sampler.ideal
+    job, ideal = sampler.job, sampler.job.ideal
+    model, work = job.equations.model, job.equations.work
     w = work.dynamics
-    if sampler.with_ideal and not ideal_state(model, w, ideal):
+    if job.with_ideal and not ideal_state(model, w, job.rows, job.closing, ideal):
         return False
-    if sampler.with_loads and len(model.loads):
+    if job.with_loads and len(model.loads):
         load_outputs(
             (model.loads, model.signals, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied
         )
-    if sampler.with_forces:
+    if job.with_forces:
         inertial_load(model.bodies, w, model.gravity, w.load)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
     view = View(model, w, work.contacts, work.forces, work.efforts, work.applied)
-    seen, outputs = reference(view), sampler.outputs
+    seen, outputs = reference(view), job.outputs
     for k in range(len(outputs)):
         out[k] = output_value(outputs[k], seen)
         if outputs[k].jitter:
@@ -92,7 +66,8 @@ def _look(sampler: Sampler, t: float, out: Array) -> bool:
 @kernel
 def _sample(sampler: Sampler, t: float, out: Array) -> bool:
     """Fill ``out`` (no,) with the outputs at time t; returns False if the ideal linkage does not close."""
-    replay(sampler.equations, sampler.stepper, sampler.tolerance, sampler.steps, t, sampler.y)
+    job = sampler.job
+    replay(job.equations, job.stepper, job.tolerance, sampler.steps, t, job.y)
     return _look(sampler, t, out)
 
 
@@ -123,9 +98,9 @@ def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[floa
         a, b, c, highest = bracket[0, 0], bracket[0, 1], bracket[0, 2], bracket[1, 1]
         top, promised = _top(bracket)
         t = min(max(top, a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
-        if abs(t - b) < 1e-5 * (c - a) or not _sample(sampler, t, sampler.row):
+        if abs(t - b) < 1e-5 * (c - a) or not _sample(sampler, t, sampler.job.row):
             break
-        f = sign * sampler.row[k]
+        f = sign * sampler.job.row[k]
         _narrow(bracket, t, f)
         gain, small = promised - highest, _FLAT * abs(bracket[1, 1])
         if abs(f - highest) <= small and gain <= small:
@@ -133,9 +108,9 @@ def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[floa
         if abs(f - promised) > _KEPT * gain + small:
             a, b, c = bracket[0, 0], bracket[0, 1], bracket[0, 2]
             t = 0.5 * (b + c) if c - b > b - a else 0.5 * (a + b)
-            if not _sample(sampler, t, sampler.row):
+            if not _sample(sampler, t, sampler.job.row):
                 break
-            _narrow(bracket, t, sign * sampler.row[k])
+            _narrow(bracket, t, sign * sampler.job.row[k])
     return bracket[0, 1], bracket[1, 1]
 
 
@@ -143,9 +118,9 @@ def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[floa
 def _turn(sampler: Sampler, k: int, sign: float, bracket: Array) -> bool:
     """Narrow a bracket whose highest point is at an end to one whose middle is highest; False if there is none."""
     t, _ = _top(bracket)
-    if not _sample(sampler, t, sampler.row):
+    if not _sample(sampler, t, sampler.job.row):
         return False
-    f = sign * sampler.row[k]
+    f = sign * sampler.job.row[k]
     if f <= max(bracket[1, 0], bracket[1, 2]):
         return False
     _narrow(bracket, t, f)
@@ -153,21 +128,23 @@ def _turn(sampler: Sampler, k: int, sign: float, bracket: Array) -> bool:
 
 
 @kernel
-def summarise(given: Sampler, windows: Array, out: Array) -> bool:
-    """Fill `STATISTICS` (nw, no, ns) of a run; returns False if the ideal linkage does not close.
+def summarise(job: Job, steps: Steps, out: Array) -> bool:
+    """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
     Parameters
     ----------
-    windows : (nw, 2) array
-        Times [s].
+    job : Job
+        Whose contacts remember nothing.
+    steps : Steps
+        Of the run.
     """
-    sampler = reference(given)
-    grid, states = sampler.steps.times, sampler.steps.states
-    nt, no = len(grid), len(sampler.outputs)
+    sampler, windows = reference(Sampler(job, steps)), job.windows
+    grid, states = steps.times, steps.states
+    nt, no = len(grid), len(job.outputs)
     bracket, table = np.empty((2, 3)), np.empty((nt, no))
     for i in range(nt):
-        remember(sampler.equations, sampler.steps, i)
-        solve_state(sampler.equations, grid[i], states[i])
+        remember(job.equations, steps, i)
+        solve_state(job.equations, grid[i], states[i])
         if not _look(sampler, grid[i], table[i]):
             return False
     for m in range(len(windows)):

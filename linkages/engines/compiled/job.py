@@ -1,0 +1,125 @@
+"""A run and its statistics: numbers of one design, and the arrays that the run works on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.engines.budget import least_advance, most
+from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
+from linkages.integrate.stepper import Stepper, make_stepper
+from linkages.kernel import Array, Indices, Records
+from linkages.model.experiment_tables import IMPLICIT
+from linkages.outputs.formulas import LINKAGE, LOAD, OF_FORCES
+from linkages.planar.arrays import Arrays
+from linkages.planar.contacts import landing
+from linkages.planar.ideal import Ideal, make_ideal
+from linkages.system import System
+
+_TRAVEL = 0.1  # largest travel of the fastest drive in a step of a prescribed motion [rad or m]
+_FEWEST = 200  # steps of a prescribed motion, as many as the ideal motion has times: its loads may vary faster
+
+#: Indices of `Given.limits`: end of the run [s], longest step [s], accuracy, smallest advance of
+#: `linkages.engines.budget.WINDOW` steps [s], most steps.
+END, LONGEST, ACCURACY, LEAST, MOST = range(5)
+
+
+class Given(NamedTuple):
+    """All numbers of a design that a run and its statistics read: ny entries of the state, nw windows, no outputs."""
+
+    start: Array  # state at t = 0, (ny,)
+    tolerance: Array  # of each entry of the state, per step, (ny,)
+    landing: Array  # see `linkages.planar.contacts.landing`, (nc,)
+    limits: Array  # by the indices above, (5,)
+    windows: Array  # times [s], (nw, 2)
+    outputs: Records  # of `linkages.outputs.formulas.OUTPUT`, (no,)
+    rows: Records  # closure rows of the linkage with every joint ideal
+    closing: Indices  # coordinates of joints that no drive prescribes
+    model: Arrays
+    implicit: bool  # whether the equations are stiff and Radau IIA is used; else Dormand and Prince's pair
+    with_ideal: bool  # whether outputs need the ideal linkage's state
+    with_forces: bool  # the forces in joints
+    with_loads: bool  # the values of loads
+
+
+class Job(NamedTuple):
+    """`Given`, whose numbers come first and in the same order, and the arrays to work on."""
+
+    start: Array
+    tolerance: Array
+    landing: Array
+    limits: Array
+    windows: Array
+    outputs: Records
+    rows: Records
+    closing: Indices
+    equations: Equations
+    with_ideal: bool
+    with_forces: bool
+    with_loads: bool
+    stepper: Stepper
+    ideal: Ideal
+    y: Array  # a state between steps, (ny,)
+    row: Array  # its outputs, (no,)
+
+
+def make_given(system: System, outputs: Records, windows: Array) -> Given:
+    """Collect the numbers of a system. Sections of links that neither forces nor outputs need are left out."""
+    tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
+    seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
+    with_forces = bool(np.isin(outputs["kind"], OF_FORCES).any())
+    if with_forces:
+        seen.append(system.arrays.joints["child"]["body"])
+    model = system.arrays
+    if max(int(part.max(initial=0)) for part in seen) < tree.acting:
+        bodies, stiff = (tree.acting_bodies(each) for each in (model.bodies, model.stiff))
+        model = model._replace(bodies=bodies, stiff=stiff)
+    longest = solver.max_step or _longest(system)
+    return Given(
+        start_state(system),
+        solver.accuracy * error_scale(system),
+        landing(model.laws, model.size),
+        np.array([duration, longest, solver.accuracy, least_advance(duration), most(system)]),
+        np.minimum(windows, duration),
+        outputs,
+        tree.closure_rows,
+        tree.closing_dofs,
+        model,
+        system.stiff if solver.integrator is None else solver.integrator in IMPLICIT,
+        bool(outputs["jitter"].any()),
+        with_forces,
+        bool(np.isin(outputs["kind"], (LOAD, LINKAGE)).any()),
+    )
+
+
+def make_job(given: Given) -> Job:
+    """Add the arrays to work on; contacts remember nothing."""
+    model, ny, nc = given.model, len(given.start), len(given.model.ends)
+    work = make_work(model, np.zeros((nc, 2)), np.full(nc, -1))
+    return Job(
+        given.start,
+        given.tolerance,
+        given.landing,
+        given.limits,
+        given.windows,
+        given.outputs,
+        given.rows,
+        given.closing,
+        Equations(model, work, given.implicit),
+        given.with_ideal,
+        given.with_forces,
+        given.with_loads,
+        make_stepper(ny, len(model.free)),
+        make_ideal(model.bodies, len(model.free) + len(model.driven)),
+        np.zeros(ny),
+        np.zeros(len(given.outputs)),
+    )
+
+
+def _longest(system: System) -> float:
+    """Longest step [s]: a prescribed motion needs no steps, but extremes are searched for between them."""
+    duration = system.experiment.duration
+    if not system.determinate or system.tree.play or system.tree.bent:
+        return duration
+    return min(duration / _FEWEST, _TRAVEL * duration / system.drive_way if system.drive_way > 0.0 else np.inf)

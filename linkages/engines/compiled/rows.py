@@ -1,0 +1,120 @@
+"""Many runs of one linkage in compiled code: numbers are written, the run is integrated and summarised."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from linkages.engines.budget import WINDOW
+from linkages.engines.compiled.binding import OPEN, run
+from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
+from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.statistics import summarise
+from linkages.integrate.driver import DONE, PAUSED, Options, Record
+from linkages.integrate.stepper import copy
+from linkages.kernel import Array, Indices, kernel
+
+#: Status of a row: beside the statuses of `linkages.engines.compiled.binding`, the ideal linkage of an output does not
+#: close; the batch was interrupted.
+NO_IDEAL, STOPPED = 5, 6
+
+
+@kernel
+def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices) -> None:
+    """Restore a `linkages.kernel.block.Block`, with these words at some places of its memory."""
+    for k in range(len(memory)):
+        memory[k] = initial[k]
+    for k in range(len(columns)):
+        memory[columns[k]] = words[k]
+
+
+@kernel
+def _joined(before: Steps, record: Record, count: int) -> Steps:
+    """Append the first steps of a record, whose first state is the last one before; see `runner.join`."""
+    n, first = len(before.times), min(len(before.times), 1)
+    total = n + count - first
+    times = np.empty(total)
+    states, memory = np.empty((total, record.states.shape[1])), np.empty((total, record.observed.shape[1]))
+    for i in range(n):
+        times[i] = before.times[i]
+        copy(before.states[i], states[i])
+        copy(before.memory[i], memory[i])
+    for i in range(first, count):
+        times[n + i - first] = record.times[i]
+        copy(record.states[i], states[n + i - first])
+        copy(record.observed[i], memory[n + i - first])
+    return Steps(times, states, memory)
+
+
+@kernel
+def integrate(job: Job, stop: Indices) -> tuple[Steps, int, int]:
+    """Run a job as `linkages.engines.compiled.simulation.simulate` does; return steps, status and number of steps.
+
+    The run pauses after every `WINDOW` steps: it ends there if ``stop`` (1,) is set or its steps are spent.
+    """
+    limits, nc = job.limits, len(job.landing)
+    steps = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nc)))
+    y, t, before, first, total = job.start, 0.0, 0.0, 0.0, 0
+    while True:
+        options = Options(limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, limits[ACCURACY])
+        record = run(job.equations, job.stepper, job.tolerance, t, y, options)
+        count = len(record.times)
+        if record.status == OPEN and count > 1:
+            count -= 1
+        steps, total = _joined(steps, record, count), total + record.steps
+        t, y, first = record.times[count - 1], record.states[count - 1], record.next_step
+        if record.status != PAUSED or total >= limits[MOST] or t - before < limits[LEAST]:
+            return steps, record.status, total
+        if stop[0]:
+            return steps, STOPPED, total
+        before = t
+
+
+@kernel
+def run_rows(
+    job: Job,
+    memory: Indices,
+    initial: Indices,
+    columns: Indices,
+    words: Indices,
+    stop: Indices,
+    found: Array,
+    ended: Array,
+) -> None:
+    """Run the designs of some rows.
+
+    Parameters
+    ----------
+    job : Job
+        In a `linkages.kernel.block.Block`.
+    memory, initial : (n,) arrays
+        Of the block.
+    columns : (k,) array
+        Indices of the memory at which the designs differ.
+    words : (m, k) array
+        Their values in each row.
+    stop : (1,) array
+        Not zero as soon as the batch is to end.
+    found : (m, nw, no, ns) array
+        Filled with statistics; NaN where a run fails.
+    ended : (m, 3) array
+        Filled with the status of each row, the time at which the run ended [s], and the number of steps.
+    """
+    for i in range(len(words)):
+        if stop[0]:
+            return
+        restore(memory, initial, columns, words[i])
+        steps, status, total = integrate(job, stop)
+        end = steps.times[len(steps.times) - 1]
+        if status == DONE:
+            restore(memory, initial, columns, words[i])
+            if not summarise(job, steps, found[i]):
+                status = NO_IDEAL
+        if status != DONE:
+            for m in range(found.shape[1]):
+                for k in range(found.shape[2]):
+                    for n in range(found.shape[3]):
+                        found[i, m, k, n] = math.nan
+        ended[i, 1], ended[i, 2] = end, total
+        ended[i, 0] = status
