@@ -12,6 +12,7 @@
 | draw         | ``linkages draw``: a labelled picture of a machine                        |
 | new          | ``linkages new``: files of a linkage to begin with                        |
 | import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
+| play         | ``linkages play``: the live page of an experiment                          |
 | modes        | ``linkages modes``: which of the two a file is; the flexible 3-RRR robot   |
 | linkage_modes | natural frequencies and mode shapes of a linkage                         |
 | keys         | ``linkages keys``: keys of an experiment file, outputs of a run           |
@@ -49,6 +50,7 @@ _OWN = (
     "new",
     "import",
     "modes",
+    "play",
     "keys",
     "doctor",
     "completion",

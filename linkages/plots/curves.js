@@ -1,10 +1,11 @@
 "use strict";
-// Draws curves over time into an element, ideal joints wide and pale below the run: the wheel zooms, dragging moves, a
-// click calls seek(time); all curves share a cursor. Returns functions: point(time) moves it, all() shows all of the run.
+// Draws curves over time into an element, ideal joints wide and pale below the run, a pinned run dashed: the wheel zooms,
+// dragging moves, a click calls seek(time); all curves share a cursor. Returns functions: point(time) moves it, all()
+// shows all of the run, update(curves) draws other curves of the same names.
 function drawCurves(holder, curves, seek) {
   const [W, H, LEFT, RIGHT, BOTTOM, TOP] = [720, 190, 78, 34, 22, 8];
-  const from = Math.min(...curves.map((c) => c.run.time[0])), to = Math.max(...curves.map((c) => c.run.time.at(-1)));
-  let view = [from, to], cursor = null;
+  const span = (of) => [Math.min(...of.map((c) => c.run.time[0])), Math.max(...of.map((c) => c.run.time.at(-1)))];
+  let [from, to] = span(curves), view = [from, to], cursor = null;
 
   function make(tag, attributes, parent) {
     const node = document.createElementNS("http://www.w3.org/2000/svg", tag);
@@ -44,7 +45,7 @@ function drawCurves(holder, curves, seek) {
     return values[k - 1] + (values[k] - values[k - 1]) * (t - time[k - 1]) / (time[k] - time[k - 1] || 1);
   }
   function draw(plot) {
-    const {curve, svg} = plot, lines = [curve.ideal, curve.run].filter(Boolean), inside = [];
+    const {curve, svg} = plot, lines = [curve.ideal, curve.pinned, curve.run].filter(Boolean), inside = [];
     for (const line of lines) {
       line.time.forEach((t, k) => {
         if (line.values[k] !== null && t >= view[0] && t <= view[1]) inside.push(line.values[k]);
@@ -72,7 +73,8 @@ function drawCurves(holder, curves, seek) {
         path += `${pen}${x(t).toFixed(1)} ${y(line.values[k]).toFixed(1)}`;
         pen = "L";
       });
-      make("path", {d: path, class: line === curve.run ? "curve" : "curve ideal"}, clip);
+      const kind = line === curve.run ? "curve" : line === curve.ideal ? "curve ideal" : "curve pinned";
+      make("path", {d: path, class: kind}, clip);
     }
     plot.line = make("line", {y1: TOP, y2: H - BOTTOM, class: "cursor"}, clip);
     tell(plot);
@@ -115,6 +117,13 @@ function drawCurves(holder, curves, seek) {
     svg.addEventListener("pointerup", () => { if (!moved && start !== null) { point(start); seek(start); } start = null; });
     svg.addEventListener("dblclick", () => look(from, to));
   }
+  function update(others) {
+    const whole = view[0] === from && view[1] === to;
+    [from, to] = span(others);
+    if (whole || view[1] > to || view[0] < from) view = [from, to];
+    plots.forEach((plot, k) => { plot.curve = others[k]; });
+    show();
+  }
   show();
-  return {point, all: () => look(from, to)};
+  return {point, all: () => look(from, to), update};
 }

@@ -21,7 +21,9 @@ def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) 
     return [*outputs, *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)]
 
 
-def curves(names: Iterable[str], run: Trajectory, ideal: Trajectory | None) -> list[dict[str, Any]]:
+def curves(
+    names: Iterable[str], run: Trajectory, ideal: Trajectory | None, pieces: int = _PIECES
+) -> list[dict[str, Any]]:
     """Return columns over time for `curves.js`.
 
     Parameters
@@ -31,6 +33,8 @@ def curves(names: Iterable[str], run: Trajectory, ideal: Trajectory | None) -> l
     run : Trajectory
     ideal : Trajectory or None
         The same with ideal joints.
+    pieces : int
+        See `seen`.
 
     Returns
     -------
@@ -41,7 +45,8 @@ def curves(names: Iterable[str], run: Trajectory, ideal: Trajectory | None) -> l
     if len(run.time) < 2:
         return []
     return [
-        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name), "ideal": _drawn(ideal, name)}
+        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, pieces)}
+        | {"ideal": _drawn(ideal, name, pieces)}
         for name in names
         if name in run.columns
     ]
@@ -68,17 +73,15 @@ def seen(time: Array, values: Array, pieces: int = _PIECES) -> NDArray[np.int64]
     """
     piece = np.searchsorted(np.linspace(time[0], time[-1], pieces + 1)[1:-1], time, side="right")
     starts = np.flatnonzero(np.diff(piece, prepend=-1))
-    kept = {0, len(time) - 1}
-    for start, end in zip(starts, [*starts[1:], len(time)], strict=True):
-        part = np.nan_to_num(values[start:end])
-        kept |= {int(start), int(start + np.argmin(part)), int(start + np.argmax(part))}
-    return np.array(sorted(kept))
+    by_value = np.lexsort((np.nan_to_num(values), piece))  # within each piece of time from the least to the largest
+    ends = np.append(starts[1:], len(time)) - 1
+    return np.unique(np.concatenate([[0, len(time) - 1], starts, by_value[starts], by_value[ends]]))
 
 
-def _drawn(run: Trajectory | None, name: str) -> dict[str, list[float | None]] | None:
+def _drawn(run: Trajectory | None, name: str, pieces: int) -> dict[str, list[float | None]] | None:
     if run is None or name not in run.columns:
         return None
-    keep = seen(run.time, run[name])
+    keep = seen(run.time, run[name], pieces)
     return {"time": _short(run.time[keep]), "values": _short(run[name][keep])}
 
 

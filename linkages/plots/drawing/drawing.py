@@ -66,6 +66,10 @@ class Drawing:
         From below to above.
     pose : (nb, 3) array
         At the start.
+    reference : (nb, 3) array
+        In the reference configuration, which the machine's file draws.
+    links_of : dict of int to str
+        A link that each body carries, by the body's index.
     sliders : tuple of Slider
     low, high : (2,) arrays
         Corners of the picture, plane axes [m].
@@ -80,6 +84,8 @@ class Drawing:
     title: str
     shapes: tuple[Shape, ...]
     pose: Array
+    reference: Array
+    links_of: dict[int, str]
     sliders: tuple[Slider, ...]
     low: Array
     high: Array
@@ -136,7 +142,8 @@ def draw(asked: System) -> Drawing:
     title = experiment.title or mechanism.name
     sliders = tuple(_slider(system, way, way_of.get(way.drive, 1.0)) for way in ways if system)
     return Drawing(
-        title, shapes, pose, sliders, low, high,
+        title, shapes, pose, _pose(tree, np.zeros(tree.size)), {body: link for link, body in tree.index.items()},
+        sliders, low, high,
         tuple(facts(mechanism, system, ways, starts, tree.extent)), tuple(doubts(mechanism, tree.extent, experiment)),
         joint_table(mechanism, experiment), link_table(mechanism, tree.extent), problem,
     )  # fmt: skip

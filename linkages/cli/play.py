@@ -1,0 +1,77 @@
+"""``linkages play``: the live page of an experiment."""
+
+from __future__ import annotations
+
+import argparse
+import webbrowser
+from pathlib import Path
+
+from linkages.cli.options import add_file, add_set, load_system, seconds, set_values
+from linkages.errors import InputError
+
+HELP = "change values on a live page, and see motion, orbits and forces at once"
+
+_EXAMPLES = """examples:
+  linkages play seven_bar.toml
+  linkages play seven_bar.toml --vary joints.A.clearance=0.05mm:0.5mm --vary drives.O1.speed=3:9
+  linkages play my.toml --port 8123 --no-browser     then, elsewhere: ssh -L 8123:127.0.0.1:8123 HOST
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    add_file(parser)
+    add_set(parser)
+    parser.add_argument(
+        "--vary",
+        action="append",
+        default=[],
+        metavar="PATH=LOW:HIGH",
+        help="show a slider with this range at the start, instead of the usual ones; may be repeated",
+    )
+    parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
+    parser.add_argument("--no-browser", action="store_true", help="open no browser")
+    parser.add_argument("--limit", type=float, default=20.0, metavar="SECONDS", help="longest run; default: %(default)g")
+    parser.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="host name of a proxy")
+    parser.add_argument("--out", default=".", metavar="DIR", help="folder for saved files; default: here")
+    parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve the page until Ctrl-C; returns the exit status."""
+    from linkages.kernel.ahead import tell
+    from linkages.live.answers import Answers
+    from linkages.live.controls import controls, parse_range
+    from linkages.live.server import LiveServer
+    from linkages.live.session import Session
+
+    if not 0 <= options.port <= 65535:
+        raise InputError("--port", str(options.port), "must be from 0 to 65535")
+    if not options.limit > 0.0:
+        raise InputError("--limit", f"{options.limit:g}", "must be positive")
+    folder = Path(options.out)
+    if not folder.is_dir():
+        raise InputError("--out", options.out, "is no folder")
+    ranges = dict(parse_range(text) for text in options.vary)
+    system = load_system(options)
+    given = set_values(options) | ({} if options.duration is None else {"duration": options.duration})
+    answers = Answers(Session(system, options.limit), controls(system, ranges), folder, given)
+    try:
+        server = LiveServer(answers, options.port, tuple(options.allow_host))
+    except OSError as problem:
+        raise InputError("--port", str(options.port), f"cannot be used: {problem.strerror}") from None
+
+    def say(ready: int, known: int) -> None:
+        server.said = f"compiling, once after an installation: {ready} of at most {known} kernels"
+
+    tell(say)
+    print(f"live page of {system.experiment.source.name}: {server.address}\nCtrl-C ends it", flush=True)
+    if not options.no_browser:
+        webbrowser.open(server.address)
+    with server:
+        try:
+            server.serve_forever(poll_interval=0.1)
+        except KeyboardInterrupt:
+            print("\nthe live page has ended")
+    return 0

@@ -1,0 +1,220 @@
+"""Which values of an experiment and its machine the page can change, and within which ranges.
+
+Every number of the experiment and of its machine is a control, found by its dotted path; so are the models and films
+of joints and the start. A few are shown at first: speeds of drives, and for each clearance joint its model, clearance,
+viscosity, and the coefficients of contact and friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from linkages.errors import InputError, nearest
+from linkages.files.toml import leaves
+from linkages.files.units import read
+from linkages.laws import FILMS
+from linkages.model.experiment import value_unit
+from linkages.system import System
+
+_MODELS = ("ideal", "lubricated", "dry", "mixed")
+_FIRST = ("clearance", "viscosity", "oil.temperature", "contact.restitution", "friction.coefficient")
+_DECADE = ("clearance", "viscosity", "stiffness", "youngs_modulus", "density", "coefficient_of_wear")
+_FACTOR = 10.0  # range of a positive property of oil or material: value over factor to value times factor
+_MASS = 5.0  # the same for masses and moments of inertia
+_SHARES = ("restitution", "coefficient", "static", "film_limit", "share")
+_LENGTH = 0.3  # of a length, or of the machine's size for a length of zero: half the range
+_ANGLE = 0.7854  # half the range of an angle [rad]
+_HIDDEN = ("mechanism", "title", "duration", "report_from", "solver.max_step", "solver.stabilisation")
+
+
+@dataclass(frozen=True)
+class Control:
+    """A value that the page can change.
+
+    Attributes
+    ----------
+    path : str
+        Dotted path, see `linkages.System.replaced`.
+    value : float or str
+        In the experiment's file or its default, SI units.
+    unit : str
+        SI unit; empty for a choice or where it is not known.
+    low, high : float
+        Range of a slider; a typed value may lie beyond it.
+    logarithmic : bool
+        Whether the slider's scale is logarithmic.
+    choices : tuple of str
+        Values of a choice; empty for a number.
+    first : bool
+        Whether the page shows it at the start.
+    """
+
+    path: str
+    value: float | str
+    unit: str = ""
+    low: float = 0.0
+    high: float = 0.0
+    logarithmic: bool = False
+    choices: tuple[str, ...] = ()
+    first: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the control for the page."""
+        return asdict(self)
+
+
+def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Control]:
+    """Find every value that can be changed, by path.
+
+    Parameters
+    ----------
+    system : System
+    vary : mapping of str to (float, float), optional
+        Ranges by path [SI units]; these controls are shown first, instead of the usual ones.
+
+    Returns
+    -------
+    dict of str to Control
+
+    Raises
+    ------
+    InputError
+        If a path of `vary` is not the path of a number.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> from linkages.live.controls import controls
+    >>> found = controls(linkages.load(linkages.find_file("seven_bar.toml")))
+    >>> found["joints.A.clearance"].low, found["joints.A.clearance"].logarithmic
+    (3e-05, True)
+    """
+    vary = vary or {}
+    usual = set() if vary else set(_usual(system))
+    found: dict[str, Control] = {}
+    for path, value in _numbers(system):
+        if path in vary:
+            low, high = vary[path]
+            found[path] = Control(path, value, value_unit(path), low, high, 0.0 < 30.0 * low < high, first=True)
+        else:
+            found[path] = Control(path, value, value_unit(path), *_range(system, path, value), first=path in usual)
+    unknown = [path for path in vary if path not in found]
+    if unknown:
+        raise InputError("--vary", unknown[0], f"is not the path of a number; {nearest(unknown[0], found)}")
+    for path, value, choices in _choices(system):
+        found[path] = Control(path, value, choices=choices, first=path in usual)
+    order = {path: k for k, path in enumerate((*vary, *_usual(system)))}
+    return dict(sorted(found.items(), key=lambda item: order.get(item[0], len(order))))
+
+
+def parse_range(text: str) -> tuple[str, tuple[float, float]]:
+    """Read ``PATH=LOW:HIGH``, with units or without.
+
+    Raises
+    ------
+    InputError
+        If it is not of that form, or the range is empty.
+
+    Examples
+    --------
+    >>> from linkages.live.controls import parse_range
+    >>> parse_range("joints.A.clearance=0.1mm:0.4mm")
+    ('joints.A.clearance', (0.0001, 0.0004))
+    """
+    path, equals, ends = text.partition("=")
+    low, colon, high = ends.partition(":")
+    try:
+        if not (path and equals and colon):
+            raise ValueError("write PATH=LOW:HIGH, for instance joints.A.clearance=0.1mm:0.4mm")
+        numbers = tuple(float(read(_number(end), value_unit(path))) for end in (low, high))
+        if not numbers[0] < numbers[1]:
+            raise ValueError("the first value must be below the second one")
+    except (ValueError, TypeError) as problem:
+        raise InputError("--vary", text, str(problem)) from None
+    return path, (numbers[0], numbers[1])
+
+
+def _number(text: str) -> float | str:
+    """Return a number, or the text of a quantity with a unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text.strip()
+
+
+def _numbers(system: System) -> Iterator[tuple[str, float]]:
+    """Path and value of every number of the experiment and its machine."""
+    experiment = system.experiment
+    for path, value in leaves(experiment.model_dump(exclude_none=True)):
+        if isinstance(value, bool) or not isinstance(value, int | float) or path.startswith("sdf."):
+            continue
+        if path not in _HIDDEN and not path.startswith("windows."):
+            yield path, float(value)
+    if system.determinate or system.tree.play:
+        yield "duration", experiment.duration
+    for path, value in system.mechanism.values.items():
+        yield f"sdf.{path}", float(value)
+
+
+def _choices(system: System) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Path, value and possible values of every choice: models and films of joints for which the file has the data."""
+    experiment = system.experiment
+    yield "start", experiment.start, ("centred", "equilibrium")
+    for name, joint in experiment.joints.items():
+        has = {
+            "ideal": True,
+            "lubricated": bool(joint.clearance and (joint.viscosity or joint.oil)),
+            "dry": bool(joint.clearance and joint.contact),
+            "mixed": bool(joint.clearance and (joint.viscosity or joint.oil) and joint.contact and joint.mixed),
+        }
+        models = tuple(model for model in _MODELS if has[model])
+        if len(models) > 1:
+            yield f"joints.{name}.model", joint.model, models
+        if joint.has_film and system.mechanism.joint[name].type == "revolute":
+            yield f"joints.{name}.film", joint.film, tuple(FILMS)
+
+
+def _usual(system: System) -> Iterator[str]:
+    """Paths of the controls that are shown first."""
+    experiment = system.experiment
+    for name, drive in experiment.drives.items():
+        for key in ("speed", "torque", "force"):
+            if getattr(drive, key) is not None:
+                yield f"drives.{name}.{key}"
+    for name, joint in experiment.joints.items():
+        if not joint.has_play:
+            continue
+        yield f"joints.{name}.model"
+        for key in _FIRST:
+            part: Any = joint
+            for step in key.split("."):
+                part = getattr(part, step, None)
+            if part is not None and (key != "viscosity" or joint.has_film):
+                yield f"joints.{name}.{key}"
+
+
+def _range(system: System, path: str, value: float) -> tuple[float, float, bool]:
+    """Low and high end of a slider, and whether it is logarithmic."""
+    key, unit = path.rpartition(".")[2], value_unit(path)
+    if path == "solver.accuracy":
+        return 1e-9, 1e-3, True
+    if value > 0.0 and (key in _DECADE or unit in ("Pa", "Pa s")):
+        return _round(value / _FACTOR), _round(value * _FACTOR), True
+    if value > 0.0 and (key in ("mass", "inertia") or unit in ("kg", "kg m2")):
+        return _round(value / _MASS), _round(value * _MASS), True
+    if key in _SHARES and 0.0 <= value <= 1.0:
+        return (0.01 if key == "restitution" else 0.0), 1.0, False
+    if unit == "m":
+        half = _LENGTH * (abs(value) or system.tree.extent)
+        return value - half, value + half, False
+    if unit == "rad":
+        return value - _ANGLE, value + _ANGLE, False
+    half = 2.0 * abs(value) or 1.0
+    return (-half, half, False) if key in ("speed", "torque", "force") else (min(0.0, value - half), value + half, False)
+
+
+def _round(value: float) -> float:
+    """Return a value with three digits."""
+    return float(f"{value:.3g}")

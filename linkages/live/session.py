@@ -1,0 +1,228 @@
+"""One machine that is changed again and again: the motion for the values of a request.
+
+Where the drives repeat their motion, a lubricated machine is run for two periods, from where the journals were at the
+end of the run before: a small change settles within a few of these runs, and the page asks for the next one until the
+motion is periodic. Machines that can touch are run from their own start for `_REVOLUTIONS` periods, since their motion
+may not repeat at all. Without a common period of the drives the whole experiment is run.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from linkages.engines.study import simulate
+from linkages.errors import InputError, Status
+from linkages.live.view import Ideal, drawing_of, ideal_of, shown_part, view
+from linkages.plots.drawing.drawing import Drawing
+from linkages.results.settling import common_period, motion_of
+from linkages.results.summary import Study
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+_PERIODS = 2  # of a run from where the one before ended
+_REVOLUTIONS = 8  # periods of a run with contact
+_PATIENCE = 0.03  # time after which a motion is shown although it is not settled [s]
+_GAP = 0.02  # of an orbit's size: between its begin and its end, for a motion that is steady
+_FARTHEST = 0.95  # eccentricity ratio at which a run may start
+
+#: Ends of paths that change neither the picture nor the motion with ideal joints.
+_OF_JOINTS = ("clearance", "viscosity", "film", "temperature", "restitution", "coefficient", "stiffness")
+
+
+_WORDS = ("model", "film", "start")  # ends of paths of choices
+
+
+class Outdated(Exception):
+    """Raised within a run whose answer nobody waits for any more."""
+
+
+class TimeLimit(Exception):
+    """Raised within a run that takes longer than its limit."""
+
+
+class Session:
+    """Answers requests about one machine, one after the other.
+
+    Parameters
+    ----------
+    system : System
+        As loaded from its file, with the values of the command line.
+    limit : float
+        Longest time of a run [s].
+    """
+
+    def __init__(self, system: System, limit: float = 20.0) -> None:
+        self.system, self.limit = system, limit
+        self._ratios: dict[str, tuple[float, float]] = {}
+        self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values asked for last, values of that run
+        self._drawings: dict[tuple[Any, ...], tuple[Drawing, dict[str, Any]]] = {}
+        self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
+
+    def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the values with which the session runs a machine: those asked for, the duration, the journals' start.
+
+        Raises
+        ------
+        InputError
+            If a value is not valid.
+        """
+        system = self.system.replaced(values)
+        experiment, period = system.experiment, _period(system)
+        if period is None or "duration" in values:
+            return dict(values)
+        if system.touching.any():
+            return {**values, "duration": _REVOLUTIONS * period}
+        started: dict[str, Any] = {"duration": _PERIODS * period}
+        for name, ratio in self._ratios.items():
+            joint = experiment.joints.get(name)
+            if name in system.tree.journals and joint is not None and joint.clearance:
+                started[f"joints.{name}.offset"] = [joint.clearance * part for part in ratio]
+                started["start"] = "centred"
+        return {**values, **started}
+
+    def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
+        """Run the machine with changed values, and return what the page draws.
+
+        Parameters
+        ----------
+        values : mapping
+            Values by dotted path, see `linkages.System.replaced`.
+        outdated : callable
+            Whether the answer is no longer wanted.
+
+        Returns
+        -------
+        dict
+            See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of the
+            drawing) and `took` [s].
+
+        Raises
+        ------
+        InputError, AssemblyError, RunError
+            As `linkages.simulate`.
+        Outdated, TimeLimit
+            If the run was given up.
+        """
+        begun = clock.perf_counter()
+
+        def watch(_: float) -> None:
+            if outdated():
+                raise Outdated
+            if clock.perf_counter() - begun > self.limit:
+                raise TimeLimit
+
+        while True:
+            ran = self.values_to_run(values)
+            system = self.system.replaced(ran)
+            run, period = simulate(system, "compiled", watch), _period(system)
+            carried = period is not None and "duration" not in values and not system.touching.any()
+            carried = carried and run.status is Status.OK
+            settled = not carried or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
+            self._ratios = _end_of(system, run) if carried else {}
+            if settled or clock.perf_counter() - begun > _PATIENCE:
+                break
+        self._shown = dict(values), ran
+        study = Study(system, "compiled", run, run, None)
+        part = shown_part(study, period)
+        exact = self._ideal(values, system, part[1] - part[0])
+        if exact is not None:
+            study = Study(system, "compiled", run, exact.motion, None)
+        key, (drawing, _) = self._drawing(values)
+        answer = view(study, exact, part, drawing)
+        texts = [path for path, value in values.items() if isinstance(value, str) and path.rpartition(".")[2] not in _WORDS]
+        answer |= {"numbers": {path: system.value(path) for path in texts}}
+        return answer | {"ran": ran, "settled": settled, "picture": key, "took": clock.perf_counter() - begun}
+
+    def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the values of the run that was shown for these values; a new run's, if others were shown since."""
+        asked, ran = self._shown
+        return dict(ran) if asked == dict(values) else self.values_to_run(values)
+
+    def restart(self) -> None:
+        """Forget where the journals were: the next run starts as its file says."""
+        self._ratios = {}
+
+    def picture(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the drawing of the machine with changed values, see `linkages.live.view.drawing_of`."""
+        key, (_, picture) = self._drawing(values)
+        return picture | {"picture": key}
+
+    def _drawing(self, values: Mapping[str, Any]) -> tuple[str, tuple[Drawing, dict[str, Any]]]:
+        key = _key(values, _OF_JOINTS)
+        if key not in self._drawings:
+            _keep_few(self._drawings)
+            self._drawings[key] = drawing_of(self.system.replaced(values))
+        return repr(key), self._drawings[key]
+
+    def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Ideal | None:
+        key = (*_key(values, _OF_JOINTS), duration)
+        if key not in self._ideals:
+            _keep_few(self._ideals)
+            self._ideals[key] = ideal_of(system, duration)
+        return self._ideals[key]
+
+
+def _period(system: System) -> float | None:
+    """Period of the drives [s], if they repeat their motion from the start on."""
+    if any(drive.ramp for drive in system.experiment.drives.values()):
+        return None
+    return common_period(system)
+
+
+def _end_of(system: System, run: Trajectory) -> dict[str, tuple[float, float]]:
+    """Where the journals are at the end of a run, in parts of the clearance."""
+    found = {}
+    for name in system.tree.journals:
+        clearance = system.experiment.joints[name].clearance
+        if clearance and f"{name}.ex" in run.columns:
+            ratio = np.array([run[f"{name}.ex"][-1], run[f"{name}.ey"][-1]]) / clearance
+            ratio *= min(1.0, _FARTHEST / max(float(np.hypot(*ratio)), 1e-300))
+            found[name] = (float(ratio[0]), float(ratio[1]))
+    return found
+
+
+def _closed(system: System, run: Trajectory, period: float) -> bool:
+    """Whether the orbits of the last period end where they begin, to a part of their size."""
+    last = run.time >= run.time[-1] - period
+    for name in system.tree.journals:
+        path = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
+        before = [np.interp(run.time[-1] - period, run.time, column) for column in path.T]
+        size = float(np.ptp(path[last], axis=0).max())
+        if np.hypot(*(path[-1] - before)) > _GAP * size:
+            return False
+    return True
+
+
+def _key(values: Mapping[str, Any], without: tuple[str, ...]) -> tuple[Any, ...]:
+    """Values that change the picture or the ideal motion, as a key."""
+    kept = {path: value for path, value in values.items() if path.rpartition(".")[2] not in without}
+    return tuple(sorted((path, str(value)) for path, value in kept.items()))
+
+
+def _keep_few(kept: dict[Any, Any], most: int = 20) -> None:
+    """Forget the oldest entries of a cache."""
+    while len(kept) >= most:
+        kept.pop(next(iter(kept)))
+
+
+def checked(values: Any, known: Mapping[str, Any]) -> dict[str, float | str]:
+    """Check values from outside: paths of controls, with numbers or short texts.
+
+    Raises
+    ------
+    InputError
+        If a path is not known, or a value is neither a number nor a short text.
+    """
+    if not isinstance(values, dict):
+        raise InputError("page", "values", "must be a table of values by path")
+    for path, value in values.items():
+        if path not in known:
+            raise InputError("page", str(path)[:100], "is not a value that can be changed")
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if not (number or (isinstance(value, str) and len(value) <= 200)):
+            raise InputError("page", path, "must be a number or a text of at most 200 characters")
+    return dict(values)

@@ -1,0 +1,203 @@
+"""A run as the numbers that the page draws: poses of the bodies, curves, orbits, a table of peaks.
+
+Times in a view are counted from the start of the shown part of the run, so that views of different runs of one machine
+lie on each other at the same phase of its drives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.engines.study import ideal
+from linkages.errors import AssemblyError, RunError, Status
+from linkages.plots.curves import columns, curves
+from linkages.plots.drawing import draw, svg
+from linkages.plots.drawing.drawing import Drawing
+from linkages.plots.drawing.svg import scale
+from linkages.report.terminal import format_warnings
+from linkages.report.words import motion_lines, output_unit
+from linkages.results.numbers import link_columns, numbers
+from linkages.results.summary import Study, warnings_of
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+Array = NDArray[np.float64]
+
+_FRAMES = 121  # poses of the moving picture; the page interpolates
+_ORBIT = 400  # points of an orbit
+_PIECES = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
+_DIGITS = 6  # of numbers that are only drawn
+
+
+@dataclass(frozen=True)
+class Ideal:
+    """The motion with ideal joints in the shown part of the run, and its numbers."""
+
+    motion: Trajectory
+    numbers: dict[str, Any]
+
+
+def ideal_of(system: System, duration: float) -> Ideal | None:
+    """Move the linkage with ideal joints for a time [s]; None where it cannot move."""
+    try:
+        motion = ideal(system.replaced({"duration": duration}))
+    except (AssemblyError, RunError):
+        return None
+    return Ideal(motion, numbers(system, motion, ()))
+
+
+def shown_part(study: Study, period: float | None) -> tuple[float, float]:
+    """Return the part of a run whose curves are shown [s]: its steady cycle, else two periods, else all of it."""
+    end = float(study.run.time[-1])
+    if study.motion.cycle is not None:
+        return study.motion.cycle
+    return (max(end - 2.0 * period, 0.0), end) if period is not None else (0.0, end)
+
+
+def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: Drawing) -> dict[str, Any]:
+    """Return what the page draws of a run.
+
+    Parameters
+    ----------
+    study : Study
+        The run, without an error estimate.
+    exact : Ideal or None
+        The motion with ideal joints, which begins at the phase of `part`.
+    part : (float, float)
+        The shown part of the run [s].
+    drawing : Drawing
+        The picture whose bodies are moved.
+
+    Returns
+    -------
+    dict
+        Ready for JSON: `status`, `motion` (lines of text), `warnings`, `from` and `to` [s], `time` and `poses` of the
+        picture, `curves`, `orbits`, `table`.
+    """
+    system, run = study.system, study.run
+    shown = run.within(*part)
+    moved = _from_zero(shown)
+    names = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
+    times = np.linspace(*part, _FRAMES)
+    picture = run.evaluate(times) if run.evaluate is not None else {}
+    peaks = _numbers(study)
+    return {
+        "status": run.status.value,
+        "remedy": "" if run.status is Status.OK else run.status.remedy,
+        "motion": motion_lines(_said(study, peaks)),
+        "periodic": study.motion.kind == "periodic",
+        "warnings": [line for line in format_warnings(warnings_of(system, run, study.contacts)) if line],
+        "from": part[0],
+        "to": part[1],
+        "time": _short(times - part[0]),
+        "poses": _poses(drawing, system, picture),
+        "curves": curves(names, moved, exact.motion if exact else None, _PIECES),
+        "orbits": [_orbit(system, name, shown, picture) for name in system.tree.play if f"{name}.ex" in run.columns],
+        "table": _table(study, peaks, exact, part),
+    }
+
+
+def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
+    """Draw a machine, for `view` and for the page."""
+    drawing = draw(system)
+    picture = {"svg": str(svg(drawing, said=False)), "low": float(drawing.low[0]), "high": float(drawing.high[1])}
+    return drawing, picture | {"scale": scale(drawing), "facts": list(drawing.facts), "doubts": list(drawing.doubts)}
+
+
+def _numbers(study: Study) -> dict[str, Any]:
+    """Numbers of the part of a run that tables report."""
+    span = study.windows.get(study.reported)
+    run = study.run if span is None else study.run.within(*span)
+    return numbers(study.system, run, study.meaningless, study.contacts)
+
+
+def _said(study: Study, peaks: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parts of a summary that `motion_lines` reads."""
+    motion = {key: getattr(study.motion, key) for key in ("kind", "why", "period", "periods", "since")}
+    span = study.windows.get(study.reported)
+    window = {} if span is None else {study.reported: {"from": span[0], "to": span[1], **peaks}}
+    return {**peaks, "duration": float(study.run.time[-1]), "motion": motion, "start_up": study.start_up} | {
+        "report": study.reported,
+        "windows": window,
+    }
+
+
+def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None, part: tuple[float, float]) -> list[dict[str, Any]]:
+    """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
+    rows, system = [], study.system
+    perfect = exact.numbers if exact else None
+
+    def row(name: str, unit: str, value: float | None, other: float | None) -> None:
+        rows.append({"name": name, "unit": unit, "value": value, "ideal": other, **_spread(study, name)})
+
+    for name, entry in peaks["outputs"].items():
+        row(name, output_unit(name), entry["peak"], perfect and perfect["outputs"][name]["peak"])
+    for name, entry in peaks["joints"].items():
+        row(f"{name}.force", "N", entry["force"]["peak"], perfect and perfect["joints"][name]["force"]["peak"])
+        if "eccentricity_ratio" in entry:
+            row(f"{name}.eccentricity_ratio", "1", entry["eccentricity_ratio"]["peak"], None)
+    for name, entry in peaks["drives"].items():
+        row(f"{name}.torque", entry["unit"], entry["torque"]["peak"], perfect and perfect["drives"][name]["torque"]["peak"])
+    for name, entry in peaks.get("links", {}).items():
+        for column in link_columns(name):
+            row(column, output_unit(column), entry[column.rpartition(".")[2]]["peak"], None)
+    return rows
+
+
+def _spread(study: Study, name: str) -> dict[str, float | None]:
+    """Smallest and largest peak of the single periods after the start-up, where the motion is not periodic."""
+    none = {"least": None, "most": None}
+    period, run = study.motion.period, study.run
+    if study.motion.kind == "periodic" or period is None or name not in run.columns:
+        return none
+    end = float(run.time[-1])
+    first = study.start_up if study.start_up is not None and study.start_up < end - 2.0 * period else 0.0
+    count = int((end - first) / period * (1.0 + 1e-9))
+    if count < 2:
+        return none
+    edges = end - period * np.arange(count + 1)[::-1]
+    values, cuts = np.abs(run[name]), np.searchsorted(run.time, edges)
+    peaks = [float(values[a : max(b, a + 1)].max()) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return {"least": min(peaks), "most": max(peaks)}
+
+
+def _orbit(system: System, name: str, shown: Trajectory, picture: Mapping[str, Array]) -> dict[str, Any]:
+    """Path of a journal's centre in parts of the clearance, and its place in each frame of the picture."""
+    clearance = system.experiment.joints[name].clearance or 1.0
+    keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
+    path = [_short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
+    now = [_short(picture.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
+    turns = system.mechanism.joint[name].type == "revolute"
+    return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
+
+
+def _poses(drawing: Drawing, system: System, picture: Mapping[str, Array]) -> list[list[list[float]]]:
+    """Poses (frames, bodies, 3) of the drawing's bodies: x, y [m], angle [rad]; a flexible link moves with its frame."""
+    count = len(next(iter(picture.values()), ()))
+    poses = np.repeat(drawing.pose[None], count, axis=0)
+    for body, name in drawing.links_of.items():
+        if name == "world" or f"{name}.x" not in picture:
+            continue
+        link = system.mechanism.link[name]
+        turn = picture[f"{name}.angle"] - link.angle
+        cos, sin = np.cos(turn), np.sin(turn)
+        dx, dy = drawing.reference[body, :2] - link.origin
+        poses[:, body, 0] = picture[f"{name}.x"] + cos * dx - sin * dy
+        poses[:, body, 1] = picture[f"{name}.y"] + sin * dx + cos * dy
+        poses[:, body, 2] = drawing.reference[body, 2] + turn
+    return [[_short(row) for row in pose] for pose in poses]
+
+
+def _from_zero(run: Trajectory) -> Trajectory:
+    """Return a part of a run whose time begins at zero."""
+    return Trajectory(run.time - run.time[0], run.columns, run.status, run.provenance, None, run.units)
+
+
+def _short(values: Array) -> list[float | None]:
+    """Return numbers with the digits that a screen shows; None for a number that is not finite."""
+    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]
