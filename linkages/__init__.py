@@ -24,6 +24,7 @@ Each folder imports only from those above it:
 | three_rrr | the flexible 3-RRR parallel robot                                                           |
 | plots     | figures and animations                                                                      |
 | report    | a folder of results as one page                                                             |
+| live      | a page on which values are changed and the motion is seen at once                           |
 | cli       | the command line                                                                            |
 
 Conventions: SI units; angles counter-clockwise about the plane's normal; a joint's coordinate is zero in the pose
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
     from linkages.explore.sweep import sweep
     from linkages.explore.wear.life import wear_life
     from linkages.files.shipped import find_file
+    from linkages.live.widget import play
     from linkages.model.experiment import Experiment, load_experiment
     from linkages.model.mechanism import Mechanism, load_mechanism
     from linkages.report.terminal import format_summary
@@ -76,6 +78,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "explore.sweep": ("sweep",),
         "explore.wear.life": ("wear_life",),
         "files.shipped": ("find_file",),
+        "live.widget": ("play",),
         "model.experiment": ("Experiment", "load_experiment"),
         "model.mechanism": ("Mechanism", "load_mechanism"),
         "report.terminal": ("format_summary",),

@@ -32,7 +32,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--port", type=int, default=0, metavar="N", help="default: a free one")
     parser.add_argument("--no-browser", action="store_true", help="open no browser")
-    parser.add_argument("--limit", type=float, default=20.0, metavar="SECONDS", help="longest run; default: %(default)g")
+    parser.add_argument(
+        "--limit", type=float, default=20.0, metavar="SECONDS", help="longest time of a run; default: %(default)g"
+    )
     parser.add_argument("--allow-host", action="append", default=[], metavar="NAME", help="host name of a proxy")
     parser.add_argument("--out", default=".", metavar="DIR", help="folder for saved files; default: here")
     parser.add_argument("--duration", type=seconds, metavar="SECONDS", help="replace the experiment's duration")

@@ -8,7 +8,8 @@
 | save    | values, name, replace          | the file that was written, and the command that runs it               |
 | export  | values, name, replace          | the folder that was written, by ``linkages simulate``                 |
 
-A request that cannot be answered gets ``{"error": TEXT}``; one that a newer request has overtaken ``{"outdated": true}``.
+A request that cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one has overtaken
+``{"outdated": true}``.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from linkages.errors import AssemblyError, InputError, RunError
 from linkages.files.versions import versions
 from linkages.live.controls import Control
 from linkages.live.edit import save
-from linkages.live.session import Outdated, Session, TimeLimit, checked
+from linkages.live.session import OutdatedError, Session, TimeLimitError, checked
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _EXPORT = 600.0  # longest time of an export [s]
@@ -66,9 +67,9 @@ class Answers:
             if kind not in known or not isinstance(request, dict):
                 raise InputError("page", str(kind)[:40], f"is no request; one of {', '.join(known)}")
             return known[kind](request, outdated)
-        except Outdated:
+        except OutdatedError:
             return {"outdated": True}
-        except TimeLimit:
+        except TimeLimitError:
             return {"error": f"the run takes longer than {self.session.limit:g} s and was given up"}
         except (InputError, AssemblyError, RunError) as problem:
             return {"error": str(problem)}

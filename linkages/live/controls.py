@@ -13,7 +13,7 @@ from typing import Any
 
 from linkages.errors import InputError, nearest
 from linkages.files.toml import leaves
-from linkages.files.units import read
+from linkages.files.unit_conversion import read
 from linkages.laws import FILMS
 from linkages.model.experiment import value_unit
 from linkages.system import System
@@ -103,8 +103,8 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
     unknown = [path for path in vary if path not in found]
     if unknown:
         raise InputError("--vary", unknown[0], f"is not the path of a number; {nearest(unknown[0], found)}")
-    for path, value, choices in _choices(system):
-        found[path] = Control(path, value, choices=choices, first=path in usual)
+    for path, chosen, choices in _choices(system):
+        found[path] = Control(path, chosen, choices=choices, first=path in usual)
     order = {path: k for k, path in enumerate((*vary, *_usual(system)))}
     return dict(sorted(found.items(), key=lambda item: order.get(item[0], len(order))))
 
@@ -212,7 +212,9 @@ def _range(system: System, path: str, value: float) -> tuple[float, float, bool]
     if unit == "rad":
         return value - _ANGLE, value + _ANGLE, False
     half = 2.0 * abs(value) or 1.0
-    return (-half, half, False) if key in ("speed", "torque", "force") else (min(0.0, value - half), value + half, False)
+    if key in ("speed", "torque", "force"):
+        return -half, half, False
+    return min(0.0, value - half), value + half, False
 
 
 def _round(value: float) -> float:

@@ -18,7 +18,7 @@ from linkages.engines.study import simulate
 from linkages.errors import InputError, Status
 from linkages.live.view import Ideal, drawing_of, ideal_of, shown_part, view
 from linkages.plots.drawing.drawing import Drawing
-from linkages.results.settling import common_period, motion_of
+from linkages.results.steady_state import common_period, motion_of
 from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -36,11 +36,11 @@ _OF_JOINTS = ("clearance", "viscosity", "film", "temperature", "restitution", "c
 _WORDS = ("model", "film", "start")  # ends of paths of choices
 
 
-class Outdated(Exception):
+class OutdatedError(Exception):
     """Raised within a run whose answer nobody waits for any more."""
 
 
-class TimeLimit(Exception):
+class TimeLimitError(Exception):
     """Raised within a run that takes longer than its limit."""
 
 
@@ -104,16 +104,16 @@ class Session:
         ------
         InputError, AssemblyError, RunError
             As `linkages.simulate`.
-        Outdated, TimeLimit
+        OutdatedError, TimeLimitError
             If the run was given up.
         """
         begun = clock.perf_counter()
 
         def watch(_: float) -> None:
             if outdated():
-                raise Outdated
+                raise OutdatedError
             if clock.perf_counter() - begun > self.limit:
-                raise TimeLimit
+                raise TimeLimitError
 
         while True:
             ran = self.values_to_run(values)
@@ -133,9 +133,15 @@ class Session:
             study = Study(system, "compiled", run, exact.motion, None)
         key, (drawing, _) = self._drawing(values)
         answer = view(study, exact, part, drawing)
-        texts = [path for path, value in values.items() if isinstance(value, str) and path.rpartition(".")[2] not in _WORDS]
-        answer |= {"numbers": {path: system.value(path) for path in texts}}
-        return answer | {"ran": ran, "settled": settled, "picture": key, "took": clock.perf_counter() - begun}
+        texts = [path for path, value in values.items() if isinstance(value, str)]
+        numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
+        return answer | {
+            "numbers": numbers,
+            "ran": ran,
+            "settled": settled,
+            "picture": key,
+            "took": clock.perf_counter() - begun,
+        }
 
     def values_shown(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the run that was shown for these values; a new run's, if others were shown since."""

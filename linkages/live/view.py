@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,7 @@ from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.svg import scale
 from linkages.report.terminal import format_warnings
 from linkages.report.words import motion_lines, output_unit
-from linkages.results.numbers import link_columns, numbers
+from linkages.results.characteristics import link_columns, numbers
 from linkages.results.summary import Study, warnings_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
@@ -129,29 +130,32 @@ def _said(study: Study, peaks: Mapping[str, Any]) -> dict[str, Any]:
 
 def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None, part: tuple[float, float]) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
-    rows, system = [], study.system
+    rows = []
     perfect = exact.numbers if exact else None
 
-    def row(name: str, unit: str, value: float | None, other: float | None) -> None:
+    def row(name: str, unit: str, value: float | None, *where: str) -> None:
+        other: Any = perfect if where else None
+        for key in where:
+            other = other and other[key]
         rows.append({"name": name, "unit": unit, "value": value, "ideal": other, **_spread(study, name)})
 
     for name, entry in peaks["outputs"].items():
-        row(name, output_unit(name), entry["peak"], perfect and perfect["outputs"][name]["peak"])
+        row(name, output_unit(name), entry["peak"], "outputs", name, "peak")
     for name, entry in peaks["joints"].items():
-        row(f"{name}.force", "N", entry["force"]["peak"], perfect and perfect["joints"][name]["force"]["peak"])
+        row(f"{name}.force", "N", entry["force"]["peak"], "joints", name, "force", "peak")
         if "eccentricity_ratio" in entry:
-            row(f"{name}.eccentricity_ratio", "1", entry["eccentricity_ratio"]["peak"], None)
+            row(f"{name}.eccentricity_ratio", "1", entry["eccentricity_ratio"]["peak"])
     for name, entry in peaks["drives"].items():
-        row(f"{name}.torque", entry["unit"], entry["torque"]["peak"], perfect and perfect["drives"][name]["torque"]["peak"])
+        row(f"{name}.torque", entry["unit"], entry["torque"]["peak"], "drives", name, "torque", "peak")
     for name, entry in peaks.get("links", {}).items():
         for column in link_columns(name):
-            row(column, output_unit(column), entry[column.rpartition(".")[2]]["peak"], None)
+            row(column, output_unit(column), entry[column.rpartition(".")[2]]["peak"])
     return rows
 
 
 def _spread(study: Study, name: str) -> dict[str, float | None]:
     """Smallest and largest peak of the single periods after the start-up, where the motion is not periodic."""
-    none = {"least": None, "most": None}
+    none: dict[str, float | None] = {"least": None, "most": None}
     period, run = study.motion.period, study.run
     if study.motion.kind == "periodic" or period is None or name not in run.columns:
         return none
@@ -162,7 +166,7 @@ def _spread(study: Study, name: str) -> dict[str, float | None]:
         return none
     edges = end - period * np.arange(count + 1)[::-1]
     values, cuts = np.abs(run[name]), np.searchsorted(run.time, edges)
-    peaks = [float(values[a : max(b, a + 1)].max()) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    peaks = [float(values[a : max(b, a + 1)].max()) for a, b in pairwise(cuts)]
     return {"least": min(peaks), "most": max(peaks)}
 
 
@@ -176,8 +180,11 @@ def _orbit(system: System, name: str, shown: Trajectory, picture: Mapping[str, A
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
 
 
-def _poses(drawing: Drawing, system: System, picture: Mapping[str, Array]) -> list[list[list[float]]]:
-    """Poses (frames, bodies, 3) of the drawing's bodies: x, y [m], angle [rad]; a flexible link moves with its frame."""
+def _poses(drawing: Drawing, system: System, picture: Mapping[str, Array]) -> list[list[list[float | None]]]:
+    """Return the poses (frames, bodies, 3) of the drawing's bodies: x, y [m], angle [rad].
+
+    A flexible link moves with its frame, and its deflection is not drawn.
+    """
     count = len(next(iter(picture.values()), ()))
     poses = np.repeat(drawing.pose[None], count, axis=0)
     for body, name in drawing.links_of.items():
