@@ -26,6 +26,8 @@ _MASS = 5.0  # the same for masses and moments of inertia
 _SHARES = ("restitution", "coefficient", "static", "film_limit", "share")
 _LENGTH = 0.3  # of a length, or of the machine's size for a length of zero: half the range
 _ANGLE = 0.7854  # half the range of an angle [rad]
+_WIDE = 30.0  # ratio of the ends of a given range from which on a slider is logarithmic
+_OF_BEAM = ("mass", "inertia", "com")  # of a link with a beam they follow from its section
 _HIDDEN = ("mechanism", "title", "duration", "report_from", "solver.max_step", "solver.stabilisation")
 
 
@@ -47,6 +49,8 @@ class Control:
         Whether the slider's scale is logarithmic.
     choices : tuple of str
         Values of a choice; empty for a number.
+    whole : bool
+        Whether the value is a whole number.
     first : bool
         Whether the page shows it at the start.
     """
@@ -58,6 +62,7 @@ class Control:
     high: float = 0.0
     logarithmic: bool = False
     choices: tuple[str, ...] = ()
+    whole: bool = False
     first: bool = False
 
     def as_json(self) -> dict[str, Any]:
@@ -95,11 +100,12 @@ def controls(system: System, vary: Mapping[str, tuple[float, float]] | None = No
     usual = set() if vary else set(_usual(system))
     found: dict[str, Control] = {}
     for path, value in _numbers(system):
+        low, high, logarithmic = _range(system, path, value)
         if path in vary:
             low, high = vary[path]
-            found[path] = Control(path, value, value_unit(path), low, high, 0.0 < 30.0 * low < high, first=True)
-        else:
-            found[path] = Control(path, value, value_unit(path), *_range(system, path, value), first=path in usual)
+            logarithmic = 0.0 < _WIDE * low < high
+        whole, first = isinstance(value, int), path in (vary or usual)
+        found[path] = Control(path, value, value_unit(path), low, high, logarithmic, whole=whole, first=first)
     unknown = [path for path in vary if path not in found]
     if unknown:
         raise InputError("--vary", unknown[0], f"is not the path of a number; {nearest(unknown[0], found)}")
@@ -151,10 +157,13 @@ def _numbers(system: System) -> Iterator[tuple[str, float]]:
         if isinstance(value, bool) or not isinstance(value, int | float) or path.startswith("sdf."):
             continue
         if path not in _HIDDEN and not path.startswith("windows."):
-            yield path, float(value)
+            yield path, value
     if system.determinate or system.tree.play:
         yield "duration", experiment.duration
     for path, value in system.mechanism.values.items():
+        kind, name, *rest = path.split(".")
+        if kind == "links" and system.mechanism.link[name].beam is not None and rest[0] in _OF_BEAM:
+            continue
         yield f"sdf.{path}", float(value)
 
 

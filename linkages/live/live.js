@@ -360,9 +360,9 @@ function valuesOf(hash, controls) {
     return Object.fromEntries(Object.entries(found).filter(([path]) => controls.has(path)));
   } catch { return {}; }
 }
-function fromSlider({low, high, logarithmic}, place) {
+function fromSlider({low, high, logarithmic, whole}, place) {
   const part = place / 1000, value = logarithmic ? low * (high / low) ** part : low + (high - low) * part;
-  return Number(value.toPrecision(4));
+  return whole ? Math.round(value) : Number(value.toPrecision(4));
 }
 function toSlider({low, high, logarithmic}, value) {
   const part = logarithmic ? Math.log(Math.max(value, 1e-300) / low) / Math.log(high / low) : (value - low) / (high - low);

@@ -25,7 +25,7 @@ from linkages.system import System
 
 _PERIODS = 2  # of a run from where the one before ended
 _REVOLUTIONS = 8  # periods of a run with contact
-_PATIENCE = 0.03  # time after which a motion is shown although it is not settled [s]
+_RUNS = 3  # from one end to the next, after which a motion is shown although it is not settled
 _GAP = 0.02  # of an orbit's size: between its begin and its end, for a motion that is steady
 _FARTHEST = 0.95  # eccentricity ratio at which a run may start
 
@@ -115,7 +115,7 @@ class Session:
             if clock.perf_counter() - begun > self.limit:
                 raise TimeLimitError
 
-        while True:
+        for _ in range(_RUNS):
             ran = self.values_to_run(values)
             system = self.system.replaced(ran)
             run, period = simulate(system, "compiled", watch), _period(system)
@@ -123,7 +123,7 @@ class Session:
             carried = carried and run.status is Status.OK
             settled = not carried or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
             self._ratios = _end_of(system, run) if carried else {}
-            if settled or clock.perf_counter() - begun > _PATIENCE:
+            if settled:
                 break
         self._shown = dict(values), ran
         study = Study(system, "compiled", run, run, None)

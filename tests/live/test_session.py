@@ -1,0 +1,215 @@
+"""The machine behind the live page: values, steady motion, and the same numbers as `linkages simulate`."""
+
+import json
+
+import numpy as np
+import pytest
+
+import linkages
+from linkages import InputError
+from linkages.live.answers import Answers
+from linkages.live.controls import controls, parse_range
+from linkages.live.session import Session, checked
+
+
+def loaded(name, **overrides):
+    return linkages.load(linkages.find_file(f"{name}.toml"), overrides)
+
+
+@pytest.fixture
+def answers(tmp_path):
+    """Make the answers of a shipped experiment, which save into a folder of the test."""
+
+    def make(name, limit=60.0, **overrides):
+        system = loaded(name, **overrides)
+        return Answers(Session(system, limit), controls(system), tmp_path, overrides)
+
+    return make
+
+
+def settled(of, values):
+    """Ask for a run until its motion is settled, as the page does."""
+    for _ in range(20):
+        reply = of.answer("run", {"values": values})
+        assert "error" not in reply, reply
+        if reply["settled"]:
+            return reply
+    raise AssertionError("the motion does not settle")
+
+
+def steady_numbers(path):
+    """Peaks of the last period of a file's motion, as `linkages simulate` reports them."""
+    summary = linkages.summarize(linkages.study(linkages.load(path), "compiled", error_estimate=False))
+    shown = summary["windows"][summary["report"]] if summary["report"] != "whole" else summary
+    peaks = {name: entry["peak"] for name, entry in shown["outputs"].items()}
+    peaks |= {f"{name}.force": entry["force"]["peak"] for name, entry in shown["joints"].items()}
+    return peaks | {f"{name}.torque": entry["torque"]["peak"] for name, entry in shown["drives"].items()}
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("seven_bar", {"joints.A.clearance": 2e-4, "sdf.links.link2.mass": 0.3}),
+        ("slider_crank_dry", {"joints.B.clearance": "0.3 mm", "drives.O.speed": 300.0}),
+        pytest.param("slider_crank_flexible", {"drives.O.speed": 120.0}, marks=pytest.mark.slow),
+    ],
+)
+def test_a_saved_file_gives_the_numbers_of_the_page(answers, tmp_path, name, values):
+    """The page's table and `linkages simulate` of the saved file agree in every digit."""
+    of = answers(name)
+    reply = settled(of, values)
+    saved = of.answer("save", {"values": values, "name": "changed"})
+    assert saved["written"] == str(tmp_path / "changed.toml")
+    ours = steady_numbers(tmp_path / "changed.toml")
+    table = {row["name"]: row["value"] for row in reply["table"]}
+    assert len(ours) > 5
+    assert {key: table[key] for key in ours} == ours
+    assert "live page" in (tmp_path / "changed.toml").read_text()
+
+
+def test_the_steady_motion_is_the_end_of_a_long_run(answers):
+    """The motion after several short runs, each from the end of the one before, is that of one run of ten periods."""
+    reply = settled(answers("seven_bar"), {})
+    long = linkages.simulate(loaded("seven_bar", duration=20.0), "compiled")
+    last = long.within(19.0, 20.0)
+    for orbit in reply["orbits"]:
+        name, path = orbit["name"], np.array(orbit["path"])
+        theirs = np.column_stack([last[f"{name}.ex"], last[f"{name}.ey"]]) / orbit["clearance"]
+        size = np.ptp(theirs, axis=0).max()
+        apart = np.linalg.norm(path.T[:, None] - theirs[None], axis=2).min(axis=1)
+        assert apart.max() < 0.05 * size  # the page calls an orbit steady that closes to 2 % of its size
+
+
+def test_a_small_change_settles_in_few_runs(answers):
+    of = answers("slider_crank_lubricated")
+    settled(of, {})
+    again = of.answer("run", {"values": {"joints.B.viscosity": 0.11}})
+    assert again["settled"]
+    assert again["periodic"]
+
+
+def test_a_motion_that_does_not_repeat_is_shown_with_the_spread_of_its_peaks(answers):
+    reply = answers("slider_crank_dry").answer("run", {"values": {}})
+    assert not reply["periodic"]
+    row = next(row for row in reply["table"] if row["name"] == "B.force")
+    assert 0.0 < row["least"] < row["most"]
+    assert row["most"] == pytest.approx(row["value"], rel=0.05)  # of samples against the peak over continuous time
+    assert reply["to"] - reply["from"] == pytest.approx(2 * 2 * np.pi / loaded("slider_crank_dry").value("drives.O.speed"))
+
+
+def test_poses_follow_the_machine(answers):
+    """The picture's bodies are where the run has them: the slider's pin moves as far as the slider."""
+    of = answers("seven_bar")
+    reply, system = of.answer("run", {"values": {}}), of.session.system
+    drawing = of.session._drawing({})[1][0]
+    body = next(body for body, link in drawing.links_of.items() if link == "slider7")
+    moved = np.array(reply["poses"])[:, body, 0]
+    curve = next(curve for curve in reply["curves"] if curve["name"] == "slider7.x")["run"]
+    place = np.interp(reply["time"], curve["time"], curve["values"])
+    offset = drawing.reference[body, 0] - system.mechanism.link["slider7"].origin[0]
+    np.testing.assert_allclose(moved - offset, place, rtol=0, atol=2e-4)  # curves are drawn with 240 parts of the time
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        ({"sdf.frames.link2_C.pose.x": 3.0}, "loops do not close"),
+        ({"joints.A.clearance": -1.0}, "joints.A.clearance"),
+        ({"joints.A.clearance": "1 kg"}, "joints.A.clearance"),
+        ({"mechanism": "/etc/passwd"}, "mechanism"),
+        ({"joints.A.clearance": [1, 2]}, "joints.A.clearance"),
+        ([], "values"),
+    ],
+)
+def test_bad_values_are_named_in_one_line_and_change_nothing(answers, values, named):
+    of = answers("seven_bar")
+    before = of.answer("run", {"values": {}, "restart": True})
+    reply = of.answer("run", {"values": values})
+    assert named in reply["error"]
+    assert "\n" not in reply["error"]
+    again = of.answer("run", {"values": {}, "restart": True})
+    assert again["table"] == before["table"]
+
+
+def test_a_run_that_ends_early_says_why(answers):
+    reply = answers("seven_bar").answer("run", {"values": {"joints.A.viscosity": 1e-6}})
+    assert reply["status"] != "ok"
+    assert reply["remedy"]
+    assert reply["curves"]
+
+
+def test_a_run_that_takes_too_long_is_given_up(answers):
+    reply = answers("slider_crank_dry", limit=1e-6).answer("run", {"values": {}})
+    assert "given up" in reply["error"]
+
+
+@pytest.mark.parametrize("name", ["../escape", "a/b", "", ".hidden", "x" * 200, None, "na<me"])
+def test_files_are_written_into_the_folder_alone(answers, tmp_path, name):
+    reply = answers("seven_bar").answer("save", {"values": {}, "name": name})
+    assert "is no name of a file here" in reply["error"]
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_is_replaced_only_if_asked(answers, tmp_path):
+    of = answers("seven_bar")
+    of.answer("run", {"values": {}})
+    assert "written" in of.answer("save", {"values": {}, "name": "mine"})
+    before = (tmp_path / "mine.toml").read_bytes()
+    assert "exists" in of.answer("save", {"values": {"joints.A.viscosity": 0.5}, "name": "mine"})["error"]
+    assert (tmp_path / "mine.toml").read_bytes() == before
+    assert "written" in of.answer("save", {"values": {"joints.A.viscosity": 0.5}, "name": "mine.toml", "replace": True})
+    assert linkages.load(tmp_path / "mine.toml").value("joints.A.viscosity") == 0.5
+
+
+def test_values_of_the_command_line_are_saved(answers, tmp_path):
+    of = answers("seven_bar", **{"joints.B.viscosity": 0.7})
+    of.answer("run", {"values": {}})
+    of.answer("save", {"values": {}, "name": "mine"})
+    assert linkages.load(tmp_path / "mine.toml").value("joints.B.viscosity") == 0.7
+
+
+@pytest.mark.slow
+def test_an_export_is_the_folder_of_simulate(answers, tmp_path):
+    of = answers("slider_crank_lubricated")
+    settled(of, {})
+    reply = of.answer("export", {"values": {}, "name": "mine"})
+    assert reply["written"] == str(tmp_path / "mine")
+    summary = json.loads((tmp_path / "mine" / "summary.json").read_text())
+    assert summary["status"] == "ok"
+    assert (tmp_path / "mine" / "animation.html").stat().st_size > 1000
+
+
+def test_ranges_contain_the_values_and_first_controls_are_those_of_the_machine():
+    for name in ("seven_bar", "slider_crank_dry", "slider_crank_flexible", "three_rrr_clearance", "slider_crank_guide"):
+        found = controls(loaded(name))
+        numbers = [control for control in found.values() if not control.choices]
+        assert len(numbers) > 30
+        assert all(control.low <= control.value <= control.high for control in numbers)
+        assert all(control.low > 0.0 for control in numbers if control.logarithmic)
+        assert any(control.path.endswith(".clearance") and control.first for control in numbers)
+
+
+def test_given_ranges_come_first():
+    system = loaded("seven_bar")
+    path, ends = parse_range("sdf.links.link2.mass=100 g:0.4")
+    assert (path, ends) == ("sdf.links.link2.mass", (0.1, 0.4))
+    found = controls(system, {path: ends})
+    assert next(iter(found)) == path
+    assert [control.path for control in found.values() if control.first] == [path]
+    with pytest.raises(InputError, match="is not the path of a number"):
+        controls(system, {"joints.A.clearanc": (0.0, 1.0)})
+
+
+@pytest.mark.parametrize("text", ["joints.A.clearance", "a=1", "a=2:1", "a=x:y", "=1:2", "joints.A.clearance=1kg:2kg"])
+def test_wrong_ranges_are_refused(text):
+    with pytest.raises(InputError, match="--vary"):
+        parse_range(text)
+
+
+def test_every_control_can_be_changed():
+    """Each number can be set to its own value again, so that a slider never names a path that the model refuses."""
+    for name in ("seven_bar", "slider_crank_flexible"):
+        system = loaded(name)
+        known = controls(system)
+        for control in known.values():
+            system.replaced(checked({control.path: control.value}, known))
