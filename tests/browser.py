@@ -10,6 +10,8 @@ import io
 import json
 import re
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -80,6 +82,16 @@ def open_page(path: Path, folder: Path, look: str = "return {};", size: tuple[in
     finally:
         browser.quit()  # completes the log
     return Page(seen, image, _requests(log))
+
+
+@contextmanager
+def started(*flags: str) -> Iterator[webdriver.Chrome]:
+    """A browser that a test drives itself; it may reach this machine by its number, and no names."""
+    browser = _start(*flags, "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1")  # the last one holds
+    try:
+        yield browser
+    finally:
+        browser.quit()
 
 
 def _start(*flags: str) -> webdriver.Chrome:

@@ -55,7 +55,7 @@ export function mount(root, send) {
   });
   at(".curves button").addEventListener("click", () => state.plots?.all());
   at(".phase").addEventListener("input", (event) => { state.playing = false; tellPlay(); seek(event.target.value / 1000); });
-  root.addEventListener("keydown", (event) => {
+  (root.dataset.server ? document : root).addEventListener("keydown", (event) => {
     const typing = event.target.matches("input:not([type=range]), select, textarea");
     const key = event.key.toLowerCase(), control = event.ctrlKey || event.metaKey;
     if (control && (key === "y" || (key === "z" && event.shiftKey))) redo();
@@ -71,6 +71,7 @@ export function mount(root, send) {
   const valueOf = (path) => state.values[path] ?? state.controls.get(path).value;
 
   function change(path, value, remember = true) {
+    if (value === valueOf(path)) return;
     if (remember) { state.past.push({...state.values}); state.future = []; }
     state.values = {...state.values, [path]: value};
     if (value === state.controls.get(path).value) delete state.values[path];
@@ -80,7 +81,7 @@ export function mount(root, send) {
     to.push({...state.values});
     state.values = values;
     changed();
-    state.shown.forEach(tell);
+    state.shown.forEach((path) => tell(path));
   }
   function undo() { if (state.past.length) restore(state.past.pop(), state.past, state.future); }
   function redo() { if (state.future.length) restore(state.future.pop(), state.future, state.past); }
@@ -89,7 +90,7 @@ export function mount(root, send) {
     state.future = [];
     state.values = {};
     changed(true);
-    state.shown.forEach(tell);
+    state.shown.forEach((path) => tell(path));
   }
   function changed(restart = false) {
     state.tries = 0;
@@ -104,6 +105,7 @@ export function mount(root, send) {
   async function pump() {
     if (state.busy) return;
     state.busy = true;
+    root.setAttribute("aria-busy", "true");
     while (state.wanted) {
       const {restart} = state.wanted, values = {...state.values};
       state.wanted = null;
@@ -123,6 +125,7 @@ export function mount(root, send) {
       clearInterval(slow);
     }
     state.busy = false;
+    root.setAttribute("aria-busy", "false");
   }
   async function tellSlow() {
     try {
@@ -152,7 +155,7 @@ export function mount(root, send) {
   function display(view) {
     state.view = view;
     for (const [path, value] of Object.entries(view.numbers)) tell(path, value);
-    const kind = view.periodic ? "periodic" : view.settled ? "not periodic" : "settling";
+    const kind = !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
     at(".state").textContent = view.status === "ok" ? `${kind}; ${g(1e3 * view.took, 2)} ms` : `${view.status}: ${view.remedy}`;
     at(".said").replaceChildren(...[...view.motion, ...view.warnings].map((text) => make("li", {}, text)));
     drawTable();

@@ -49,6 +49,7 @@ class LiveServer(ThreadingHTTPServer):
     """
 
     daemon_threads = True
+    request_queue_size = 128
 
     def __init__(self, answers: Answers, port: int = 0, hosts: tuple[str, ...] = ()) -> None:
         super().__init__((HOST, port), _Handler)

@@ -94,7 +94,9 @@ def test_a_motion_that_does_not_repeat_is_shown_with_the_spread_of_its_peaks(ans
     row = next(row for row in reply["table"] if row["name"] == "B.force")
     assert 0.0 < row["least"] < row["most"]
     assert row["most"] == pytest.approx(row["value"], rel=0.05)  # of samples against the peak over continuous time
-    assert reply["to"] - reply["from"] == pytest.approx(2 * 2 * np.pi / loaded("slider_crank_dry").value("drives.O.speed"))
+    assert reply["to"] - reply["from"] == pytest.approx(
+        2 * 2 * np.pi / loaded("slider_crank_dry").value("drives.O.speed")
+    )
 
 
 def test_poses_follow_the_machine(answers):

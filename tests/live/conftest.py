@@ -1,0 +1,31 @@
+"""A live page that is served to a test."""
+
+import threading
+
+import pytest
+
+import linkages
+from linkages.live.answers import Answers
+from linkages.live.controls import controls
+from linkages.live.server import LiveServer
+from linkages.live.session import Session
+
+
+@pytest.fixture
+def serve(tmp_path):
+    """Serve a page for the values of an experiment; the server ends with the test."""
+    served = []
+
+    def start(system=None, vary=None):
+        system = system or linkages.load(linkages.find_file("seven_bar.toml"))
+        server = LiveServer(Answers(Session(system), controls(system, vary), tmp_path))
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.02})
+        thread.start()
+        served.append((server, thread))
+        return server
+
+    yield start
+    for server, thread in served:
+        server.shutdown()
+        server.server_close()
+        thread.join()

@@ -1,0 +1,215 @@
+"""The live page in a browser: controls, numbers, keeping a run, keys, widths."""
+
+import json
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+from browser import find_browser, started
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.ui import WebDriverWait
+
+import linkages
+
+pytestmark = pytest.mark.skipif(find_browser() is None, reason="needs Chromium and its driver")
+
+_PATIENCE = 60.0
+CLEARANCE = "joints.A.clearance"
+
+
+class Page:
+    """A live page in a browser."""
+
+    def __init__(self, browser, server):
+        self.browser, self.server = browser, server
+        browser.get(server.address)
+        self.settle()
+
+    def one(self, selector):
+        return self.browser.find_element(By.CSS_SELECTOR, selector)
+
+    def wait(self, found):
+        return WebDriverWait(self.browser, _PATIENCE, 0.05).until(lambda _: found())
+
+    def settle(self):
+        """Wait until the page shows the steady motion of its values."""
+        self.wait(lambda: self.one("main").get_attribute("aria-busy") == "false")
+
+    @property
+    def state(self):
+        return self.one(".state").text
+
+    @property
+    def error(self):
+        return self.one(".error").text
+
+    def button(self, name):
+        self.browser.find_element(By.XPATH, f"//div[@class='buttons']//button[.='{name}']").click()
+
+    def field(self, path):
+        return self.one(f'[data-path="{path}"] .typed')
+
+    def type(self, path, text):
+        """Type a value, and wait until the page shows its run."""
+        field = self.field(path)
+        field.send_keys(Keys.CONTROL + "a")
+        field.send_keys(text, Keys.ENTER)
+        self.settle()
+
+    def table(self):
+        """Return the texts of the table: by name its cells."""
+        script = """return Object.fromEntries([...document.querySelectorAll(".numbers tbody tr")].map((row) =>
+            [row.dataset.name, [...row.querySelectorAll("td")].map((cell) => cell.textContent)]));"""
+        return self.browser.execute_script(script)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with started("--window-size=1280,1200") as found:
+        yield found
+
+
+@pytest.fixture
+def page(browser, serve):
+    return Page(browser, serve())
+
+
+def test_the_numbers_of_the_page_are_those_of_simulate(page, tmp_path):
+    """Change, save, run the file: the same digits in the table."""
+    page.type(CLEARANCE, "0.2 mm")
+    page.type("joints.B.viscosity", "0.2")
+    page.button("save")
+    page.one("dialog input").send_keys(Keys.CONTROL + "a")
+    page.one("dialog input").send_keys("thin")
+    page.browser.find_element(By.XPATH, "//dialog//button[.='save']").click()
+    page.wait(lambda: page.state.startswith("written"))
+    system = linkages.load(tmp_path / "thin.toml")
+    assert (system.value(CLEARANCE), system.value("joints.B.viscosity")) == (2e-4, 0.2)
+    summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
+    shown, table = summary["windows"]["steady"], page.table()
+    for name, entry in shown["outputs"].items():
+        assert float(table[name][2]) == float(f"{entry['peak']:.5g}")
+    for name, entry in shown["joints"].items():
+        assert float(table[f"{name}.force"][2]) == float(f"{entry['force']['peak']:.5g}")
+
+
+def test_a_pinned_run_is_compared(page):
+    before = page.table()["A.eccentricity_ratio"][2]
+    page.button("pin")
+    page.type(CLEARANCE, "5e-4")
+    row = page.table()["A.eccentricity_ratio"]
+    assert row[4] == before
+    change = float(row[5].removesuffix(" %").replace("−", "-"))
+    assert change == pytest.approx(100.0 * (float(row[2]) / float(before) - 1.0), abs=0.2)
+    assert len(page.browser.find_elements(By.CSS_SELECTOR, ".orbit.pinned")) == 2
+    page.button("unpin")
+    assert not page.browser.find_elements(By.CSS_SELECTOR, ".orbit.pinned")
+
+
+def test_changes_are_undone_and_done_again(page):
+    page.type(CLEARANCE, "5e-4")
+    page.type(CLEARANCE, "6e-4")
+    page.button("undo")
+    assert page.field(CLEARANCE).get_attribute("value") == "0.0005"
+    page.button("redo")
+    assert page.field(CLEARANCE).get_attribute("value") == "0.0006"
+    ActionChains(page.browser).key_down(Keys.CONTROL).send_keys("z").send_keys("z").key_up(Keys.CONTROL).perform()
+    assert page.field(CLEARANCE).get_attribute("value") == "0.0003"
+    page.type(CLEARANCE, "7e-4")
+    page.button("reset")
+    assert page.field(CLEARANCE).get_attribute("value") == "0.0003"
+
+
+def test_a_link_restores_all_values(page):
+    page.type(CLEARANCE, "5e-4")
+    page.button("link")
+    page.wait(lambda: "#" in page.browser.current_url)
+    address = page.browser.current_url
+    assert json.loads(unquote(address.partition("#")[2])) == {CLEARANCE: 5e-4}
+    page.browser.get("about:blank")
+    page.browser.get(address)
+    page.settle()
+    assert page.field(CLEARANCE).get_attribute("value") == "0.0005"
+
+
+def test_sliders_and_choices_move_with_keys(page):
+    before, slider = page.table(), page.one(f'[data-path="{CLEARANCE}"] [type=range]')
+    slider.send_keys(Keys.ARROW_RIGHT * 40)
+    page.settle()
+    assert page.table() != before
+    assert float(page.field(CLEARANCE).get_attribute("value")) > 3.3e-4
+    page.one('[data-path="joints.A.model"] select').send_keys("i")
+    page.settle()
+    assert "A.eccentricity_ratio" not in page.table()
+
+
+def test_play_and_pause(page):
+    body, clock = page.one("body"), page.one(".clock")
+    first = clock.text
+    page.wait(lambda: clock.text != first)
+    body.send_keys(" ")
+    assert page.one(".playback button").text == "play"
+    held = clock.text
+    page.one(".phase").send_keys(Keys.ARROW_RIGHT * 3)
+    assert clock.text != held
+    body.send_keys("p")
+    assert page.one(".numbers thead").text.endswith("to pinned")
+
+
+def test_any_value_is_found(page):
+    page.one(".search input").send_keys("link2.mass", Keys.ENTER)
+    page.type("sdf.links.link2.mass", "400 g")
+    assert page.one('[data-path="sdf.links.link2.mass"] .unit').text == "kg"
+    page.one(".search input").send_keys("no such value", Keys.ENTER)
+    assert "no value has" in page.error
+
+
+def test_faults_are_reported_and_the_last_picture_remains(page):
+    before = page.table()
+    page.type(CLEARANCE, "-1")
+    assert CLEARANCE in page.error
+    assert page.table() == before
+    page.type(CLEARANCE, "3 kg")
+    assert "kg" in page.error
+    page.one(".search input").send_keys("frames.link2_C.pose.x", Keys.ENTER)
+    page.type(CLEARANCE, "3e-4")
+    page.type("sdf.frames.link2_C.pose.x", "2")
+    assert "do not close" in page.error
+    assert page.browser.find_elements(By.CSS_SELECTOR, ".picture svg")
+    page.server.shutdown()
+    page.server.socket.close()
+    page.one(".search input")  # the page itself is still there
+    page.type("joints.B.clearance", "4e-4")
+    assert "the server does not answer" in page.error
+
+
+@pytest.mark.parametrize("width", [800, 1280])
+def test_nothing_is_cut_off(page, width):
+    page.browser.set_window_size(width, 1000)
+    page.settle()
+    inside = page.browser.execute_script(
+        "return document.documentElement.scrollWidth <= document.documentElement.clientWidth"
+    )
+    assert inside
+    boxes = page.browser.execute_script(
+        """return [".picture", ".controls", ".numbers", ".curves", ".orbits"].map((name) => {
+            const box = document.querySelector(name).getBoundingClientRect();
+            return [box.left, box.top, box.right, box.bottom]; });"""
+    )
+    for k, (left, top, right, bottom) in enumerate(boxes):
+        assert 0 <= left < right <= width
+        for other in boxes[k + 1 :]:
+            apart = right <= other[0] + 1 or other[2] <= left + 1 or bottom <= other[1] + 1 or other[3] <= top + 1
+            assert apart
+
+
+def test_the_picture_moves(page):
+    def places():
+        return np.array(page.browser.execute_script(
+            "return [...document.querySelectorAll('.picture circle')].map((c) => [c.cx.baseVal.value, c.cy.baseVal.value])"
+        ))  # fmt: skip
+
+    before = places()
+    page.wait(lambda: np.abs(places() - before).max() > 5.0)
