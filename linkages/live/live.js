@@ -162,6 +162,7 @@ export function mount(root, send) {
     drawLines();
     drawOrbits();
     seek(state.phase);
+    root.dispatchEvent(new CustomEvent("shown"));
   }
   function drawLines() {
     const {view, pinned} = state, of = new Map((pinned?.curves ?? []).map((curve) => [curve.name, curve.run]));

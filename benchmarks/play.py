@@ -1,0 +1,96 @@
+"""Measure the live page: time from a changed slider to drawn curves, and updates per second while a slider is dragged.
+
+Needs Chromium and its driver. ``python benchmarks/play.py [--changes N]``; times in ms, of a browser without a graphics
+card, which draws on the processor that also computes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from browser import started
+
+import linkages
+from linkages.live.answers import Answers
+from linkages.live.controls import controls
+from linkages.live.server import LiveServer
+from linkages.live.session import Session
+
+#: Machine, values at the start, the slider that is moved, and the targets: median and 95th percentile [ms].
+CASES = {
+    "lubricated press": ("seven_bar", {}, "joints.A.clearance", (50, 100)),
+    "dry slider-crank, 5000 r/min": ("slider_crank_dry", {"drives.O.speed": "5000 r/min"}, "joints.B.clearance", (150, 300)),
+    "flexible slider-crank": ("slider_crank_flexible", {}, "joints.B.clearance", (150, 300)),
+}  # fmt: skip
+
+# Each change moves the slider to a place of its own, and waits until the curves of some reply are drawn.
+CHANGES = """
+const [path, count, done] = arguments, root = document.querySelector("main");
+const slider = document.querySelector(`[data-path="${path}"] [type=range]`);
+const idle = async () => { while (root.getAttribute("aria-busy") !== "false") await new Promise((go) => setTimeout(go, 5)); };
+(async () => {
+  const times = [];
+  for (let k = 0; k < count; k++) {
+    await idle();
+    const began = performance.now();
+    const shown = new Promise((go) => root.addEventListener("shown", go, {once: true}));
+    slider.value = 400 + (k * 37) % 200;
+    slider.dispatchEvent(new Event("input"));
+    await shown;
+    await new Promise((go) => requestAnimationFrame(() => go()));
+    times.push(performance.now() - began);
+    slider.dispatchEvent(new Event("change"));
+  }
+  done(times);
+})();
+"""
+
+DRAG = """
+const [path, seconds, done] = arguments, root = document.querySelector("main");
+const slider = document.querySelector(`[data-path="${path}"] [type=range]`);
+let count = 0, k = 0;
+const began = performance.now(), seen = () => { count += 1; };
+root.addEventListener("shown", seen);
+function move() {
+  if (performance.now() - began > 1000 * seconds) {
+    root.removeEventListener("shown", seen);
+    slider.dispatchEvent(new Event("change"));
+    return done(count / seconds);
+  }
+  slider.value = 400 + (k++ % 200);
+  slider.dispatchEvent(new Event("input"));
+  requestAnimationFrame(move);
+}
+move();
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--changes", type=int, default=200)
+    options = parser.parse_args()
+    print(f"{'':32s}{'median':>8s}{'95 %':>8s}{'target':>12s}{'computed':>10s}{'per s':>8s}")
+    with started("--window-size=1280,1400") as browser:
+        for name, (file, values, path, target) in CASES.items():
+            system = linkages.load(linkages.find_file(f"{file}.toml"), values)
+            session = Session(system)
+            server = LiveServer(Answers(session, controls(system), Path(".")))
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            browser.get(server.address)
+            browser.execute_async_script(CHANGES, path, 5)  # compiles what is not compiled yet
+            times = np.array(browser.execute_async_script(CHANGES, path, options.changes))
+            took = [1e3 * session.compute({path: system.value(path) * (1.0 + 0.01 * k)})["took"] for k in range(20)]
+            dragged = browser.execute_async_script(DRAG, path, 4)
+            middle, high = np.percentile(times, [50, 95])
+            print(f"{name:32s}{middle:8.0f}{high:8.0f}{f'{target[0]} / {target[1]}':>12s}{np.median(took):10.0f}{dragged:8.1f}")
+            server.shutdown()
+
+
+if __name__ == "__main__":
+    main()
