@@ -1,0 +1,77 @@
+"""The answers of the live page's tutorial are those that the page gives."""
+
+import pytest
+
+import linkages
+from linkages.live.session import Session
+
+
+def peaks(name, values, runs=15):
+    """Peaks of the steady motion, or of the first run of a motion that does not repeat."""
+    session = Session(linkages.load(linkages.find_file(f"{name}.toml")), limit=600.0)
+    for _ in range(runs):
+        view = session.compute(values)
+        if view["settled"]:
+            break
+    return view, {row["name"]: row for row in view["table"]}
+
+
+def film(viscosity):
+    joints = {
+        f"joints.{name}.{key}": value for name in "AB" for key, value in (("film", "finite"), ("viscosity", viscosity))
+    }
+    return peaks("seven_bar", joints)[1]
+
+
+@pytest.mark.parametrize(("viscosity", "ratio"), [(0.2, 0.267), (0.05, 0.657), (0.005, 0.973)])
+def test_the_film_carries_the_load(viscosity, ratio):
+    table = film(viscosity)
+    assert table["A.eccentricity_ratio"]["value"] == pytest.approx(ratio, abs=1e-3)
+    assert table["A.force"]["value"] == pytest.approx(3.35, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "acceleration"),
+    [
+        ("drives.O4.speed", -6.283185307, 6.52),
+        ("sdf.frames.crank1_A.pose.x", None, 4.95),
+        ("sdf.frames.link2_C.pose.x", None, 4.65),
+        ("sdf.frames.link3_C.pose.x", None, 4.75),
+        ("sdf.frames.link6_D.pose.x", None, 4.67),
+    ],
+)
+def test_directions_and_lengths_move_the_peak(path, value, acceleration):
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    table = peaks("seven_bar", {path: 1.05 * system.value(path) if value is None else value})[1]
+    assert table["slider7.ax"]["value"] == pytest.approx(acceleration, abs=5e-3)
+
+
+def test_the_mass_of_a_driven_crank_changes_no_force_in_the_clearance_joints():
+    heavy, light = (peaks("seven_bar", {"sdf.links.crank4.mass": mass})[1] for mass in (0.5, 0.107))
+    for name in ("A.force", "B.force"):
+        assert heavy[name]["value"] == pytest.approx(light[name]["value"], rel=1e-6)
+    other = peaks("seven_bar", {"sdf.links.link2.mass": 0.4})[1]
+    assert abs(other["A.force"]["value"] - light["A.force"]["value"]) > 0.1
+    assert abs(other["B.force"]["value"] - light["B.force"]["value"]) > 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("viscosity", "ratio"), [(0.1, 0.45), (0.01, 0.93), (0.003, 0.986)])
+def test_contact_begins(viscosity, ratio):
+    table = peaks("seven_bar_mixed", {f"joints.{name}.viscosity": viscosity for name in "AB"}, 1)[1]
+    assert table["A.eccentricity_ratio"]["value"] == pytest.approx(ratio, abs=5e-3)
+
+
+@pytest.mark.slow
+def test_the_journal_touches():
+    table = peaks("seven_bar_mixed", {f"joints.{name}.viscosity": 1e-3 for name in "AB"}, 1)[1]
+    assert table["A.eccentricity_ratio"]["value"] > 1.0
+
+
+def test_friction_makes_a_dry_motion_repeat():
+    speed = {"drives.O.speed": 200.0}
+    view, _ = peaks("slider_crank_dry", {**speed, "joints.B.friction.coefficient": 0.0})
+    assert not view["periodic"]
+    view, table = peaks("slider_crank_dry", {**speed, "joints.B.friction.coefficient": 0.2})
+    assert view["periodic"]
+    assert table["B.force"]["value"] == pytest.approx(828.0, rel=5e-3)
