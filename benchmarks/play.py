@@ -90,9 +90,8 @@ def main() -> None:
             took = [1e3 * session.compute({path: system.value(path) * (1.0 + 0.01 * k)})["took"] for k in range(20)]
             dragged = browser.execute_async_script(DRAG, path, 4)
             middle, high = np.percentile(times, [50, 95])
-            print(
-                f"{name:32s}{middle:8.0f}{high:8.0f}{f'{target[0]} / {target[1]}':>12s}{np.median(took):10.0f}{dragged:8.1f}"
-            )
+            wanted = f"{target[0]} / {target[1]}"
+            print(f"{name:32s}{middle:8.0f}{high:8.0f}{wanted:>12s}{np.median(took):10.0f}{dragged:8.1f}")
             server.shutdown()
 
 

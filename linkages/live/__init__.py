@@ -1,14 +1,15 @@
 """The live page: change a value, and see motion, orbits and forces of the machine at once.
 
-| module   | responsibility                                                                              |
-|----------|---------------------------------------------------------------------------------------------|
-| controls | which values of an experiment and its machine can be changed, and within which ranges       |
-| session  | one machine that is changed again and again: the steady motion for the values of a request  |
-| view     | a run as the numbers that the page draws: poses, curves, orbits, a table of peaks           |
-| edit     | an experiment's file with changed values and their origin                                   |
-| answers  | requests of the front end -> replies, the same for page and notebook                        |
-| server   | the page on 127.0.0.1: token, checks of each request, one computation at a time             |
-| widget   | the same front end in a notebook (anywidget)                                                |
+| module    | responsibility                                                                              |
+|-----------|---------------------------------------------------------------------------------------------|
+| controls  | which values of an experiment and its machine can be changed, and within which ranges       |
+| session   | one machine that is changed again and again: the steady motion for the values of a request  |
+| view      | a run as the numbers that the page draws: poses, curves, orbits, a table of peaks           |
+| edit      | an experiment's file with changed values and their origin                                   |
+| answers   | requests of the front end -> replies, the same for page and notebook                        |
+| front_end | page, style and script                                                                     |
+| server    | the page on 127.0.0.1: token, checks of each request, one computation at a time             |
+| widget    | the same front end in a notebook (anywidget)                                                |
 
 The front end is one ES module, ``live.js``; together with ``curves.js`` of the reports it serves page and notebook. It
 sends one request at a time and skips outdated ones; values from it have the rights of values in a file, and no others.

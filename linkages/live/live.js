@@ -156,7 +156,7 @@ export function mount(root, send) {
     state.view = view;
     for (const [path, value] of Object.entries(view.numbers)) tell(path, value);
     const kind = !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
-    at(".state").textContent = view.status === "ok" ? `${kind}; ${g(1e3 * view.took, 2)} ms` : `${view.status}: ${view.remedy}`;
+    at(".state").textContent = view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${view.status}: ${view.remedy}`;
     at(".said").replaceChildren(...[...view.motion, ...view.warnings].map((text) => make("li", {}, text)));
     drawTable();
     drawLines();
