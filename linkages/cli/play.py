@@ -42,7 +42,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until Ctrl-C; returns the exit status."""
-    from linkages.kernel.ahead import tell
+    from linkages.kernel.precompiled import tell
     from linkages.live.answers import Answers
     from linkages.live.controls import controls, parse_range
     from linkages.live.server import LiveServer
