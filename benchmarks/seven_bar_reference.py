@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 from linkages import System
 from linkages.kernel.by_reference import reference as reference_to
 from linkages.planar.contacts import WIDTH, clearance_wrenches
-from linkages.planar.dynamics import accelerate
 from linkages.planar.kinematics import body_states
+from linkages.planar.loop_dynamics import forward_dynamics
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.workspace import workspace
 
@@ -59,7 +59,7 @@ def free_motion(system: System) -> FreeMotion:
             work.q[driven[k]], work.v[driven[k]], work.a[driven[k]] = value[k], speed[k], acceleration[k]
         body_states(bodies, work.q, work.v, work.pose, work.vel)
         clearance_wrenches(ends, laws, tables, memory, work.pose, work.vel, work.wrench, joints)
-        accelerate(bodies, rows, rank, gravity, work)
+        forward_dynamics(bodies, rows, rank, gravity, work)
         for k in range(nf):
             rate[k], rate[nf + k] = work.v[free[k]], work.a[free[k]]
         return rate, joints

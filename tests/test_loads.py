@@ -7,10 +7,10 @@ from scipy.interpolate import PPoly
 
 from linkages import InputError, ideal, load
 from linkages.cli.main import main
-from linkages.planar.dynamics import generalized_force
 from linkages.planar.kinematics import body_states
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches, load_wrenches_tangent
 from linkages.planar.motion import Motions, constant_rate, function_jet, monotone_table
+from linkages.planar.newton_euler import generalised_force
 
 RNG = np.random.default_rng(7)
 
@@ -126,7 +126,7 @@ def test_wrenches_do_the_virtual_work_of_the_written_laws(system_of, plane, axis
         assert outputs[:, 2].sum() == pytest.approx(np.sum(wrench * vel), rel=1e-12)
         np.testing.assert_allclose(outputs[4:, 0], resist, rtol=1e-9)
         np.testing.assert_allclose(outputs[4:, 1], here[7:], rtol=1e-12)
-        generalized_force(tree.bodies, pose, wrench, tau)
+        generalised_force(tree.bodies, pose, wrench, tau)
         assert tau @ w == pytest.approx(expected, rel=1e-9)
 
 

@@ -12,18 +12,10 @@ from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
 from linkages.planar.closure import closure_error, closure_jacobian
+from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.kinematics import (
-    add_row_wrench,
-    body_accelerations,
-    body_positions,
-    body_states,
-    body_velocities,
-    row_acceleration,
-    row_rate,
-    row_value,
-)
+from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
 from linkages.planar.markers import turned
 from linkages.planar.motion import Motions, constant_rate, ramped_rate, table
 from linkages.planar.projection import correct
@@ -231,6 +223,7 @@ def test_how_far_from_singular_a_linkage_is_does_not_depend_on_the_slider(system
     work = packed(make_workspace(len(tree.bodies.records), tree.size, len(arrays.rows)))
     for k in range(0, len(run.time), len(run.time) // 10):
         q = np.array([run[f"q.{name}"][k] for name in tree.coordinates])
+        work.q[:] = q
         body_positions(tree.bodies, q, work.pose)
         margins.append(correct(tree.bodies, arrays.rows, arrays.rank, work, np.zeros(tree.size)))
     assert min(margins) > 0.3

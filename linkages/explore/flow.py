@@ -89,7 +89,7 @@ class Flow:
 
     @property
     def memory(self) -> Array:
-        """What the contacts remember, (nc, 2); see `linkages.planar.contacts.MEMORY`."""
+        """What the contacts remember, (nc, 2); see `linkages.planar.contacts.APPROACH`."""
         return self._runner.memory
 
     @property

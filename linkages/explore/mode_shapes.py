@@ -55,7 +55,7 @@ class ModeShapes:
         for change in self._changes.T:
             motion = make_motion(bodies)
             body_velocities(bodies, self._pose, np.ascontiguousarray(change), motion)
-            moved.append(motion[:, :3])
+            moved.append(motion)
         self._moved = np.array(moved)
         lines = list(self._lines())
         largest = np.max([np.linalg.norm(line.ways, axis=2).max(axis=1) for line in lines], axis=0)

@@ -12,14 +12,15 @@ from linkages.kernel import Array, Records, clear, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
 from linkages.planar.beam_deflection import deflection, largest_deflection
-from linkages.planar.bending import beam_energy
-from linkages.planar.contacts import WIDTH, contact_motion
-from linkages.planar.dynamics import inertial_load
+from linkages.planar.closure_rows import term_rate
+from linkages.planar.contacts import COUPLE, EX, EY, FX, FY, PENETRATION, WIDTH, contact_motion
+from linkages.planar.flexible_dynamics import flexible_energy
 from linkages.planar.internal_forces import BENDING, beam_state
-from linkages.planar.kinematics import body_accelerations, body_states, term_rate
+from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import LOAD_OUTPUTS, load_outputs, load_wrenches
 from linkages.planar.markers import arm, marker_acceleration, marker_velocity, turned
 from linkages.planar.motion import evaluate_motions
+from linkages.planar.newton_euler import inertial_forces
 from linkages.planar.reactions import add_known_contacts, joint_forces, row_reactions
 from linkages.planar.record_types import MARKER, WORN
 from linkages.planar.workspace import Workspace, make_workspace
@@ -50,7 +51,7 @@ class View(NamedTuple):
     """What is known of a linkage at one state."""
 
     model: Arrays
-    state: Workspace  # of which q, v, pose, vel and acc count
+    state: Workspace  # of which q, v, a, pose, vel and acc count
     contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
     forces: Array  # on each joint's child, with moment, (nj, 3); see `linkages.planar.reactions.joint_forces`
     efforts: Array  # torque or force of each drive, (nd,)
@@ -96,10 +97,12 @@ def output_value(output: np.record, view: View) -> float:
 def _within_beam(what: int, first: int, last: int, view: View) -> float:
     model, w = view.model, view.state
     if what < BENDING:
-        found = largest_deflection(model.beams[first:last], model.bodies, model.stations, w.pose)
+        found = largest_deflection(
+            model.beams[first:last], model.bodies, model.stations, model.station_modes, w.q, w.pose
+        )
         return found[0] if what == 0 else found[1]
     return beam_state(
-        what, model.beams[first:last], model.bodies, model.stations, model.gravity, w.pose, w.vel, w.acc, w.load
+        what, model.beams[first:last], model.bodies, model.stations, model.station_modes, model.gravity, w
     )
 
 
@@ -130,17 +133,17 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
     if what < 4:
         return contact[what]
     if what == 4:
-        return math.hypot(contact[2], contact[3])
+        return math.hypot(contact[FX], contact[FY])
     if what == 5 and view.model.ends[at].kind == WORN:
-        return math.hypot(contact[0], contact[1]) / clearance
+        return math.hypot(contact[EX], contact[EY]) / clearance
     if what == 5:
-        return 1.0 + contact[5] / clearance
+        return 1.0 + contact[PENETRATION] / clearance
     if what == 6:  # both forces act at the journal's marker, as a point of either body
         motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
         ex, ey, vx, vy, wb, wj, _, _ = motion
-        return contact[2] * (vx + wb * ey) + contact[3] * (vy - wb * ex) + contact[4] * (wj - wb)
+        return contact[FX] * (vx + wb * ey) + contact[FY] * (vy - wb * ex) + contact[COUPLE] * (wj - wb)
     if what == 7:
-        return -contact[5]
+        return -contact[PENETRATION]
     return contact[what - 3]
 
 
@@ -157,7 +160,7 @@ def _guide_value(output: np.record, view: View) -> float:
         elif what == 1:
             total += _contact_value(6, k, output.constant, view)
         else:
-            total += (view.contacts[k, 0] * nx + view.contacts[k, 1] * ny) / _CORNERS
+            total += (view.contacts[k, EX] * nx + view.contacts[k, EY] * ny) / _CORNERS
     return largest if what == 0 else total
 
 
@@ -168,7 +171,7 @@ def _energy(what: int, view: View) -> float:
     for i in range(1, len(bodies.records)):
         body = bodies.records[i]
         if body.modes > 0:
-            own = beam_energy(bodies, i, pose, vel, gravity)
+            own = flexible_energy(bodies, i, view.state, gravity)
             kinetic, potential, strain, lost = kinetic + own[0], potential + own[1], strain + own[2], lost + own[3]
             continue
         cx, cy = turned(pose, i, body.cx, body.cy)
@@ -211,10 +214,11 @@ def tabulate(
     for i in range(len(times)):
         copy(q[i], w.q)
         copy(v[i], w.v)
+        copy(a[i], w.a)
         for k in range(contacts.shape[1]):
             copy(contacts[i, k], view.contacts[k])
         body_states(bodies, w.q, w.v, w.pose, w.vel)
-        body_accelerations(bodies, w.pose, w.vel, w.v, a[i], w.acc)
+        body_accelerations(bodies, w.pose, w.vel, w.v, w.a, w.acc)
         if len(loads[0]):
             load_outputs(loads, times[i], w.pose, w.vel, view.loads)
         if with_forces:
@@ -225,7 +229,7 @@ def tabulate(
             evaluate_motions(torques, times[i], value, rate, second)
             for k in range(np_):
                 w.tau[bodies.records[powered[k]].dof] = value[k]
-            inertial_load(bodies, w, model.gravity, w.load)
+            inertial_forces(bodies, w, model.gravity, w.bias, w.modal_bias)
             if len(model.rows):
                 row_reactions(model, w)
             joint_forces(model, w, view.contacts, view.forces, view.efforts)

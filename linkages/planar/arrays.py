@@ -38,7 +38,8 @@ class Arrays(NamedTuple):
     load_t: Array
     load_c: Array
     load_n: Indices
-    beams: Records  # links that bend, for the forces within them
-    stations: Array  # see `linkages.planar.internal_forces`, (ns, 4 + 6 nm)
+    beams: Records  # substructures of flexible links
+    stations: Records  # where their internal forces are computed, (ns,)
+    station_modes: Records  # (ns, nm)
     gravity: Array  # (2,)
     size: float  # length of the linkage [m]

@@ -1,4 +1,4 @@
-"""Deflections of links that bend: distances from the line between the beam's ends."""
+"""Deflections of flexible links: distances from the chord between the ends of the beam."""
 
 from __future__ import annotations
 
@@ -6,39 +6,44 @@ import math
 
 from linkages.integrate.parabola import parabola_top
 from linkages.kernel import Array, Records, lazy_kernel
-from linkages.planar.bodies import POSE, Bodies
-from linkages.planar.internal_forces import FIXED_COLUMNS
-from linkages.planar.markers import turned
+from linkages.planar.bodies import Bodies
+from linkages.planar.markers import offset, turned
 
-_ROUNDING = 1e-14  # deflection over length below which it is zero
-_SAME = 1e-6  # distance over length below which two stations are one
+_ROUNDING = 1e-14  # deflection, in parts of the length, that counts as zero
+_SAME = 1e-6  # distance, in parts of the length, below which two stations count as one
 
 
 @lazy_kernel
-def deflection(first: int, last: int, x: float, y: float, unbent: float, pose: Array) -> float:
-    """Distance [m] of a point from the line through two sections' origins, positive on its left, less that unbent."""
-    dx, dy = pose[last, 0] - pose[first, 0], pose[last, 1] - pose[first, 1]
+def deflection(first: int, last: int, x: float, y: float, undeformed: float, pose: Array) -> float:
+    """Distance [m] of a point from the chord of two sections, positive on its left, less the undeformed distance."""
+    dx, dy = offset(pose, first, last)
     length = math.hypot(dx, dy)
-    distance = (dx * (y - pose[first, 1]) - dy * (x - pose[first, 0])) / length - unbent
+    distance = (dx * (y - pose[first, 1]) - dy * (x - pose[first, 0])) / length - undeformed
     return distance if abs(distance) > _ROUNDING * length else 0.0
 
 
 @lazy_kernel
-def largest_deflection(beams: Records, bodies: Bodies, stations: Array, pose: Array) -> tuple[float, float]:
-    """Largest deflection [m] of a link along its beam, its magnitude, and its place from the beam's first end [m].
+def largest_deflection(
+    beams: Records, bodies: Bodies, stations: Records, modes: Records, q: Array, pose: Array
+) -> tuple[float, float]:
+    """Find the largest magnitude of a flexible link's deflection [m], and its place from the beam's first end [m].
 
-    The beam's axis is followed from each piece's first end: from station to station it is as long as it is stretched.
-    Between stations the deflection is a parabola through three of them.
+    The deformed axis is integrated from the first end of each substructure: between two stations its length is that of
+    the undeformed axis plus the stretch. Between stations the deflection is a parabola through three of them.
 
     Parameters
     ----------
     beams : (n,) records of `linkages.planar.record_types.BEAM`
-        The link's pieces.
-    stations : (ns, 4 + 6 nm) array
-        Lines of all beams, see `linkages.planar.internal_forces.FIXED_COLUMNS`.
+        The link's substructures.
+    stations : (ns,) records of `linkages.planar.record_types.STATION`
+        Of all beams.
+    modes : (ns, nm) records of `linkages.planar.record_types.STATION_MODE`
+    q : (n,) array
+    pose : (nb, ...) array
     """
-    first, last, nm = beams[0].first_end, beams[0].last_end, bodies.shapes.shape[2]
-    length = math.hypot(pose[last, 0] - pose[first, 0], pose[last, 1] - pose[first, 1])
+    first, last = beams[0].first_end, beams[0].last_end
+    dx, dy = offset(pose, first, last)
+    length = math.hypot(dx, dy)
     largest, place = 0.0, 0.0
     for j in range(len(beams)):
         beam = beams[j]
@@ -47,19 +52,18 @@ def largest_deflection(beams: Records, bodies: Bodies, stations: Array, pose: Ar
         x, y, s, along, across = pose[beam.start, 0], pose[beam.start, 1], 0.0, 0.0, 0.0
         s0, s1, d0, d1, count = 0.0, 0.0, 0.0, 0.0, 0
         for k in range(beam.first, beam.first + beam.count):
-            station = stations[k]
-            if count > 0 and station[0] - s < _SAME * length:
+            at_station = stations[k].place
+            if count > 0 and at_station - s < _SAME * length:
                 continue
-            stretch, rise = station[0], 0.0
+            stretch, rise = at_station, 0.0
             for m in range(body.modes):
-                eta, column = pose[beam.body, POSE + m], FIXED_COLUMNS + 4 * nm + m
-                stretch += station[column] * eta
-                rise += station[column + nm] * eta
+                stretch += modes[k, m].a * q[body.eta + m]
+                rise += modes[k, m].b * q[body.eta + m]
             if count > 0:
                 dy = rise - across
                 dx = math.sqrt(max((stretch - along) ** 2 - dy * dy, 0.0))
                 x, y = x + (ux * dx - uy * dy), y + (uy * dx + ux * dy)
-            s, along, across, count = station[0], stretch, rise, count + 1
+            s, along, across, count = at_station, stretch, rise, count + 1
             d = deflection(first, last, x, y, 0.0, pose)
             if abs(d) > largest:
                 largest, place = abs(d), beam.origin + s

@@ -9,17 +9,8 @@ import numpy as np
 from linkages.integrate.factor import back_substitute, decompose, factorise
 from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
 from linkages.planar.bodies import Bodies, new_motion, new_pose
-from linkages.planar.kinematics import (
-    add_row_wrench,
-    add_to_parent,
-    along,
-    body_accelerations,
-    body_positions,
-    body_velocities,
-    row_acceleration,
-    row_rate,
-    row_value,
-)
+from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
+from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities, joint_force, propagate_force
 
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
@@ -74,22 +65,18 @@ def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int) -> Arra
             outer = max(i, j)
             _pass_on(bodies, pose, outer, wrench, jacobian[k])
             i, j = min(i, j), bodies.records[outer].mount.body
-        for m in range(wrench.shape[1]):
-            wrench[i, m] = 0.0
+        wrench[i, 0], wrench[i, 1], wrench[i, 2] = 0.0, 0.0, 0.0
     return jacobian
 
 
 @inlined_kernel
 def _pass_on(bodies: Bodies, pose: Array, outer: int, wrench: Array, line: Array) -> None:
-    """Move a body's wrench to its parent; fill what it is along the body's coordinates."""
+    """Move a body's wrench to its parent, and set its components along the coordinates between both."""
     body = bodies.records[outer]
     if body.dof >= 0:
-        line[body.dof] = along(body, pose, wrench[outer])
-    for m in range(body.modes):
-        line[body.eta + m] = wrench[outer, 3 + m]
-    add_to_parent(bodies, pose, outer, wrench)
-    for m in range(wrench.shape[1]):
-        wrench[outer, m] = 0.0
+        line[body.dof] = joint_force(body, pose, wrench[outer])
+    propagate_force(bodies, outer, pose, wrench, line)
+    wrench[outer, 0], wrench[outer, 1], wrench[outer, 2] = 0.0, 0.0, 0.0
 
 
 @kernel

@@ -12,7 +12,8 @@ from linkages.planar.record_types import CORNER, JOURNAL, STOP
 
 #: Inputs: e (2), its rate (2), angular velocities (2), normal into the wall or worn parts' angles (2), bristle state.
 INPUTS = 9
-#: Outputs: force (2), couple, rate of the bristles.
+#: Outputs: force on the inner body, couple on it, rate of the bristles.
+FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
 
 _STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error, where central differences err least
@@ -52,7 +53,6 @@ def contact_partials(
         if i == 8 and law.bristle_scale == 0.0:  # no bristles
             continue
         h = _STEP * scales[i]
-        d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
         for side in (1.0, -1.0):
             s = side * h
             moved = (
@@ -67,11 +67,9 @@ def contact_partials(
             )
             z = bristle + (s if i == 8 else 0.0)
             fx, fy, couple, rate, _, _, _, _ = contact_action(end, law, table, approach, z, moved)
-            d0 += side * fx
-            d1 += side * fy
-            d2 += side * couple
-            d3 += side * rate
-        out[0, i] = d0 / (2.0 * h)
-        out[1, i] = d1 / (2.0 * h)
-        out[2, i] = d2 / (2.0 * h)
-        out[3, i] = d3 / (2.0 * h)
+            out[FORCE_X, i] += side * fx
+            out[FORCE_Y, i] += side * fy
+            out[COUPLE, i] += side * couple
+            out[BRISTLE_RATE, i] += side * rate
+        for k in range(OUTPUTS):
+            out[k, i] /= 2.0 * h

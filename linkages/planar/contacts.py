@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
-from linkages.planar.bodies import Bodies, new_motion, new_pose
-from linkages.planar.dynamics import generalized_force
-from linkages.planar.kinematics import body_states
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
 from linkages.planar.record_types import CORNER, STOP, WORN
 
-#: What is known of each contact at a state: e [m], force on the journal [N], couple on it [N m], penetration [m],
-#: its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without that of a film [N],
-#: rate of LuGre's bristles [m/s]. For the corner of a block e points from the slot's marked point, on its middle line,
-#: to the corner, and the force acts at the corner. Of a stop penetration, its rate and the load are those of turning.
+#: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
+#: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N],
+#: rate of LuGre's bristles [m/s]. For the corner of a block, e points from the slot's marked point, on its middle line,
+#: to the corner, and the force acts at the corner. For a stop, penetration, its rate and the load are angular.
 CLEARANCE_OUTPUTS = ("ex", "ey", "fx", "fy", "couple", "penetration", "closing", "sliding", "load", "bristle_rate")
 WIDTH = len(CLEARANCE_OUTPUTS)
+EX, EY, FX, FY, COUPLE, PENETRATION, CLOSING, SLIDING, LOAD, BRISTLE_RATE = range(WIDTH)
 
 #: Motion of a contact, see `contact_motion`.
 Motion = tuple[float, float, float, float, float, float, float, float]
 
-#: What each joint remembers: the speed at which its contact began [m/s], LuGre's bristle state [m].
-MEMORY = ("approach", "bristle")
+#: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m].
+APPROACH, BRISTLE = 0, 1
 
 _LANDING = 1e-10  # how close to touching the start and the end of a contact are located, in parts of the clearance
 _ROUNDING = 4e-16  # the same in parts of the linkage's length
@@ -69,7 +67,7 @@ def clearance_wrenches(
         Map of each joint's finite film; of a worn joint, at the line's end, its profiles, see
         `linkages.laws.wear.force.place_of`.
     memory : (nj, 2) array
-        `MEMORY` of each joint.
+        `APPROACH` and `BRISTLE` of each contact.
     pose, vel : (nb, 5), (nb, 3) arrays
     wrench : (nb, 3) array
         Added to.
@@ -79,13 +77,14 @@ def clearance_wrenches(
     for k in range(len(ends)):
         end = ends[k]
         motion, arms = contact_motion(end, pose, vel)
-        ex, ey = motion[0], motion[1]
+        ex, ey, _, _, _, _, _, _ = motion
         fx, fy, couple, rate, delta, closing, sliding, load = contact_action(
-            end, laws[k], tables[k], memory[k, 0], memory[k, 1], motion
+            end, laws[k], tables[k], memory[k, APPROACH], memory[k, BRISTLE], motion
         )
         add_contact(wrench, end, ex, ey, arms, fx, fy, couple)
-        out[k, 0], out[k, 1], out[k, 2], out[k, 3], out[k, 4] = ex, ey, fx, fy, couple
-        out[k, 5], out[k, 6], out[k, 7], out[k, 8], out[k, 9] = delta, closing, sliding, load, rate
+        out[k, EX], out[k, EY], out[k, FX], out[k, FY], out[k, COUPLE] = ex, ey, fx, fy, couple
+        out[k, PENETRATION], out[k, CLOSING], out[k, SLIDING] = delta, closing, sliding
+        out[k, LOAD], out[k, BRISTLE_RATE] = load, rate
 
 
 @inlined_kernel
@@ -142,42 +141,3 @@ def contact_action(
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
     return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
-
-
-@kernel
-def clearance_forces(
-    bodies: Bodies,
-    ends: Records,
-    laws: Records,
-    tables: Array,
-    memory: Array,
-    state: Array,
-    positions: Indices,
-    rates: Indices,
-    into: Indices,
-    size: int,
-) -> Array:
-    """Generalised force of all clearance joints, from and to vectors that are ordered otherwise.
-
-    Parameters
-    ----------
-    ends, laws, tables, memory
-        As for `clearance_wrenches`.
-    state : (nx,) array
-        Holds coordinate i at ``positions[i]`` and its rate at ``rates[i]``.
-    into : (n,) array of int
-        Where coordinate i stands in the result's first `size` entries.
-
-    Returns
-    -------
-    (size + WIDTH nj,) array
-        Generalised forces, then `CLEARANCE_OUTPUTS` of each joint.
-    """
-    nj = len(ends)
-    pose, vel, wrench, tau = new_pose(bodies), new_motion(bodies), new_motion(bodies), np.zeros(len(into))
-    body_states(bodies, state[positions], state[rates], pose, vel)
-    result = np.zeros(size + WIDTH * nj)
-    clearance_wrenches(ends, laws, tables, memory, pose, vel, wrench, result[size:].reshape(nj, WIDTH))
-    generalized_force(bodies, pose, wrench, tau)
-    result[into] = tau
-    return result

@@ -1,4 +1,7 @@
-"""Positions, velocities and accelerations of all bodies, and of the closure rows."""
+"""Kinematics of all bodies, and the propagation of forces from bodies to their parents.
+
+The steps of one body are functions; `linkages.planar.traversal` makes passes over the tree of them.
+"""
 
 from __future__ import annotations
 
@@ -8,71 +11,73 @@ from typing import Any
 import numpy as np
 
 from linkages.kernel import Array, inlined_kernel, kernel
-from linkages.planar.bending import add_to_modes, bend, deform, modal_motion, shortening
-from linkages.planar.bodies import POSE, Bodies
-from linkages.planar.markers import (
-    add_pair,
-    arm,
-    both_at_b,
-    gap,
-    gap_acceleration,
-    gap_rate,
-    marker_acceleration,
-    marker_velocity,
-    turned,
+from linkages.planar.bodies import COS, SIN, Bodies
+from linkages.planar.flexible_kinematics import (
+    add_modal_force,
+    detached_section_pose,
+    flexible_pose,
+    modal_motion,
+    shortening,
 )
-from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE, SECTION
+from linkages.planar.markers import arm, marker_acceleration, marker_velocity, offset, turned
+from linkages.planar.record_types import PRISMATIC, REVOLUTE, SECTION
+from linkages.planar.traversal import forward
 
 
 @kernel
 def body_positions(bodies: Bodies, q: Array, pose: Array) -> None:
-    """Fill ``pose`` (nb, 5) with x, y [m], angle [rad] of each body frame, and the angle's cosine and sine.
+    """Set the poses (nb, 5) of all bodies: x, y [m] and angle [rad] of the frame, cosine and sine of the angle.
 
-    Of bodies that bend there is more, see `linkages.planar.bodies.POSE`.
+    If any body is flexible, lines are longer; see `linkages.planar.bodies.COS`.
     """
-    pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3], pose[0, 4] = 0.0, 0.0, 0.0, 1.0, 0.0
-    for i in range(1, len(bodies.records)):
-        _body_position(bodies, i, q, pose)
+    _set_world_pose(pose)
+    _positions(bodies, q, pose)
 
 
 @kernel
 def body_velocities(bodies: Bodies, pose: Array, v: Array, vel: Array) -> None:
-    """Fill ``vel`` (nb, 3) with angular velocity [rad/s] and velocity of each frame's origin [m/s]."""
-    vel[0, 0], vel[0, 1], vel[0, 2] = 0.0, 0.0, 0.0
-    for i in range(1, len(bodies.records)):
-        _body_velocity(bodies, i, pose, v, vel)
+    """Set the velocities (nb, 3) of all frames: angular velocity [rad/s], velocity of the origin [m/s]."""
+    _set_world_motion(vel)
+    _velocities(bodies, pose, v, vel)
 
 
 @kernel
 def body_states(bodies: Bodies, q: Array, v: Array, pose: Array, vel: Array) -> None:
-    """Fill ``pose`` and ``vel`` as `body_positions` and `body_velocities`, body by body."""
-    pose[0, 0], pose[0, 1], pose[0, 2], pose[0, 3], pose[0, 4] = 0.0, 0.0, 0.0, 1.0, 0.0
-    vel[0, 0], vel[0, 1], vel[0, 2] = 0.0, 0.0, 0.0
-    for i in range(1, len(bodies.records)):
-        _body_position(bodies, i, q, pose)
-        _body_velocity(bodies, i, pose, v, vel)
+    """Set the poses and velocities of all bodies, as `body_positions` and `body_velocities`, in one pass."""
+    _set_world_pose(pose)
+    _set_world_motion(vel)
+    _states(bodies, q, v, pose, vel)
 
 
 @kernel
 def body_accelerations(bodies: Bodies, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
-    """Fill ``acc`` (nb, 3) with angular acceleration and acceleration of each frame's origin."""
-    acc[0, 0], acc[0, 1], acc[0, 2] = 0.0, 0.0, 0.0
-    for i in range(1, len(bodies.records)):
-        body_acceleration(bodies, i, pose, vel, v, a, acc)
+    """Set the accelerations (nb, 3) of all frames: angular acceleration [rad/s2], acceleration of the origin [m/s2]."""
+    _set_world_motion(acc)
+    _accelerations(bodies, pose, vel, v, a, acc)
+
+
+@inlined_kernel
+def _set_world_pose(pose: Array) -> None:
+    pose[0, 0], pose[0, 1], pose[0, 2], pose[0, COS], pose[0, SIN] = 0.0, 0.0, 0.0, 1.0, 0.0
+
+
+@inlined_kernel
+def _set_world_motion(motion: Array) -> None:
+    motion[0, 0], motion[0, 1], motion[0, 2] = 0.0, 0.0, 0.0
 
 
 @inlined_kernel
 def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
-    """Fill the line of body i; its parent's is known."""
+    """Set the pose of body i from its parent's."""
     body = bodies.records[i]
     p = body.mount.body
     if body.type == SECTION:
-        if body.apart:  # else its beam has filled it
-            bend(bodies, i, pose)
+        if body.detached:  # else its beam has set it
+            detached_section_pose(bodies, i, q, pose)
         return
     rx, ry = arm(pose, body.mount)
     x, y = pose[p, 0] + rx, pose[p, 1] + ry
-    angle, cosine, sine = pose[p, 2], pose[p, 3], pose[p, 4]
+    angle, cosine, sine = pose[p, 2], pose[p, COS], pose[p, SIN]
     if body.type == REVOLUTE:
         angle += body.sign * q[body.dof]
         cosine, sine = math.cos(angle), math.sin(angle)
@@ -81,20 +86,18 @@ def _body_position(bodies: Bodies, i: int, q: Array, pose: Array) -> None:
         x += ux * q[body.dof]
         y += uy * q[body.dof]
     pose[i, 0], pose[i, 1] = x, y
-    pose[i, 2], pose[i, 3], pose[i, 4] = angle, cosine, sine
+    pose[i, 2], pose[i, COS], pose[i, SIN] = angle, cosine, sine
     if body.modes > 0:
-        for k in range(body.modes):
-            pose[i, POSE + k] = q[body.eta + k]
-        deform(bodies, i, pose)
+        flexible_pose(bodies, i, q, pose)
 
 
 @inlined_kernel
 def _body_velocity(bodies: Bodies, i: int, pose: Array, v: Array, vel: Array) -> None:
-    """Fill the line of body i; its parent's is known."""
+    """Set the velocity of body i from its parent's."""
     body = bodies.records[i]
     p = body.mount.body
     w = vel[p, 0]
-    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    rx, ry = offset(pose, p, i)
     vx, vy = marker_velocity(vel, p, rx, ry)
     if body.type == REVOLUTE:
         w += body.sign * v[body.dof]
@@ -103,23 +106,28 @@ def _body_velocity(bodies: Bodies, i: int, pose: Array, v: Array, vel: Array) ->
         vx += ux * v[body.dof]
         vy += uy * v[body.dof]
     elif body.type == SECTION:
-        turn, dx, dy = modal_motion(bodies, i, pose, vel)
+        turn, dx, dy = modal_motion(bodies, i, pose, v)
         w, vx, vy = w + turn, vx + dx, vy + dy
     vel[i, 0], vel[i, 1], vel[i, 2] = w, vx, vy
-    for k in range(body.modes):
-        vel[i, 3 + k] = v[body.eta + k]
+
+
+@inlined_kernel
+def _body_state(bodies: Bodies, i: int, q: Array, v: Array, pose: Array, vel: Array) -> None:
+    """Set the pose and velocity of body i from its parent's."""
+    _body_position(bodies, i, q, pose)
+    _body_velocity(bodies, i, pose, v, vel)
 
 
 @inlined_kernel
 def body_acceleration(bodies: Bodies, i: int, pose: Array, vel: Array, v: Array, a: Array, acc: Array) -> None:
-    """Fill the line of body i in ``acc``; its parent's is known."""
+    """Set the acceleration of body i from its parent's."""
     body = bodies.records[i]
     p = body.mount.body
-    w, al = vel[p, 0], acc[p, 0]
-    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    w, alpha = vel[p, 0], acc[p, 0]
+    rx, ry = offset(pose, p, i)
     ax, ay = marker_acceleration(vel, acc, p, rx, ry)
     if body.type == REVOLUTE:
-        al += body.sign * a[body.dof]
+        alpha += body.sign * a[body.dof]
     elif body.type == PRISMATIC:
         ux, uy = turned(pose, p, body.ux, body.uy)
         rate = 2.0 * w * v[body.dof]
@@ -127,110 +135,22 @@ def body_acceleration(bodies: Bodies, i: int, pose: Array, vel: Array, v: Array,
         ay += uy * a[body.dof] + ux * rate
     elif body.type == SECTION:
         ux, uy = turned(pose, p, body.ux, body.uy)
-        _, dx, dy = modal_motion(bodies, i, pose, vel)
-        turn, ddx, ddy = modal_motion(bodies, i, pose, acc)
-        bent = shortening(bodies, i, vel, vel)
-        al, ax, ay = al + turn, ax + ddx - 2.0 * w * dy - bent * ux, ay + ddy + 2.0 * w * dx - bent * uy
-    acc[i, 0], acc[i, 1], acc[i, 2] = al, ax, ay
-    for k in range(body.modes):
-        acc[i, 3 + k] = a[body.eta + k]
+        _, dx, dy = modal_motion(bodies, i, pose, v)
+        turn, ddx, ddy = modal_motion(bodies, i, pose, a)
+        bent = shortening(bodies, i, v)
+        alpha, ax, ay = alpha + turn, ax + ddx - 2.0 * w * dy - bent * ux, ay + ddy + 2.0 * w * dx - bent * uy
+    acc[i, 0], acc[i, 1], acc[i, 2] = alpha, ax, ay
 
 
-@kernel
-def term_value(term: np.record, pose: Array) -> float:
-    """Value of a term [m, rad]."""
-    if term.kind == ANGLE:
-        return pose[term.b.body, 2] - pose[term.a.body, 2]
-    dx, dy, _ = gap(pose, term.a, term.b)
-    ux, uy = term_direction(term, pose)
-    return dx * ux + dy * uy
+_positions = forward(_body_position, moving=False)
+_velocities = forward(_body_velocity, moving=False)
+_states = forward(_body_state, moving=False)
+_accelerations = forward(body_acceleration, moving=False)
 
 
 @inlined_kernel
-def term_direction(term: np.record, pose: Array) -> tuple[float, float]:
-    """Direction of a term in plane axes."""
-    if term.kind == ALONG_BODY:
-        return turned(pose, term.a.body, term.ux, term.uy)
-    return term.ux, term.uy
-
-
-@kernel
-def term_rate(term: np.record, pose: Array, vel: Array) -> float:
-    """Time derivative of `term_value`."""
-    if term.kind == ANGLE:
-        return vel[term.b.body, 0] - vel[term.a.body, 0]
-    dx, dy, arms = gap(pose, term.a, term.b)
-    vx, vy = gap_rate(vel, term.a, term.b, arms)
-    ux, uy = term_direction(term, pose)
-    rate = vx * ux + vy * uy
-    if term.kind == ALONG_BODY:
-        rate += vel[term.a.body, 0] * (dy * ux - dx * uy)
-    return rate
-
-
-@kernel
-def term_acceleration(term: np.record, pose: Array, vel: Array, acc: Array) -> float:
-    """Second time derivative of `term_value`."""
-    if term.kind == ANGLE:
-        return acc[term.b.body, 0] - acc[term.a.body, 0]
-    dx, dy, arms = gap(pose, term.a, term.b)
-    ax, ay = gap_acceleration(vel, acc, term.a, term.b, arms)
-    ux, uy = term_direction(term, pose)
-    second = ax * ux + ay * uy
-    if term.kind == ALONG_BODY:
-        w, al = vel[term.a.body, 0], acc[term.a.body, 0]
-        vx, vy = gap_rate(vel, term.a, term.b, arms)
-        turn = al * (dy * ux - dx * uy) - w * w * (dx * ux + dy * uy)
-        second += 2.0 * w * (vy * ux - vx * uy) + turn
-    return second
-
-
-@kernel
-def add_term_wrench(term: np.record, pose: Array, size: float, wrench: Array) -> None:
-    """Add the wrench of a term's reaction of this size: on body b, and the opposite on body a."""
-    if term.kind == ANGLE:
-        wrench[term.b.body, 0] += size
-        wrench[term.a.body, 0] -= size
-        return
-    dx, dy, arms = gap(pose, term.a, term.b)
-    ux, uy = term_direction(term, pose)
-    if term.kind == ALONG_BODY:  # acts on body a at point b, where it touches
-        arms = both_at_b(arms, dx, dy)
-    add_pair(wrench, term.a, term.b, arms, size * ux, size * uy)
-
-
-@kernel
-def row_value(row: np.record, pose: Array) -> float:
-    """Closure error of one row [m, rad]; zero when the joint is closed."""
-    value = term_value(row.term, pose)
-    return value if row.ratio == 0.0 else value - row.ratio * term_value(row.other, pose) - row.offset
-
-
-@kernel
-def row_rate(row: np.record, pose: Array, vel: Array) -> float:
-    """Time derivative of `row_value`."""
-    rate = term_rate(row.term, pose, vel)
-    return rate if row.ratio == 0.0 else rate - row.ratio * term_rate(row.other, pose, vel)
-
-
-@kernel
-def row_acceleration(row: np.record, pose: Array, vel: Array, acc: Array) -> float:
-    """Second time derivative of `row_value`."""
-    second = term_acceleration(row.term, pose, vel, acc)
-    return second if row.ratio == 0.0 else second - row.ratio * term_acceleration(row.other, pose, vel, acc)
-
-
-@kernel
-def add_row_wrench(row: np.record, pose: Array, size: float, wrench: Array) -> None:
-    """Add the wrench of a row's reaction of this size."""
-    if row.ratio != 0.0:
-        add_term_wrench(row.other, pose, -row.ratio * size, wrench)
-    add_term_wrench(row.term, pose, size, wrench)
-
-
-@inlined_kernel
-def along(body: np.record, pose: Array, wrench: Any) -> float:
-    """Part of a wrench (3,), or a tuple, on a body along the coordinate of its joint."""
+def joint_force(body: np.record, pose: Array, wrench: Any) -> float:
+    """Component S.f of a wrench (3,), or a tuple, on a body along the coordinate of its joint."""
     if body.type == REVOLUTE:
         return body.sign * wrench[0]
     ux, uy = turned(pose, body.mount.body, body.ux, body.uy)
@@ -238,20 +158,26 @@ def along(body: np.record, pose: Array, wrench: Any) -> float:
 
 
 @inlined_kernel
-def add_to_parent(bodies: Bodies, pose: Array, i: int, wrench: Array) -> None:
-    """Add the wrench of body i to its parent's."""
+def add_to_parent(bodies: Bodies, i: int, pose: Array, wrench: Any) -> None:
+    """Add the wrench on body i to its parent's."""
     p = bodies.records[i].mount.body
-    rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
+    rx, ry = offset(pose, p, i)
     wrench[p, 0] += wrench[i, 0] + rx * wrench[i, 2] - ry * wrench[i, 1]
     wrench[p, 1] += wrench[i, 1]
     wrench[p, 2] += wrench[i, 2]
+
+
+@inlined_kernel
+def propagate_force(bodies: Bodies, i: int, pose: Array, wrench: Any, tau: Any) -> None:
+    """Add the wrench on body i to its parent's; of a section, add the forces on its beam's modes to ``tau`` (n,)."""
+    add_to_parent(bodies, i, pose, wrench)
     if bodies.records[i].type == SECTION:
-        add_to_modes(bodies, i, pose, wrench[i, 0], wrench[i, 1], wrench[i, 2], wrench)
+        add_modal_force(bodies, i, pose, wrench[i, 0], wrench[i, 1], wrench[i, 2], tau)
 
 
 @kernel
 def spread(bodies: Bodies, q: Array, v: Array, a: Array, pose: Array, vel: Array, acc: Array) -> None:
-    """Body poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
+    """Set poses (nt, nb, 5), velocities and accelerations (nt, nb, 3) for a table of coordinates (nt, n)."""
     for k in range(len(q)):
         body_states(bodies, q[k], v[k], pose[k], vel[k])
         body_accelerations(bodies, pose[k], vel[k], v[k], a[k], acc[k])

@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, Indices, Records, kernel, lazy_kernel
-from linkages.planar.kinematics import add_term_wrench, term_rate, term_value
+from linkages.planar.closure_rows import add_term_wrench, term_rate, term_value
 from linkages.planar.markers import (
     Two,
     add_force,
@@ -200,7 +200,7 @@ def load_wrenches_tangent(
             turn = dpose[a, 0] if load.turns else 0.0
             rx, ry = arm(pose, load.a)
             drx, dry = arm_tangent(dpose, load.a, rx, ry)
-            add_force_tangent(dwrench, a, rx, ry, drx, dry, (fx, fy), (dfx - turn * fy, dfy + turn * fx))
+            add_force_tangent(dwrench, a, rx, ry, drx, dry, fx, fy, dfx - turn * fy, dfy + turn * fx)
         elif load.kind == PUSH:
             value, change, _ = function_jet(curves, load.motion, inputs)
             add_term_wrench(load.term, pose, load.sign * change, dwrench)

@@ -1,19 +1,22 @@
 """Markers: points fixed to bodies, to which joints, contacts, loads, springs and outputs attach.
 
-A `linkages.planar.record_types.MARKER` names a body and a place in its frame. Whatever a marker does is written here
-and nowhere else: where it is, how fast it moves, how that changes, and what a force at it does to its body. On a link
-that bends it is fixed to one of its cross-sections, which are bodies of their own.
+A `linkages.planar.record_types.MARKER` names a body and a place in its frame. This module alone computes the position,
+velocity and acceleration of markers, the effect of a force at a marker on its body, and the derivatives of these. On a
+flexible link a marker is fixed to a cross-section, which is a body of its own.
 
 An *arm* r points from the origin of the body's frame to the marker, in plane axes. A *gap* d = p_b - p_a points from
-marker a to marker b. Directions of change are given as in `linkages.planar.tangent`: bodies turn and move by
-(turn, dx, dy).
+marker a to marker b. The functions named ``..._tangent`` give changes along a direction in which bodies turn and move
+by (turn, dx, dy); see `linkages.planar.tangent`.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from linkages.kernel import Array, inlined_kernel
+from linkages.planar.bodies import COS, SIN
 
 Two = tuple[float, float]
 Arms = tuple[float, float, float, float]
@@ -22,8 +25,14 @@ Arms = tuple[float, float, float, float]
 @inlined_kernel
 def turned(pose: Array, body: int, x: float, y: float) -> Two:
     """Turn a vector given in a body's frame into plane axes."""
-    c, s = pose[body, 3], pose[body, 4]
+    c, s = pose[body, COS], pose[body, SIN]
     return c * x - s * y, s * x + c * y
+
+
+@inlined_kernel
+def offset(pose: Array, a: int, b: int) -> Two:
+    """Vector from the origin of body a's frame to the origin of body b's [m]."""
+    return pose[b, 0] - pose[a, 0], pose[b, 1] - pose[a, 1]
 
 
 @inlined_kernel
@@ -85,24 +94,27 @@ def gap(pose: Array, a: np.record, b: np.record) -> tuple[float, float, Arms]:
 @inlined_kernel
 def gap_rate(vel: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     """Rate of a gap [m/s]."""
-    vax, vay = marker_velocity(vel, a.body, arms[0], arms[1])
-    vbx, vby = marker_velocity(vel, b.body, arms[2], arms[3])
+    rax, ray, rbx, rby = arms
+    vax, vay = marker_velocity(vel, a.body, rax, ray)
+    vbx, vby = marker_velocity(vel, b.body, rbx, rby)
     return vbx - vax, vby - vay
 
 
 @inlined_kernel
 def gap_acceleration(vel: Array, acc: Array, a: np.record, b: np.record, arms: Arms) -> Two:
     """Second rate of a gap [m/s2]."""
-    aax, aay = marker_acceleration(vel, acc, a.body, arms[0], arms[1])
-    abx, aby = marker_acceleration(vel, acc, b.body, arms[2], arms[3])
+    rax, ray, rbx, rby = arms
+    aax, aay = marker_acceleration(vel, acc, a.body, rax, ray)
+    abx, aby = marker_acceleration(vel, acc, b.body, rbx, rby)
     return abx - aax, aby - aay
 
 
 @inlined_kernel
 def gap_tangent(dpose: Array, a: np.record, b: np.record, arms: Arms) -> tuple[float, float, Arms]:
     """Change of a gap and of both arms."""
-    drax, dray = arm_tangent(dpose, a, arms[0], arms[1])
-    drbx, drby = arm_tangent(dpose, b, arms[2], arms[3])
+    rax, ray, rbx, rby = arms
+    drax, dray = arm_tangent(dpose, a, rax, ray)
+    drbx, drby = arm_tangent(dpose, b, rbx, rby)
     dx = dpose[b.body, 1] + drbx - dpose[a.body, 1] - drax
     dy = dpose[b.body, 2] + drby - dpose[a.body, 2] - dray
     return dx, dy, (drax, dray, drbx, drby)
@@ -111,8 +123,10 @@ def gap_tangent(dpose: Array, a: np.record, b: np.record, arms: Arms) -> tuple[f
 @inlined_kernel
 def gap_rate_tangent(vel: Array, dvel: Array, a: np.record, b: np.record, arms: Arms, change: Arms) -> Two:
     """Change of a gap's rate; the arms change as `gap_tangent` says."""
-    ax, ay = velocity_tangent(vel, dvel, a.body, arms[0], arms[1], change[0], change[1])
-    bx, by = velocity_tangent(vel, dvel, b.body, arms[2], arms[3], change[2], change[3])
+    rax, ray, rbx, rby = arms
+    drax, dray, drbx, drby = change
+    ax, ay = velocity_tangent(vel, dvel, a.body, rax, ray, drax, dray)
+    bx, by = velocity_tangent(vel, dvel, b.body, rbx, rby, drbx, drby)
     return bx - ax, by - ay
 
 
@@ -126,32 +140,34 @@ def add_force(wrench: Array, body: int, rx: float, ry: float, fx: float, fy: flo
 
 @inlined_kernel
 def add_force_tangent(
-    dwrench: Array, body: int, rx: float, ry: float, drx: float, dry: float, force: Two, change: Two
+    dwrench: Any, body: int, rx: float, ry: float, drx: Any, dry: Any, fx: float, fy: float, dfx: Any, dfy: Any
 ) -> None:
-    """Add the change of a force at the arm r, which changes by dr, to a body's wrench."""
-    dwrench[body, 0] += drx * force[1] - dry * force[0] + rx * change[1] - ry * change[0]
-    dwrench[body, 1] += change[0]
-    dwrench[body, 2] += change[1]
+    """Add the change of a force at the arm r to a body's wrench; the arm changes by dr, the force by df."""
+    dwrench[body, 0] += drx * fy - dry * fx + rx * dfy - ry * dfx
+    dwrench[body, 1] += dfx
+    dwrench[body, 2] += dfy
 
 
 @inlined_kernel
 def both_at_b(arms: Arms, dx: float, dy: float) -> Arms:
     """Arms of a force at marker b and of the opposite one, which acts there too, across the gap."""
-    return arms[0] + dx, arms[1] + dy, arms[2], arms[3]
+    rax, ray, rbx, rby = arms
+    return rax + dx, ray + dy, rbx, rby
 
 
 @inlined_kernel
 def add_pair(wrench: Array, a: np.record, b: np.record, arms: Arms, fx: float, fy: float) -> None:
     """Add a force on body b at the one arm and the opposite one on body a at the other."""
-    add_force(wrench, b.body, arms[2], arms[3], fx, fy)
-    add_force(wrench, a.body, arms[0], arms[1], -fx, -fy)
+    rax, ray, rbx, rby = arms
+    add_force(wrench, b.body, rbx, rby, fx, fy)
+    add_force(wrench, a.body, rax, ray, -fx, -fy)
 
 
 @inlined_kernel
 def add_pair_tangent(
     dwrench: Array, a: np.record, b: np.record, arms: Arms, moved: Arms, force: Two, change: Two
 ) -> None:
-    """Add the change of what `add_pair` adds."""
-    opposite, back = (-force[0], -force[1]), (-change[0], -change[1])
-    add_force_tangent(dwrench, b.body, arms[2], arms[3], moved[2], moved[3], force, change)
-    add_force_tangent(dwrench, a.body, arms[0], arms[1], moved[0], moved[1], opposite, back)
+    """Add the change of the wrenches of `add_pair`."""
+    (rax, ray, rbx, rby), (drax, dray, drbx, drby), (fx, fy), (dfx, dfy) = arms, moved, force, change
+    add_force_tangent(dwrench, b.body, rbx, rby, drbx, drby, fx, fy, dfx, dfy)
+    add_force_tangent(dwrench, a.body, rax, ray, drax, dray, -fx, -fy, -dfx, -dfy)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from linkages.kernel import Array, Records, kernel
+from linkages.planar.articulated_body import articulated_inertias
 from linkages.planar.bodies import Bodies
-from linkages.planar.dynamics import articulate, loop_responses, solve_rows
-from linkages.planar.kinematics import body_positions, body_velocities, row_rate, row_value
+from linkages.planar.closure_rows import row_rate, row_value
+from linkages.planar.kinematics import body_positions, body_velocities
+from linkages.planar.loop_dynamics import row_responses, solve_rows
 from linkages.planar.workspace import Workspace
 
 _ROUNDS = 6
@@ -13,16 +15,16 @@ _ROUNDS = 6
 
 @kernel
 def project(bodies: Bodies, rows: Records, rank: int, goal: float, size: float, work: Workspace) -> bool:
-    """Move `work`'s coordinates and rates to where the loops are closed; False if they were already.
+    """Correct `work`'s coordinates and rates until the loops are closed; returns False if they were already.
 
-    The move is the smallest in the metric of the mass matrix: what unit reactions would cause, so that no motion along
-    the constraints comes with it. Takes and leaves the pose and vel of q and v. Of `Tree.stiff_bodies` it hardly
-    strains stiff modes, which are light, so that they do not ring after it.
+    The correction is the smallest in the metric of the mass matrix, a combination of the responses to unit reactions:
+    it has no component along the constraints. Takes q, v, pose and vel, and leaves them consistent. With
+    `Tree.stiff_bodies`, whose stiff modes are heavy, the correction hardly excites these modes.
 
     Parameters
     ----------
     goal : float
-        Closure error that is left, in parts of the length `size` [m] and of the largest speed.
+        Closure error to reach, in parts of the length `size` [m] and of the largest speed.
     """
     moved = False
     for _ in range(_ROUNDS):
@@ -37,8 +39,8 @@ def project(bodies: Bodies, rows: Records, rank: int, goal: float, size: float, 
     for i in range(len(bodies.records)):
         speed = max(speed, abs(work.vel[i, 0]) * size)
     for k in range(len(rows)):
-        work.error[k] = -row_rate(rows[k], work.pose, work.vel)
-        worst = max(worst, abs(work.error[k]))
+        work.row_error[k] = -row_rate(rows[k], work.pose, work.vel)
+        worst = max(worst, abs(work.row_error[k]))
     if worst > goal * speed:
         correct(bodies, rows, rank, work, work.v)
         body_velocities(bodies, work.pose, work.v, work.vel)
@@ -48,21 +50,21 @@ def project(bodies: Bodies, rows: Records, rank: int, goal: float, size: float, 
 
 @kernel
 def value_errors(rows: Records, work: Workspace) -> float:
-    """Fill `work`'s error with what the rows lack, and return the largest magnitude."""
+    """Set `work`'s row_error to the negative values of the rows, and return the largest magnitude."""
     worst = 0.0
     for k in range(len(rows)):
-        work.error[k] = -row_value(rows[k], work.pose)
-        worst = max(worst, abs(work.error[k]))
+        work.row_error[k] = -row_value(rows[k], work.pose)
+        worst = max(worst, abs(work.row_error[k]))
     return worst
 
 
 @kernel
 def correct(bodies: Bodies, rows: Records, rank: int, work: Workspace, x: Array) -> float:
-    """Add to x (coordinates or rates) what takes the rows by `work`'s errors; returns as `solve_rows`."""
-    articulate(bodies, work)
-    loop_responses(bodies, rows, work)
-    margin = solve_rows(rows, rank, work.response, work.error, work.room, work.reaction)
+    """Change x (coordinates or rates) so that the rows change by `work`'s row_error; returns as `solve_rows`."""
+    articulated_inertias(bodies, work)
+    row_responses(bodies, rows, work)
+    conditioning = solve_rows(rows, rank, work.row_matrix, work.row_error, work.pivots, work.reaction)
     for k in range(len(rows)):
         for i in range(len(x)):
-            x[i] += work.reaction[k] * work.row_a[k, i]
-    return margin
+            x[i] += work.reaction[k] * work.row_response[k, i]
+    return conditioning

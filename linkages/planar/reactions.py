@@ -7,12 +7,13 @@ import numpy as np
 from linkages.kernel import Array, Records, clear, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
 from linkages.planar.closure import closure_jacobian, solve_columns
-from linkages.planar.contacts import add_contact
-from linkages.planar.dynamics import generalized_force, solve_rows
-from linkages.planar.kinematics import add_row_wrench, along
+from linkages.planar.closure_rows import add_row_wrench
+from linkages.planar.contacts import COUPLE, FX, FY, add_contact
+from linkages.planar.kinematics import joint_force
+from linkages.planar.loop_dynamics import solve_rows
 from linkages.planar.markers import arm, gap, turned
+from linkages.planar.newton_euler import generalised_force, joint_wrenches
 from linkages.planar.record_types import FIXED, OF_JOURNAL, OF_ROWS, OF_TREE, PRISMATIC, REVOLUTE
-from linkages.planar.tangent import transmitted
 from linkages.planar.workspace import Workspace
 
 _CORNERS = 4
@@ -23,31 +24,31 @@ def add_known_contacts(ends: Records, contacts: Array, pose: Array, wrench: Arra
     """Add the force pairs of contacts whose `linkages.planar.contacts.CLEARANCE_OUTPUTS` (nc, WIDTH) are known."""
     for k in range(len(ends)):
         ex, ey, arms = gap(pose, ends[k].bearing, ends[k].journal)
-        add_contact(wrench, ends[k], ex, ey, arms, contacts[k, 2], contacts[k, 3], contacts[k, 4])
+        add_contact(wrench, ends[k], ex, ey, arms, contacts[k, FX], contacts[k, FY], contacts[k, COUPLE])
 
 
 @lazy_kernel
 def row_reactions(model: Arrays, work: Workspace) -> None:
-    """Find the size of each row's reaction, so that nothing is left for the free coordinates to carry.
+    """Find the reactions of the closure rows for which the free coordinates need no other force.
 
-    Takes `work`'s pose, tau, and load from `linkages.planar.dynamics.inertial_load`; fills reaction. Statically
-    indeterminate reactions are any that balance, see `linkages.results.indeterminate`.
+    Takes `work`'s pose, tau, and bias and modal_bias of `linkages.planar.newton_euler.inertial_forces`; sets the
+    reactions. Statically indeterminate reactions are one solution of many, see `linkages.results.indeterminate`.
     """
     bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
-    left, used = np.zeros(n), work.load.copy()
-    generalized_force(bodies, work.pose, used, left)
+    needed, used = work.modal_bias.copy(), work.bias.copy()
+    generalised_force(bodies, work.pose, used, needed)
     jacobian = closure_jacobian(bodies, rows, work.pose, n)[:, free]
     rhs, nr = np.empty(len(free)), len(rows)
     for i in range(len(free)):
-        rhs[i] = left[free[i]] - work.tau[free[i]]
+        rhs[i] = needed[free[i]] - work.tau[free[i]]
     if nr == len(free) == model.rank:
         found = solve_columns(np.ascontiguousarray(jacobian.T), rhs)
         for k in range(nr):
             work.reaction[k] = found[k]
         return
-    clear(work.response)  # least squares: as many equations as coordinates, fewer unknowns
+    clear(work.row_matrix)  # least squares: as many equations as coordinates, fewer unknowns
     for k in range(nr):
-        work.error[k] = 0.0
+        work.row_error[k] = 0.0
     filled = np.empty(nr, np.int64)
     for i in range(len(free)):
         count = 0
@@ -56,10 +57,10 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
                 filled[count] = k
                 count += 1
         for k in filled[:count]:
-            work.error[k] += jacobian[k, i] * rhs[i]
+            work.row_error[k] += jacobian[k, i] * rhs[i]
             for m in filled[:count]:
-                work.response[k, m] += jacobian[k, i] * jacobian[m, i]
-    solve_rows(rows, model.rank, work.response, work.error, work.room, work.reaction)
+                work.row_matrix[k, m] += jacobian[k, i] * jacobian[m, i]
+    solve_rows(rows, model.rank, work.row_matrix, work.row_error, work.pivots, work.reaction)
 
 
 @kernel
@@ -69,7 +70,7 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
     Parameters
     ----------
     work : Workspace
-        Its pose, tau, reaction, and load from `linkages.planar.dynamics.inertial_load`; on return the load is the
+        Its pose, tau, reaction, and bias of `linkages.planar.newton_euler.inertial_forces`; on return the bias is the
         wrench that each body gets through its joint.
     contacts : (nc, WIDTH) array
     forces : (nj, 3) array
@@ -78,11 +79,11 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
         Filled with the torque [N m] or force [N] of each drive, prescribed ones first.
     """
     bodies, rows, ends, joints = model.bodies, model.rows, model.ends, model.joints
-    pose, load, reaction = work.pose, work.load, work.reaction
+    pose, load, reaction = work.pose, work.bias, work.reaction
     driven, powered = model.driven_bodies, model.powered_bodies
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, -reaction[k], load)
-    transmitted(bodies, pose, load)
+    joint_wrenches(bodies, pose, load)
     for k in range(len(joints)):
         joint = joints[k]
         at = joint.at
@@ -109,16 +110,16 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
             elif joint.type == FIXED:
                 moment = reaction[at + 2]
         elif joint.source == OF_JOURNAL:
-            fx, fy, moment = contacts[at, 2], contacts[at, 3], contacts[at, 4]
+            fx, fy, moment = contacts[at, FX], contacts[at, FY], contacts[at, COUPLE]
         else:
             cx, cy = arm(pose, joint.child)
             for i in range(at, at + _CORNERS):
                 rx, ry = arm(pose, ends[i].journal)
-                fx += contacts[i, 2]
-                fy += contacts[i, 3]
-                moment += (rx - cx) * contacts[i, 3] - (ry - cy) * contacts[i, 2]
+                fx += contacts[i, FX]
+                fy += contacts[i, FY]
+                moment += (rx - cx) * contacts[i, FY] - (ry - cy) * contacts[i, FX]
         forces[k, 0], forces[k, 1], forces[k, 2] = fx, fy, moment
     for k in range(len(driven)):
-        efforts[k] = along(bodies.records[driven[k]], pose, load[driven[k]])
+        efforts[k] = joint_force(bodies.records[driven[k]], pose, load[driven[k]])
     for k in range(len(powered)):
         efforts[len(driven) + k] = work.tau[bodies.records[powered[k]].dof]

@@ -22,7 +22,7 @@ BODY = record_type(
     driven="i8",  # index of the motion that prescribes it; -1 if free
     moving="i8",  # whether a free coordinate moves it, directly or through its parents
     carries="i8",  # whether it carries others
-    apart="i8",  # section: whether it stands elsewhere than right behind its beam and that one's other sections
+    detached="i8",  # section: whether other bodies are between it and its beam, apart from sections of that beam
     sign="f8",  # revolute: +1 if q turns the body counter-clockwise
     ux="f8",  # prismatic: unit direction in the parent's frame; section: that of the beam
     uy="f8",
@@ -88,8 +88,8 @@ SIGNAL = record_type(
 #: A link that bends, or a piece of one, for the forces within it and its deflection.
 BEAM = record_type(
     body="i8",
-    first="i8",  # its first station, see `linkages.planar.internal_forces`
-    count="i8",  # and how many there are
+    first="i8",  # its first station
+    count="i8",  # number of its stations
     area="f8",  # of the section [m2]
     leverage="f8",  # stress at its edges over the bending moment [1/m3]
     origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
@@ -97,6 +97,18 @@ BEAM = record_type(
     first_end="i8",  # and of those at the ends of the link's beam
     last_end="i8",
 )
+
+#: A cross-section of a beam at which internal forces are computed. Integrals extend from it outwards to the beam's end.
+STATION = record_type(
+    place="f8",  # abscissa from the frame's origin [m]
+    mass="f8",  # mass beyond it [kg]
+    first="f8",  # first moment of that mass [kg m]
+    second="f8",  # second moment [kg m2]
+)
+
+#: A mode at a station: integrals over the mass beyond it, of the axial shape a and the bending shape b, and of these
+#: times the abscissa; both shapes at the station.
+STATION_MODE = record_type(mass_a="f8", mass_b="f8", first_a="f8", first_b="f8", a="f8", b="f8")
 
 #: One applied load. A force acts at marker a, a torque on b's body and against a's; their values are the functions
 #: ``motion`` (and ``motion + 1``, a force's second component). A spring joins marker a to marker b; a torsion spring

@@ -1,10 +1,9 @@
-"""Directional derivatives of the tree's kinematics and of the balance of forces, exact.
+"""Exact directional derivatives of the tree's kinematics and of the force residual.
 
-A direction changes the coordinates by dq, or the rates by as much, or bristles alone. With coordinates the change of
-the bodies' poses is a velocity field with the rates dq: (turn, dx, dy) of each body; any vector fixed to a body changes
-by turn x vector. With rates it is the velocities that change by this field. Second derivatives of the joints'
-coordinates stay as they are. Some directions are followed at once, side by side (`linkages.kernel.simd`): what
-is said of a change holds for each of them.
+A direction changes the coordinates by dq, the rates by dq, or the bristles alone. If it changes the coordinates, the
+change of the poses is a velocity field with the rates dq: (turn, dx, dy) of each body, and a vector fixed to a body
+changes by turn x vector. If it changes the rates, the velocities change by this field. Accelerations of the coordinates
+are constant. Several directions are treated at once, in lanes (`linkages.kernel.simd`).
 """
 
 from __future__ import annotations
@@ -13,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from linkages.kernel import Array, Records, kernel, lazy_kernel
+from linkages.kernel import Array, Records, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.simd import LaneArray as Lanes
-from linkages.planar.bending_tangent import add_turned_modes, beam_load_tangent, section_tangent
 from linkages.planar.bodies import Bodies
-from linkages.planar.kinematics import add_to_parent, term_direction
+from linkages.planar.closure_rows import term_direction
+from linkages.planar.flexible_tangent import add_modal_force_tangent, flexible_force_tangent, section_tangent
+from linkages.planar.kinematics import propagate_force
 from linkages.planar.markers import (
     acceleration_tangent,
     add_pair_tangent,
@@ -27,129 +27,137 @@ from linkages.planar.markers import (
     gap_rate,
     gap_rate_tangent,
     gap_tangent,
+    offset,
     turned,
     velocity_tangent,
 )
 from linkages.planar.record_types import ALONG_BODY, ANGLE, PRISMATIC, REVOLUTE, SECTION
 from linkages.planar.tangent_workspace import Scratch
+from linkages.planar.traversal import backward, forward
 from linkages.planar.workspace import Workspace
 
 
 @kernel
 def body_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
-    """Fill the changes of poses, velocities and accelerations with coordinates; those of bodies that stay are zero."""
+    """Set the changes of poses, velocities and accelerations with the coordinates; zero for bodies that stay."""
+    _kinematics(bodies, work, s)
+
+
+@inlined_kernel
+def _body_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
+    """Set the changes of body i from its parent's."""
     pose, vel, acc, v, a = work.pose, work.vel, work.acc, work.v, work.a
     dq, changed, dpose, dvel, dacc = s.dq, s.changed, s.dpose, s.dvel, s.dacc
-    for i in range(1, len(bodies.records)):
-        body = bodies.records[i]
-        p = body.mount.body
-        if not body.moving:
-            continue
-        touched = s.touched[p] > 0.0 or (body.dof >= 0 and changed[body.dof] > 0.0)
-        for k in range(body.modes):
-            dpose[i, 3 + k], dvel[i, 3 + k], dacc[i, 3 + k] = dq[body.eta + k], 0.0, 0.0
-            touched = touched or changed[body.eta + k] > 0.0
-        s.touched[i] = 1.0 if touched else 0.0
-        if not touched:
-            for k in range(3):
-                dpose[i, k], dvel[i, k], dacc[i, k] = 0.0, 0.0, 0.0
-            continue
-        if body.type == SECTION:
-            section_tangent(bodies, i, work, s)
-            continue
-        w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
-        rx, ry = pose[i, 0] - pose[p, 0], pose[i, 1] - pose[p, 1]
-        drx, dry = -turn * ry, turn * rx
-        if body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            drx, dry = drx + ux * dq[body.dof], dry + uy * dq[body.dof]
-        dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
-        dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
-        if body.type == PRISMATIC:
-            ux, uy = turned(pose, p, body.ux, body.uy)
-            rate, push = v[body.dof], a[body.dof]
-            tx, ty = -turn * uy, turn * ux  # change of u
-            twist, dtwist = 2.0 * w * rate, 2.0 * rate * dw
-            dvx, dvy = dvx + tx * rate, dvy + ty * rate
-            dax, day = dax + (tx * push - dtwist * uy - twist * ty), day + (ty * push + dtwist * ux + twist * tx)
-        if body.type == REVOLUTE:
-            turn = turn + body.sign * dq[body.dof]
-        dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
-        dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx, dvy
-        dacc[i, 0], dacc[i, 1], dacc[i, 2] = dacc[p, 0], dax, day
+    body = bodies.records[i]
+    p = body.mount.body
+    touched = s.touched[p] > 0.0 or (body.dof >= 0 and changed[body.dof] > 0.0)
+    for k in range(body.eta, body.eta + body.modes):
+        s.deta[k], s.drate[k] = dq[k], 0.0
+        touched = touched or changed[k] > 0.0
+    s.touched[i] = 1.0 if touched else 0.0
+    if not touched:
+        for k in range(3):
+            dpose[i, k], dvel[i, k], dacc[i, k] = 0.0, 0.0, 0.0
+        return
+    if body.type == SECTION:
+        section_tangent(bodies, i, work, s)
+        return
+    w, turn, dw = vel[p, 0], dpose[p, 0], dvel[p, 0]
+    rx, ry = offset(pose, p, i)
+    drx, dry = -turn * ry, turn * rx
+    if body.type == PRISMATIC:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        drx, dry = drx + ux * dq[body.dof], dry + uy * dq[body.dof]
+    dvx, dvy = velocity_tangent(vel, dvel, p, rx, ry, drx, dry)
+    dax, day = acceleration_tangent(vel, acc, dvel, dacc, p, rx, ry, drx, dry)
+    if body.type == PRISMATIC:
+        ux, uy = turned(pose, p, body.ux, body.uy)
+        rate, second = v[body.dof], a[body.dof]
+        dux, duy = -turn * uy, turn * ux
+        twist, dtwist = 2.0 * w * rate, 2.0 * rate * dw
+        dvx, dvy = dvx + dux * rate, dvy + duy * rate
+        dax, day = dax + (dux * second - dtwist * uy - twist * duy), day + (duy * second + dtwist * ux + twist * dux)
+    if body.type == REVOLUTE:
+        turn = turn + body.sign * dq[body.dof]
+    dpose[i, 0], dpose[i, 1], dpose[i, 2] = turn, dpose[p, 1] + drx, dpose[p, 2] + dry
+    dvel[i, 0], dvel[i, 1], dvel[i, 2] = dw, dvx, dvy
+    dacc[i, 0], dacc[i, 1], dacc[i, 2] = dacc[p, 0], dax, day
+
+
+_kinematics = forward(_body_tangent)
 
 
 @kernel
-def rate_tangents(s: Scratch) -> None:
-    """Turn what `body_tangents` has filled into the changes as the rates change by dq.
+def rate_tangents(bodies: Bodies, s: Scratch) -> None:
+    """Turn the changes of `body_tangents` into the changes with the rates.
 
     Velocities change with rates as positions do with coordinates, accelerations twice as much as velocities do: rates
     change x' = J q' and x'' = J q'' + q'.H q' by J dq and 2 q'.H dq, coordinates x by J dq and x' by q'.H dq.
     """
     for i in range(len(s.dpose)):
         if s.touched[i] > 0.0:
-            for k in range(s.dpose.shape[1]):
+            for k in range(3):
                 s.dacc[i, k] = 2.0 * s.dvel[i, k]
                 s.dvel[i, k] = s.dpose[i, k]
                 s.dpose[i, k] = 0.0
+            for k in range(bodies.records[i].eta, bodies.records[i].eta + bodies.records[i].modes):
+                s.deta[k], s.drate[k] = 0.0, s.dq[k]
 
 
 @kernel
 def inertial_tangents(bodies: Bodies, gravity: Array, work: Workspace, s: Scratch) -> None:
-    """Fill ``dload`` with the change of the rate of momentum less weight."""
-    pose, vel, acc, dpose, dvel, dacc, dload = work.pose, work.vel, work.acc, s.dpose, s.dvel, s.dacc, s.dload
+    """Set ``dbias``, and the modal entries of ``dtau``, to the changes of the rate of momentum less weight."""
+    pose, vel, acc, dpose, dvel, dacc, dbias = work.pose, work.vel, work.acc, s.dpose, s.dvel, s.dacc, s.dbias
     for i in range(len(bodies.records)):
         body = bodies.records[i]
         if s.touched[i] == 0.0:
-            for k in range(dload.shape[1]):
-                dload[i, k] = 0.0
+            for k in range(3):
+                dbias[i, k] = 0.0
+            for k in range(body.eta, body.eta + body.modes):
+                s.dtau[k] = 0.0
             continue
         if body.modes > 0:
-            beam_load_tangent(bodies, i, gravity, work, s)
+            flexible_force_tangent(bodies, i, gravity, work, s)
             continue
         cx, cy = turned(pose, i, body.cx, body.cy)
-        m, w, al, turn = body.mass, vel[i, 0], acc[i, 0], dpose[i, 0]
-        dw, dal = dvel[i, 0], dacc[i, 0]
+        m, w, alpha, turn = body.mass, vel[i, 0], acc[i, 0], dpose[i, 0]
+        dw, dalpha = dvel[i, 0], dacc[i, 0]
         dcx, dcy = -turn * cy, turn * cx
-        fx = m * (acc[i, 1] - al * cy - w * w * cx - gravity[0])
-        fy = m * (acc[i, 2] + al * cx - w * w * cy - gravity[1])
-        dfx = m * (dacc[i, 1] - dal * cy - al * dcy - 2.0 * w * dw * cx - w * w * dcx)
-        dfy = m * (dacc[i, 2] + dal * cx + al * dcx - 2.0 * w * dw * cy - w * w * dcy)
-        dload[i, 0] = body.inertia * dal + dcx * fy - dcy * fx + cx * dfy - cy * dfx
-        dload[i, 1], dload[i, 2] = dfx, dfy
+        fx = m * (acc[i, 1] - alpha * cy - w * w * cx - gravity[0])
+        fy = m * (acc[i, 2] + alpha * cx - w * w * cy - gravity[1])
+        dfx = m * (dacc[i, 1] - dalpha * cy - alpha * dcy - 2.0 * w * dw * cx - w * w * dcx)
+        dfy = m * (dacc[i, 2] + dalpha * cx + alpha * dcx - 2.0 * w * dw * cy - w * w * dcy)
+        dbias[i, 0] = body.inertia * dalpha + dcx * fy - dcy * fx + cx * dfy - cy * dfx
+        dbias[i, 1], dbias[i, 2] = dfx, dfy
 
 
 @kernel
 def residual_tangents(bodies: Bodies, work: Workspace, s: Scratch) -> None:
-    """Fill the free entries of ``dtau`` with the change of the free joints' generalised forces; uses up ``dload``."""
-    pose, force, dpose, dload, out = work.pose, s.force, s.dpose, s.dload, s.dtau
-    for i in range(len(bodies.records) - 1, 0, -1):
-        body = bodies.records[i]
-        if not body.moving:
-            continue
-        p = body.mount.body
-        if body.dof >= 0 and body.driven < 0:
-            if body.type == REVOLUTE:
-                out[body.dof] = body.sign * dload[i, 0]
-            else:
-                ux, uy = turned(pose, p, body.ux, body.uy)
-                turn = dpose[p, 0]
-                own = ux * dload[i, 1] + uy * dload[i, 2]
-                out[body.dof] = own + turn * (ux * force[i, 2] - uy * force[i, 1])
-        for k in range(body.modes):
-            out[body.eta + k] = dload[i, 3 + k]
-        drx, dry = dpose[i, 1] - dpose[p, 1], dpose[i, 2] - dpose[p, 2]
-        add_to_parent(bodies, pose, i, dload)
-        dload[p, 0] += drx * force[i, 2] - dry * force[i, 1]
-        if body.type == SECTION:
-            add_turned_modes(bodies, i, work, s)
+    """Set the free entries of ``dtau`` to the changes of the free joints' generalised forces; uses up ``dbias``."""
+    _project(bodies, work, s)
 
 
-@kernel
-def transmitted(bodies: Bodies, pose: Array, load: Array) -> None:
-    """Turn the bodies' own loads, in place, into the wrenches that they get through their joints."""
-    for i in range(len(bodies.records) - 1, 0, -1):
-        add_to_parent(bodies, pose, i, load)
+@inlined_kernel
+def _project_tangent(bodies: Bodies, i: int, work: Workspace, s: Scratch) -> None:
+    """Set the change of the force along body i's joint, and pass the change of its wrench on to the parent."""
+    body, pose, force, dpose, dbias = bodies.records[i], work.pose, s.force, s.dpose, s.dbias
+    p = body.mount.body
+    if body.dof >= 0 and body.driven < 0:
+        if body.type == REVOLUTE:
+            s.dtau[body.dof] = body.sign * dbias[i, 0]
+        else:
+            ux, uy = turned(pose, p, body.ux, body.uy)
+            turn = dpose[p, 0]
+            own = ux * dbias[i, 1] + uy * dbias[i, 2]
+            s.dtau[body.dof] = own + turn * (ux * force[i, 2] - uy * force[i, 1])
+    drx, dry = dpose[i, 1] - dpose[p, 1], dpose[i, 2] - dpose[p, 2]
+    propagate_force(bodies, i, pose, dbias, s.dtau)
+    dbias[p, 0] += drx * force[i, 2] - dry * force[i, 1]
+    if body.type == SECTION:
+        add_modal_force_tangent(bodies, i, work, s)
+
+
+_project = backward(_project_tangent)
 
 
 @lazy_kernel
@@ -195,8 +203,9 @@ def _term_tangent(term: np.record, work: Workspace, dpose: Lanes, dvel: Lanes, d
     pose, vel, acc = work.pose, work.vel, work.acc
     px, py, arms = gap(pose, term.a, term.b)
     dpx, dpy, moved = gap_tangent(dpose, term.a, term.b, arms)
-    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, term.a.body, arms[0], arms[1], moved[0], moved[1])
-    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, term.b.body, arms[2], arms[3], moved[2], moved[3])
+    (rax, ray, rbx, rby), (drax, dray, drbx, drby) = arms, moved
+    aax, aay = acceleration_tangent(vel, acc, dvel, dacc, term.a.body, rax, ray, drax, dray)
+    abx, aby = acceleration_tangent(vel, acc, dvel, dacc, term.b.body, rbx, rby, drbx, drby)
     dax, day = abx - aax, aby - aay
     if term.kind != ALONG_BODY:
         return dax * term.ux + day * term.uy
@@ -204,14 +213,14 @@ def _term_tangent(term: np.record, work: Workspace, dpose: Lanes, dvel: Lanes, d
     ax, ay = gap_acceleration(vel, acc, term.a, term.b, arms)
     dvx, dvy = gap_rate_tangent(vel, dvel, term.a, term.b, arms, moved)
     ux, uy = term_direction(term, pose)
-    w, al = vel[term.a.body, 0], acc[term.a.body, 0]
-    turn, dw, dal = dpose[term.a.body, 0], dvel[term.a.body, 0], dacc[term.a.body, 0]
+    w, alpha = vel[term.a.body, 0], acc[term.a.body, 0]
+    turn, dw, dalpha = dpose[term.a.body, 0], dvel[term.a.body, 0], dacc[term.a.body, 0]
     u1x, u1y = -w * uy, w * ux  # rate of u, second rate of u, and their changes
-    u2x, u2y = -al * uy - w * w * ux, al * ux - w * w * uy
+    u2x, u2y = -alpha * uy - w * w * ux, alpha * ux - w * w * uy
     dux, duy = -turn * uy, turn * ux
     du1x, du1y = -dw * uy - w * duy, dw * ux + w * dux
-    du2x = -dal * uy - al * duy - 2.0 * w * dw * ux - w * w * dux
-    du2y = dal * ux + al * dux - 2.0 * w * dw * uy - w * w * duy
+    du2x = -dalpha * uy - alpha * duy - 2.0 * w * dw * ux - w * w * dux
+    du2y = dalpha * ux + alpha * dux - 2.0 * w * dw * uy - w * w * duy
     change = dax * ux + day * uy + ax * dux + ay * duy
     change += 2.0 * (dvx * u1x + dvy * u1y + vx * du1x + vy * du1y)
     return change + dpx * u2x + dpy * u2y + px * du2x + py * du2y

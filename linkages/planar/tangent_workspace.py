@@ -1,4 +1,4 @@
-"""`Scratch`: the arrays of a Jacobian and of directional derivatives."""
+"""`Scratch`: the data of a Jacobian and of directional derivatives, beside `linkages.planar.workspace.Workspace`."""
 
 from __future__ import annotations
 
@@ -6,50 +6,59 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array
+from linkages.kernel import Array, Records, record_type
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane_array
 from linkages.planar.contact_partials import INPUTS, OUTPUTS
 
-#: Numbers of a line of ``bent`` (nb, ONCE + 7 nm). Of a section: velocity and acceleration (x, y) that its beam's modes
-#: give it, the form eta'.H eta'; then the products of H and the modes' rates, and their accelerations. Of a body that
-#: bends: accelerations of its two points less gravity and their velocities in the frame (x0, y0, x1, y1 of each); then
-#: products of H0, H1, T and the rates, the same and the accelerations, that of M and the rates.
-ONCE = 8
+#: Velocity and acceleration of a section relative to its beam's frame, without turning; v.H v of the modal rates.
+SECTION_RATES = record_type(vx="f8", vy="f8", ax="f8", ay="f8", shortening="f8")
+
+#: Entry k of products of the matrices of `linkages.planar.bodies.MATRIX`: H0, H1, T and M with the modal rates, H0, H1
+#: and T with the modal accelerations. Of a section H stands for H0, and the others are not set.
+MODE_PRODUCTS = record_type(
+    h0_rates="f8", h1_rates="f8", t_rates="f8", m_rates="f8", h0_seconds="f8", h1_seconds="f8", t_seconds="f8"
+)  # fmt: skip
 
 
 class Scratch(NamedTuple):
-    """Arrays of a Jacobian and of a few directions at a time."""
+    """Arrays of a Jacobian and of `linkages.kernel.simd.WIDTH` directions at a time."""
 
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
-    force: Array  # wrench that each body gets through its joint at the state; see `transmitted`
-    bent: Array  # of links that bend, see `linkages.planar.bending_tangent`
-    mass: Array  # mass matrix of all coordinates, (n, n); those of driven ones are 0
+    force: Array  # wrench that each body gets through its joint at the state, (nb, 3)
+    mass: Array  # mass matrix of all coordinates, (n, n); rows and columns of driven ones are 0
     changed: Array  # 1 where the directions change a coordinate, (n,)
-    touched: Array  # and where they move a body, (nb,)
+    touched: Array  # 1 where they move a body, (nb,)
+    sections: Records  # `SECTION_RATES`, (nb,)
+    products: Records  # `MODE_PRODUCTS` of each body, (nb, nm)
+    point_acc: Lanes  # of flexible bodies: accelerations of both points less gravity, (nb,)
+    point_vel: Lanes  # and their velocities relative to the frame, (nb,)
     dq: Lanes  # the directions: changes of coordinates, (n,)
     dz: Lanes  # and of the contacts' bristles, (nc,)
-    dpose: Lanes  # changes along them, each as wide as in a `Workspace`
-    dvel: Lanes
-    dacc: Lanes
-    dload: Lanes
-    dwrench: Lanes
+    deta: Lanes  # changes of modal coordinates along them, (n,)
+    drate: Lanes  # of modal rates, (n,)
+    dpose: Lanes  # of poses, as (turn, dx, dy), (nb, 3)
+    dvel: Lanes  # of velocities
+    dacc: Lanes  # of accelerations
+    dbias: Lanes  # of bias forces
+    dwrench: Lanes  # of applied wrenches
     dtau: Lanes  # of generalised forces, (n,)
     drows: Lanes  # of the rows' accelerations, (nr,)
     tau: Array  # of one direction: changes of generalised forces, accelerations, (n,)
     da: Array
-    load: Array  # that changes nothing, as wide as in a `Workspace`
-    response: Array  # for the changes of the rows' reactions, (nr, nr)
-    sizes: Array
-    one: tuple[Array, Array, Array]  # changes of poses, velocities and wrenches along it
+    bias: Array  # zero bias forces, (nb, 3)
+    modal_bias: Array  # (n,)
+    row_matrix: Array  # for the changes of the rows' reactions, (nr, nr)
+    dreaction: Array  # (nr,)
+    one: tuple[Array, Array, Array]  # changes of poses, velocities and wrenches along one direction
 
 
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
-    tree = nb, 3 + nm
-    fixed = (nc, OUTPUTS, INPUTS), tree, (nb, ONCE + 7 * nm), (n, n), (n,), (nb,)
-    lanes = (n,), (nc,), tree, tree, tree, tree, tree, (n,), (nr,)
-    single = (n,), (n,), tree, (nr, nr), (nr,)
-    made: list[Any] = [*map(np.zeros, fixed), *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
-    made.append(tuple(np.zeros(tree) for _ in range(3)))
-    return Scratch(*made)
+    tree = nb, 3
+    fixed: list[Any] = [np.zeros(shape) for shape in ((nc, OUTPUTS, INPUTS), tree, (n, n), n, nb)]
+    records = np.zeros(nb, SECTION_RATES), np.zeros((nb, nm), MODE_PRODUCTS)
+    lanes = (nb,), (nb,), (n,), (nc,), (n,), (n,), tree, tree, tree, tree, tree, (n,), (nr,)
+    single = (n,), (n,), tree, (n,), (nr, nr), (nr,)
+    made = [*fixed, *records, *(lane_array(*shape) for shape in lanes), *map(np.zeros, single)]
+    return Scratch._make([*made, tuple(np.zeros(tree) for _ in range(3))])

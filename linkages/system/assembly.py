@@ -10,11 +10,12 @@ from linkages.arrays import Array, Indices, Records
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.kernel.by_reference import packed
 from linkages.model.experiment import Experiment
+from linkages.planar.articulated_body import articulated_inertias
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, closure_jacobian, closure_quality, consistent_rates
-from linkages.planar.dynamics import articulate, loop_responses
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
+from linkages.planar.loop_dynamics import row_responses
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
 from linkages.planar.workspace import make_workspace
@@ -221,10 +222,11 @@ def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     if not (gears | angles).any():
         return rows
     work = packed(make_workspace(len(tree.bodies.records), tree.size, len(rows), tree.bodies.shapes.shape[2]))
+    work.q[:] = q
     body_positions(tree.bodies, q, work.pose)
-    articulate(tree.bodies, work)
-    loop_responses(tree.bodies, rows, work)
-    moved = work.response.diagonal().copy()
+    articulated_inertias(tree.bodies, work)
+    row_responses(tree.bodies, rows, work)
+    moved = work.row_matrix.diagonal().copy()
     moved[angles] = moved[angles].max(initial=0.0)
     lengths = moved[~gears & ~angles & (moved > 0.0)]
     usual, scaled = np.exp(np.log(lengths).mean()) if lengths.size else 1.0, (gears | angles) & (moved > 0.0)

@@ -10,10 +10,11 @@ from linkages.errors import AssemblyError, InputError, Status
 from linkages.kernel.by_reference import packed
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
+from linkages.planar.closure_rows import add_row_wrench
 from linkages.planar.driven import constrained_dynamics
-from linkages.planar.dynamics import generalized_force, inertial_load
-from linkages.planar.kinematics import add_row_wrench, body_accelerations, body_positions, body_states
+from linkages.planar.kinematics import body_accelerations, body_positions, body_states
 from linkages.planar.loads import load_wrenches
+from linkages.planar.newton_euler import generalised_force, inertial_forces
 from linkages.planar.workspace import make_workspace
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
@@ -131,7 +132,7 @@ class _Finder:
         consistent_rates(tree.bodies, self.rows, self.free, q, v, np.zeros(len(q)))
         bodies, n = tree.bodies, tree.size
         work = packed(make_workspace(len(bodies.records), n, len(self.rows), bodies.shapes.shape[2]))
-        pose, vel, load = work.pose, work.vel, work.load
+        pose, vel, load = work.pose, work.vel, work.bias
         body_states(bodies, q, v, pose, vel)
         load_wrenches(system.loads, t, pose, vel, work.wrench)
         tau, a, reaction = np.zeros(n), np.zeros(n), np.zeros(len(self.rows))
@@ -142,10 +143,10 @@ class _Finder:
             q, v, work.wrench, tau, a, reaction, np.zeros(n),
         )  # fmt: skip
         a[len(tree.joint_dofs) :] = 0.0
+        work.q[:], work.v[:], work.a[:], left = q, v, a, np.zeros(n)
         body_accelerations(bodies, pose, vel, v, a, work.acc)
-        inertial_load(bodies, work, system.gravity, load)
+        inertial_forces(bodies, work, system.gravity, load, left)
         for row, size in zip(self.rows, reaction, strict=True):
             add_row_wrench(row, pose, -size, load)
-        left = np.zeros(n)
-        generalized_force(bodies, pose, load, left)
+        generalised_force(bodies, pose, load, left)
         return left[self.modes], a

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from linkages.arrays import Array
+from linkages.arrays import Array, Records
 from linkages.files.raw_model import LinkBeam
 from linkages.flexible.component_modes import ComponentModes, component_modes
 from linkages.model.beam_interfaces import parts, pieces
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Link, Mechanism
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS
-from linkages.planar.internal_forces import FIXED_COLUMNS
+from linkages.planar.record_types import STATION, STATION_MODE
 
 if TYPE_CHECKING:
     from linkages.model.link_tables import LinkModel
@@ -111,16 +111,17 @@ class BentLink:
         shapes[SHAPE, :nf, :3] = np.stack([a, b, slope], axis=-1)
         shapes[MATRIX:][:nf, :nf, 0] = -h
 
-    def stations(self, nm: int) -> Array:
-        """Lines (n, 4 + 6 nm) of `linkages.planar.internal_forces`: on both sides of each section, and between them."""
+    def stations(self, nm: int) -> tuple[Records, Records]:
+        """Stations (n,) and their modes (n, nm): places on both sides of each section, and between sections."""
         modes, nf = self.modes, len(self.modes.names)
         density, length = self.beam.density * self.beam.area, self.beam.length
         ends = sorted({*self.abscissas, *self.ends})
         places = np.concatenate(
             [np.linspace(a + _SAME * length, b - _SAME * length, _BETWEEN) for a, b in pairwise(ends)]
         )
-        lines = np.zeros((len(places), FIXED_COLUMNS + 6 * nm))
-        lines[:, 0] = places
+        stations: Records = np.zeros(len(places), STATION)
+        at_modes: Records = np.zeros((len(places), nm), STATION_MODE)
+        stations["place"] = places
         x, weight = np.polynomial.legendre.leggauss(_POINTS)
         for side, end in ((places < 0.0, ends[0]), (places > 0.0, ends[-1])):
             within = places[side]
@@ -134,14 +135,14 @@ class BentLink:
             each = np.column_stack([np.ones_like(s), s, s * s, a, b, s[:, None] * a, s[:, None] * b]) * mass[:, None]
             sums = np.cumsum(each.reshape(len(within), _POINTS, -1).sum(axis=1), axis=0)
             sums = sums if end < 0.0 else sums[::-1]
-            at = np.flatnonzero(side)
-            lines[at, 1:FIXED_COLUMNS] = sums[:, :3]
-            for k in range(4):
-                column = FIXED_COLUMNS + k * nm
-                lines[at, column : column + nf] = sums[:, 3 + k * nf : 3 + (k + 1) * nf]
-        for k, values in enumerate(modes.shapes(places)):
-            lines[:, FIXED_COLUMNS + (4 + k) * nm :][:, :nf] = values
-        return lines
+            whole, of_modes = np.split(sums, [3], axis=1)
+            for k, name in enumerate(("mass", "first", "second")):
+                stations[name][side] = whole[:, k]
+            for name, values in zip(("mass_a", "mass_b", "first_a", "first_b"), np.split(of_modes, 4, 1), strict=True):
+                at_modes[name][side, :nf] = values
+        for name, values in zip("ab", modes.shapes(places), strict=True):
+            at_modes[name][:, :nf] = values
+        return stations, at_modes
 
 
 def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: Joint | None) -> tuple[BentLink, ...]:

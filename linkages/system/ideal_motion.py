@@ -10,7 +10,7 @@ from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import closure_error, closure_quality, follow
-from linkages.planar.passage import GAP, WEIGHTS
+from linkages.planar.singularities import GAP, WEIGHTS
 from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
 
@@ -191,7 +191,7 @@ class IdealMotion:
         return q, v, a
 
     def _interpolate(self, time: float, quality: float, q: Array, v: Array, a: Array) -> None:
-        """Replace a state by one between others before and behind, as `linkages.planar.passage` does in runs.
+        """Replace a state by one between others before and behind, as `linkages.planar.singularities` does in runs.
 
         It stays as it is where they are no farther from a singular position, or no branch goes through.
         """

@@ -18,7 +18,7 @@ from linkages.system.flexible_link import BentLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
 _NAMES = list(types.BODY.names or ())
-_MOVING, _CARRIES, _APART, _ETA = (_NAMES.index(name) for name in ("moving", "carries", "apart", "eta"))
+_MOVING, _CARRIES, _DETACHED, _ETA = (_NAMES.index(name) for name in ("moving", "carries", "detached", "eta"))
 
 
 def spanning_tree(
@@ -216,7 +216,7 @@ class _Builder:
         for name, s in list(self.sections):
             if s not in self.bent[name].acting and self.bent[name].moves(s):
                 self._add_section(self.bent[name], s)
-                self.rows[-1][_APART] = 1
+                self.rows[-1][_DETACHED] = 1
         pieces = [piece for link in self.pieces.values() for piece in link]
         nm = max((len(bent.modes.names) for bent in pieces), default=0)
         shapes = make_shapes(len(self.rows), nm)

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.arrays import Array, Records
+from linkages.arrays import Records
 from linkages.laws import Registered, registered, restore
 from linkages.model.check import unbent
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.model.mechanism import Mechanism, faults_of_values, load_mechanism
 from linkages.planar.arrays import Arrays
-from linkages.planar.internal_forces import FIXED_COLUMNS
-from linkages.planar.record_types import BEAM
+from linkages.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
@@ -194,20 +193,21 @@ class System(Unassembled):
         return np.ascontiguousarray(balanced(self.tree, rows, self.assembly.q)), count
 
     @property
-    def _beams(self) -> tuple[Records, Array]:
-        """Pieces of links that bend, and their stations, for the forces within them."""
+    def _beams(self) -> tuple[Records, Records, Records]:
+        """Substructures of flexible links, their stations, and the modes at these."""
         nm = self.tree.bodies.shapes.shape[2]
-        records, stations = [], [np.zeros((0, FIXED_COLUMNS + 6 * nm))]
+        records, stations, modes = [], [np.zeros(0, STATION)], [np.zeros((0, nm), STATION_MODE)]
         for link, pieces in self.tree.pieces.items():
             ends = self.tree.beam_ends(link)
             for piece in pieces:
-                beam, own, first = piece.beam, piece.stations(nm), sum(map(len, stations))
+                beam, (own, of_modes), first = piece.beam, piece.stations(nm), sum(map(len, stations))
                 leverage = 0.5 * beam.height / beam.second_moment
                 start = self.tree.sections[piece.name, piece.nearest(piece.ends[0])]
                 whole = self.tree.index[piece.name], first, len(own), beam.area, leverage, piece.first
                 records.append((*whole, start, *ends))
                 stations.append(own)
-        return np.array(records, BEAM), np.concatenate(stations)
+                modes.append(of_modes)
+        return np.array(records, BEAM), np.concatenate(stations), np.concatenate(modes)
 
     @cached_property
     def ideal_arrays(self) -> Arrays:

@@ -13,15 +13,12 @@ from linkages.integrate.driver import DONE, Options, Record, driver
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, kernel
 from linkages.planar.closure import LOOSE, loop_error
-from linkages.planar.contacts import CLEARANCE_OUTPUTS, approach_at_start
+from linkages.planar.contacts import APPROACH, CLOSING, PENETRATION, approach_at_start
 
 #: Status of a run whose journal left its film, beside those of `linkages.integrate.driver`.
 LEFT = 3
 #: Status of a run whose loops came apart; its last state is the first one with open loops.
 OPEN = 4
-
-_PENETRATION = CLEARANCE_OUTPUTS.index("penetration")
-_CLOSING = CLEARANCE_OUTPUTS.index("closing")
 
 
 @kernel
@@ -31,8 +28,8 @@ def signs(equations: Equations, g: Array, dg: Array) -> None:
     for k in range(len(model.ends)):
         g[k], dg[k] = -1.0, 0.0
         if model.touching[k]:
-            g[k] = work.contacts[k, _PENETRATION]
-            dg[k] = work.contacts[k, _CLOSING]
+            g[k] = work.contacts[k, PENETRATION]
+            dg[k] = work.contacts[k, CLOSING]
 
 
 @kernel
@@ -40,7 +37,7 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
     """Latch the approach speed of a contact that starts, close the loops, check loops and films."""
     model, work = equations.model, equations.work
     if event >= 0 and work.modes[event] > 0:
-        work.memory[event, 0] = work.contacts[event, _CLOSING]
+        work.memory[event, APPROACH] = work.contacts[event, CLOSING]
     changed = False
     if len(model.rows):
         changed = project_state(equations, y)
@@ -54,7 +51,7 @@ def observe(equations: Equations, t: float, y: Array, row: Array) -> None:
     """Record the approach speeds, which hold for the step that follows."""
     work = equations.work
     for k in range(len(row)):
-        row[k] = work.memory[k, 0]
+        row[k] = work.memory[k, APPROACH]
 
 
 _drive = driver(derivatives, attempt, signs, settle, observe)
@@ -67,10 +64,10 @@ def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: A
     if t == 0.0:
         solve_state(equations, t, y)
         for k in range(len(model.ends)):
-            delta, closing = work.contacts[k, _PENETRATION], work.contacts[k, _CLOSING]
+            delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]
             work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
             if work.modes[k] > 0:
-                work.memory[k, 0] = approach_at_start(delta, closing, options.landing[k])
+                work.memory[k, APPROACH] = approach_at_start(delta, closing, options.landing[k])
     return _drive(equations, stepper, tolerance, t, y, work.modes, len(model.ends), options)
 
 

@@ -7,15 +7,13 @@ import math
 from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, clear, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
-from linkages.planar.contacts import CLEARANCE_OUTPUTS, clearance_wrenches
-from linkages.planar.dynamics import balance
+from linkages.planar.contacts import BRISTLE, BRISTLE_RATE, EX, EY, FX, FY, clearance_wrenches
 from linkages.planar.kinematics import body_accelerations, body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
-from linkages.planar.passage import accelerate_through
+from linkages.planar.newton_euler import force_residual
 from linkages.planar.record_types import REVOLUTE
-
-BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
+from linkages.planar.singularities import smooth_dynamics
 
 
 @inlined_kernel
@@ -37,7 +35,7 @@ def set_state(model: Arrays, work: Work, t: float, y: Array) -> None:
         for k in range(len(model.powered)):
             w.tau[model.powered[k]] = value[k]
     for k in range(len(model.bristles)):
-        work.memory[model.bristles[k], 1] = y[2 * n + k]
+        work.memory[model.bristles[k], BRISTLE] = y[2 * n + k]
     body_states(model.bodies, w.q, w.v, w.pose, w.vel)
 
 
@@ -60,7 +58,7 @@ def solve_state(equations: Equations, t: float, y: Array) -> None:
     set_state(model, work, t, y)
     _add_forces(equations, t)
     w = work.dynamics
-    accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+    smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
     if len(model.rows):
         body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     _mark_solved(work, t, y)
@@ -100,16 +98,16 @@ def derivatives(equations: Equations, t: float, y: Array, dy: Array) -> None:
 def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> float:
     """Fill the work at a state whose derivatives are known, as at the end of a step; see `linkages.integrate.implicit`.
 
-    So no accelerations are solved for, unless a singular position is passed. Where loops are closed by multipliers the
-    work is not solved, as these are not known; the state will be moved to where the loops are closed anyway.
+    Accelerations are therefore not solved for, unless they are interpolated near a singularity. Where loops are closed
+    by multipliers the work is not solved, as these are unknown; the state is projected onto the closed loops anyway.
 
-    Returns what is left of the balance of forces, see `residual`, in parts of the largest force of a contact; zero
-    where loops are closed by multipliers.
+    Returns the largest force residual, see `residual`, in parts of the largest force of a contact; zero where loops are
+    closed by multipliers.
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     clear(out)
-    if w.passing[0] > 0.0:
+    if w.interpolated[0] > 0.0:
         derivatives(equations, t, y, dy)
         return 0.0
     set_state(model, work, t, y)
@@ -117,7 +115,7 @@ def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> f
     for i in range(n):
         dy[i] = y[n + i]
         w.a[model.free[i]] = dy[n + i]
-    left = 0.0 if len(model.rows) else _unbalanced(model, work, out)
+    left = 0.0 if len(model.rows) else _residual_forces(model, work, out)
     body_accelerations(model.bodies, w.pose, w.vel, w.v, w.a, w.acc)
     for k in range(len(model.bristles)):
         dy[2 * n + k] = work.contacts[model.bristles[k], BRISTLE_RATE]
@@ -127,13 +125,13 @@ def arrive(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> f
 
 
 @inlined_kernel
-def _unbalanced(model: Arrays, work: Work, out: Array) -> float:
-    """Fill ``out`` with the forces that the accelerations leave on the free coordinates; return the largest.
+def _residual_forces(model: Arrays, work: Work, out: Array) -> float:
+    """Fill ``out`` with the force residuals of the free coordinates; return the largest.
 
     It is in parts of the largest force of a contact; moments count by the linkage's length. Leaves tau as it was.
     """
     w, largest, force = work.dynamics, 0.0, 0.0
-    balance(model.bodies, model.gravity, w)
+    force_residual(model.bodies, model.gravity, w)
     for k in range(len(model.driven)):
         w.tau[model.driven[k]] = 0.0
     for k in range(1, len(model.bodies.records)):
@@ -147,29 +145,29 @@ def _unbalanced(model: Arrays, work: Work, out: Array) -> float:
     for k in range(len(model.powered)):
         w.tau[model.powered[k]] = work.value[k]
     for k in range(len(model.ends)):
-        force = max(force, math.hypot(work.contacts[k, 2], work.contacts[k, 3]))
+        force = max(force, math.hypot(work.contacts[k, FX], work.contacts[k, FY]))
     return largest / force if force > 0.0 else 0.0
 
 
 @kernel
 def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) -> None:
-    """Fill ``out`` with the residual of the equations of rates and bristles for their derivatives ``dy``.
+    """Fill ``out`` with the residuals of the equations of rates and bristles for the derivatives ``dy``.
 
-    See `linkages.integrate.implicit`. Without multipliers of loops, the residual of the rates is the balance of forces
-    on the free coordinates [N, N m]: their mass times f - dy, without the mass matrix.
+    See `linkages.integrate.implicit`. Without loops that are closed by multipliers, the residual of the rates is the
+    force residual of the free coordinates [N, N m]: the mass matrix times f - dy, found without the mass matrix.
     """
     model, work = equations.model, equations.work
     w, n = work.dynamics, len(model.free)
     set_state(model, work, t, y)
     _add_forces(equations, t)
     if len(model.rows):
-        accelerate_through(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        smooth_dynamics(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         for i in range(n):
             out[i] = w.a[model.free[i]] - dy[i]
     else:
         for i in range(n):
             w.a[model.free[i]] = dy[i]
-        balance(model.bodies, model.gravity, w)
+        force_residual(model.bodies, model.gravity, w)
         for i in range(n):
             out[i] = w.tau[model.free[i]]
     for k in range(len(model.bristles)):
@@ -180,7 +178,7 @@ def residual(equations: Equations, t: float, y: Array, dy: Array, out: Array) ->
 def outside(model: Arrays, work: Work) -> int:
     """Contact whose journal has left its film, or -1."""
     for k in range(len(model.ends)):
-        ex, ey = work.contacts[k, 0], work.contacts[k, 1]
+        ex, ey = work.contacts[k, EX], work.contacts[k, EY]
         if math.sqrt(ex * ex + ey * ey) >= model.limits[k]:
             return k
     return -1

@@ -1,6 +1,6 @@
 """Jacobian of the equations of motion.
 
-The accelerations a(q, v) solve R(q, v, a) = 0, the balance of forces on the free joints and the accelerations of the
+The accelerations a(q, v) solve R(q, v, a) = 0, the force residual of the free joints and the accelerations of the
 closure rows. So M times their change, with the mass matrix M, is that of R at fixed a: exact derivatives of the
 mechanics (`tangent`), and partial derivatives of the contacts' laws (`partials`). With closure rows it is solved for,
 and M is 1.
@@ -16,23 +16,19 @@ from linkages.engines.compiled.model import Equations, Work
 from linkages.kernel import Array, clear, kernel, lazy_kernel
 from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
-from linkages.planar.bending_tangent import prepare
-from linkages.planar.contact_partials import INPUTS, contact_partials
-from linkages.planar.contacts import contact_motion
-from linkages.planar.dynamics import inertial_load, loop_responses, mass_matrix, respond, solve_rows
-from linkages.planar.kinematics import add_row_wrench, row_acceleration
+from linkages.planar.articulated_body import acceleration_response
+from linkages.planar.closure_rows import add_row_wrench, row_acceleration
+from linkages.planar.composite_inertia import mass_matrix
+from linkages.planar.contact_partials import BRISTLE_RATE, COUPLE, FORCE_X, FORCE_Y, INPUTS, contact_partials
+from linkages.planar.contacts import APPROACH, BRISTLE, FX, FY, contact_motion
+from linkages.planar.flexible_tangent import prepare_flexible
 from linkages.planar.loads import load_wrenches_tangent
+from linkages.planar.loop_dynamics import row_responses, solve_rows
 from linkages.planar.markers import add_pair_tangent, both_at_b, gap, gap_rate_tangent, gap_tangent, turned
-from linkages.planar.passage import beside
+from linkages.planar.newton_euler import inertial_forces, joint_wrenches
 from linkages.planar.record_types import CORNER
-from linkages.planar.tangent import (
-    body_tangents,
-    inertial_tangents,
-    rate_tangents,
-    residual_tangents,
-    row_tangents,
-    transmitted,
-)
+from linkages.planar.singularities import solve_neighbour
+from linkages.planar.tangent import body_tangents, inertial_tangents, rate_tangents, residual_tangents, row_tangents
 from linkages.planar.tangent_workspace import Scratch
 from linkages.planar.workspace import Workspace
 
@@ -50,27 +46,27 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     s = work.scratch
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
-        memory = work.memory[k]
-        contact_partials(model.ends[k], model.laws[k], model.tables[k], memory[0], memory[1], motion, s.partials[k])
-    if w.passing[0] > 0.0:
-        beside(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
+        approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
+        contact_partials(model.ends[k], model.laws[k], model.tables[k], approach, bristle, motion, s.partials[k])
+    if w.interpolated[0] > 0.0:
+        solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         work.solved[0] = math.nan
-    inertial_load(model.bodies, w, model.gravity, s.force)
+    inertial_forces(model.bodies, w, model.gravity, s.force, w.modal_bias)
     for k in range(len(model.rows)):
         add_row_wrench(model.rows[k], w.pose, -w.reaction[k], s.force)
-    transmitted(model.bodies, w.pose, s.force)
+    joint_wrenches(model.bodies, w.pose, s.force)
     clear(mass)
     for i in range(len(mass)):
         mass[i, i] = 1.0
     if len(model.rows):
-        loop_responses(model.bodies, model.rows, w)
+        row_responses(model.bodies, model.rows, w)
     else:
         mass_matrix(model.bodies, w, s.mass)
         for i in range(n):
             for j in range(n):
                 mass[i, j] = s.mass[model.free[i], model.free[j]]
     if model.bodies.shapes.shape[2] > 0:
-        prepare(model.bodies, model.gravity, w, s)
+        prepare_flexible(model.bodies, model.gravity, w, s)
     clear(out)
     for first in range(0, n, WIDTH):
         count = min(WIDTH, n - first)
@@ -79,7 +75,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
             s.changed[place], s.dq[place] = 1.0, with_lane(s.dq[place], k, 1.0)
         body_tangents(model.bodies, w, s)
         _fill_columns(equations, s, t, first, count, out)
-        rate_tangents(s)
+        rate_tangents(model.bodies, s)
         _fill_columns(equations, s, t, n + first, count, out)
         for k in range(count):
             out[first + k, n + first + k] = 1.0
@@ -114,7 +110,7 @@ def _fill_columns(equations: Equations, s: Scratch, t: float, first: int, count:
     inertial_tangents(bodies, model.gravity, w, s)
     for i in range(len(bodies.records)):
         for k in range(3):
-            s.dload[i, k] -= s.dwrench[i, k]
+            s.dbias[i, k] -= s.dwrench[i, k]
     residual_tangents(bodies, w, s)
     for column in range(count):
         if len(model.rows):
@@ -130,16 +126,19 @@ def _close(model: Arrays, w: Workspace, s: Scratch, column: int) -> None:
     nr = len(model.rows)
     for i in range(len(s.tau)):
         s.tau[i], s.da[i] = -lane(s.dtau[i], column), 0.0
-    clear(s.load)
-    respond(model.bodies, w, s.load, s.tau, s.da)
+    clear(s.bias)
+    clear(s.modal_bias)
+    acceleration_response(model.bodies, w, s.bias, s.modal_bias, s.tau, s.da)
     for k in range(nr):
-        w.error[k] = -row_acceleration(model.rows[k], w.pose, w.still, w.change) - lane(s.drows[k], column)
+        w.row_error[k] = -row_acceleration(model.rows[k], w.pose, w.zero_velocity, w.response) - lane(
+            s.drows[k], column
+        )
         for m in range(nr):
-            s.response[k, m] = w.response[k, m]
-    solve_rows(model.rows, model.rank, s.response, w.error, w.room, s.sizes)
+            s.row_matrix[k, m] = w.row_matrix[k, m]
+    solve_rows(model.rows, model.rank, s.row_matrix, w.row_error, w.pivots, s.dreaction)
     for k in range(nr):
         for i in range(len(s.da)):
-            s.da[i] += s.sizes[k] * w.row_a[k, i]
+            s.da[i] += s.dreaction[k] * w.row_response[k, i]
 
 
 @kernel
@@ -173,16 +172,16 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
         nx, ny = turned(w.pose, b, end.nx, end.ny)
         frame = -turn * ny, turn * nx
     inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], s.dz[k])
-    d0, d1, d2, d3 = 0.0, 0.0, 0.0, 0.0
+    dfx, dfy, dcouple, drate = 0.0, 0.0, 0.0, 0.0
     for i in range(INPUTS):
-        d0 += s.partials[k, 0, i] * inputs[i]
-        d1 += s.partials[k, 1, i] * inputs[i]
-        d2 += s.partials[k, 2, i] * inputs[i]
-        d3 += s.partials[k, 3, i] * inputs[i]
+        dfx += s.partials[k, FORCE_X, i] * inputs[i]
+        dfy += s.partials[k, FORCE_Y, i] * inputs[i]
+        dcouple += s.partials[k, COUPLE, i] * inputs[i]
+        drate += s.partials[k, BRISTLE_RATE, i] * inputs[i]
     # both forces act at the journal's marker
     arms, moved = both_at_b(arms, ex, ey), both_at_b(moved, dex, dey)
-    force = work.contacts[k, 2], work.contacts[k, 3]
-    add_pair_tangent(s.dwrench, end.bearing, end.journal, arms, moved, force, (d0, d1))
-    s.dwrench[j, 0] += d2
-    s.dwrench[b, 0] -= d2
-    return d3
+    force = work.contacts[k, FX], work.contacts[k, FY]
+    add_pair_tangent(s.dwrench, end.bearing, end.journal, arms, moved, force, (dfx, dfy))
+    s.dwrench[j, 0] += dcouple
+    s.dwrench[b, 0] -= dcouple
+    return drate

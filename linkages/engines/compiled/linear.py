@@ -12,7 +12,7 @@ from linkages.engines.compiled.runner import Runner
 from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
 from linkages.planar.closure import closure_jacobian
-from linkages.planar.dynamics import mass_matrix
+from linkages.planar.composite_inertia import mass_matrix
 
 
 class Linear(NamedTuple):

@@ -28,7 +28,7 @@ class Work(NamedTuple):
     dynamics: Workspace
     solved: Array  # time and state at which everything is known; NaN if it is not, (1 + ny,)
     contacts: Array  # `linkages.planar.contacts.CLEARANCE_OUTPUTS`, (nc, WIDTH)
-    memory: Array  # `linkages.planar.contacts.MEMORY`, (nc, 2)
+    memory: Array  # `linkages.planar.contacts.APPROACH`, (nc, 2)
     modes: Indices  # 1 in contact, -1 free, (nc,)
     value: Array  # for prescribed motions and torques
     rate: Array

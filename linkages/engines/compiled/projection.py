@@ -13,11 +13,11 @@ _CLOSED = 1e-14  # closure error that is left, in parts of the linkage's length
 def project_state(equations: Equations, y: Array) -> bool:
     """Move coordinates and rates, in y and in the work, to where the loops are closed; False if they were already.
 
-    The equations are solved at y. Where a singular position is passed the state stays as it is: there the loops hold
-    it by nothing but digits that it does not have.
+    The equations are solved at y. Where the accelerations are interpolated near a singularity the state stays as it is:
+    the loops determine it there only to digits that it does not have.
     """
     model, w, n = equations.model, equations.work.dynamics, len(equations.model.free)
-    if w.passing[0] > 0.0 or not project(model.stiff, model.rows, model.rank, _CLOSED, model.size, w):
+    if w.interpolated[0] > 0.0 or not project(model.stiff, model.rows, model.rank, _CLOSED, model.size, w):
         return False
     for i in range(n):
         y[i] = w.q[model.free[i]]

@@ -16,9 +16,9 @@ from linkages.integrate.stepper import copy
 from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
 from linkages.outputs.formulas import View, output_value, point_value
-from linkages.planar.dynamics import inertial_load
 from linkages.planar.ideal import ideal_state
 from linkages.planar.loads import load_outputs
+from linkages.planar.newton_euler import inertial_forces
 from linkages.planar.reactions import joint_forces
 
 #: What is filled for each window and output. To add one: its name here, at the end, and its formula in `_averages`.
@@ -52,7 +52,7 @@ def _look(sampler: Sampler, t: float, out: Array) -> bool:
             (model.loads, model.signals, model.load_t, model.load_c, model.load_n), t, w.pose, w.vel, work.applied
         )
     if job.with_forces:
-        inertial_load(model.bodies, w, model.gravity, w.load)
+        inertial_forces(model.bodies, w, model.gravity, w.bias, w.modal_bias)
         joint_forces(model, w, work.contacts, work.forces, work.efforts)
     view = View(model, w, work.contacts, work.forces, work.efforts, work.applied)
     seen, outputs = reference(view), job.outputs
