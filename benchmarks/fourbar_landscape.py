@@ -1,4 +1,4 @@
-"""The patent's design problem seen from above: ``python benchmarks/fourbar_landscape.py [PART...]``, half an hour.
+"""Landscape of the patent's design problem: ``python benchmarks/fourbar_landscape.py [PART...]``, half an hour.
 
 How its objective runs beside the steady one, what the lost bounds decide, and how well the ideal linkage's force
 tells the jitter. Writes docs/fourbar_landscape.md and its figure. What it measured is in docs/replication/measured/,
@@ -49,7 +49,7 @@ def bounds() -> list[dict[str, Any]]:
 
 
 def nearby() -> list[float]:
-    """Reductions by the shipped study from its nominal design, and from starts beside it."""
+    """Reductions by the shipped study from its nominal design, and from neighbouring starts."""
     study = load_study(find_study("fourbar_jitter"))
     algorithm, settings = settings_of(study)
     evaluate = Screened(study, Evaluator(study), settings.step)
@@ -126,50 +126,54 @@ def page(found: dict[str, Any]) -> str:
     part, order = found["surrogate"], found["rank"]
     lengths = ", ".join(f"{x:.2f}" for x in part["lengths"])
     scores = [f"{100 * part[name]:.1f} %" for name in STUDIES]
-    return f"""# The patent's design problem from above
+    return f"""# Landscape of the patent's design problem
 
-What the results of [the methods compared](fourbar_methods.md) hang on. Written by
-`python benchmarks/fourbar_landscape.py` from what it measured, in `docs/replication/measured/` (earlier searches with
-the digits that are printed here).
+For readers of [the comparison of methods](fourbar_methods.md): the shape of its objectives, and the influence of the
+start and of the lost bounds.
+`python benchmarks/fourbar_landscape.py` writes this page from its measurements in `docs/replication/measured/`
+(earlier searches to the digits printed here).
 
-## Two objectives on one way
+## Two objectives along one line
 
-![Both objectives on the straight way from the nominal design to the recorded one](figures/fourbar_way.png)
+![Both objectives on the straight line from the nominal design to the recorded one](figures/fourbar_way.png)
 
-On the straight way from the nominal design to the recorded one (`docs/replication/designs/fourbar_jitter.toml`) the
-patent's objective, the largest departure in two revolutions from one start, has {first} local minima at {many} points
-({coarse} at every {every}th); the steady one, a mean over forty revolutions, {steady} at {few}. The first is one
-blow after a flight across the clearance. It changes smoothly with the lengths, and gradients serve, up to a jump where
-another blow becomes the largest or a flight ends elsewhere. The second is left to many impacts, each of which depends
-on those before it.
+The figure shows two objectives on the straight line from the nominal design to the recorded one
+(`docs/replication/designs/fourbar_jitter.toml`):
 
-## What a start decides
+- The patent's objective, the largest [jitter](glossary.md#jitter) in two revolutions from one start, has {first}
+  local minima at {many} points ({coarse} at every {every}th point). It is one [impact](glossary.md#impact) after a
+  flight across the clearance. It changes smoothly with the lengths, so gradients are useful, except at jumps: there
+  another impact becomes the largest, or a flight ends at another place.
+- The steady objective, a mean over forty revolutions, has {steady} local minimum at {few} points. It depends on many
+  impacts, each influenced by those before.
 
-The study as it is shipped takes {reductions[0]:.1f} % off from the nominal design. From {STARTS} starts beside
-it, whose lengths differ by {BESIDE:g} of themselves, it takes {others} %: a jump that
-a step of the line search just meets, or just misses, decides the valley. So take several starts (`starts = 10` in
-`[algorithm]`), and no single answer for the best there is.
+## Influence of the start
 
-## What the lost bounds decide
+The shipped study reduces the objective by {reductions[0]:.1f} % from the nominal design. {STARTS} starts whose
+lengths differ by {BESIDE:g} of themselves give {others} %: a step of the line search just meets, or just misses, a
+jump. Use several starts (`starts = 10` in
+`[algorithm]`), and do not take a single answer for the global optimum.
+
+## Influence of the lost bounds
 
 The patent's ranges of the lengths are lost with its table 1. Differential evolution, seed 1, {BUDGET} designs:
 
 {table(("bounds, of the nominal lengths", *HEADINGS), rows)}
-The printed 77.5 % says as much of the bounds as of the method: a longer, heavier follower turns less under
-a blow, even under one that is [harder](replication.md#the-four-bar). (Within the widest bounds so few designs do not
-find what the third row has.)
+The printed 77.5 % depends on the bounds as much as on the method: a longer, heavier follower turns less under an
+impact, even under a [stronger one](replication.md#the-four-bar). Within the widest bounds this number of designs is
+too small to find the result of the third row.
 
-## A stand-in without contacts
+## A substitute without contacts
 
-`fourbar_surrogate` minimises the largest rate at which the force in the joint with play turns its direction, in the
-linkage *without* clearance: the journal leans where the force presses it, and loses touch where the direction turns
-fast. Over {order["designs"]} random designs its rank correlation (Spearman) with the steady jitter, of {REVOLUTIONS}
-revolutions from one start, is {order["rank"]:.2f}. Its answer, found without a single run, has {lengths} of the nominal
-lengths, and lowers
+`fourbar_surrogate` minimises the largest rate at which the force in the clearance joint changes its direction, in
+the linkage *without* clearance. The force presses the journal against the wall; the journal loses contact where the
+direction changes fast. Over {order["designs"]} random designs the rank correlation (Spearman) with the steady jitter
+({REVOLUTIONS} revolutions, one start) is {order["rank"]:.2f}. Its optimum has {lengths} of the nominal lengths,
+needs no run, and reduces
 
 - the patent's objective by {scores[0]},
 - its mean over four starts by {scores[1]},
-- the steady one by {scores[2]}.
+- the steady objective by {scores[2]}.
 """
 
 
@@ -186,7 +190,7 @@ def draw(found: dict[str, Any]) -> None:
             part = found["line"][name]
             ax.plot(part["way"], part["value"], style, marker=".", color=colour, label=label)
         ax.set(
-            xlabel="way from the nominal design (0) to the recorded one (1)",
+            xlabel="position between the nominal design (0) and the recorded one (1)",
             ylabel="objective, of the nominal design's", ylim=(0.0, None),
         )  # fmt: skip
         ax.legend(frameon=False)

@@ -29,15 +29,19 @@ RESULTS = "fourbar_methods"
 TIGHTER = 0.1
 HEAD = """# Methods on the patent's design problem
 
-CN106055749A (Bai, Zhao and Sun, 2016) lowers the departure of the acceleration from the ideal linkage's, by the
-lengths of a double crank with a dry joint, with a generalised reduced gradient. It prints 77.5 %. Its data and the
-bounds of the lengths are lost with its tables, and are assumed here: a third to thrice the nominal ones
-(`optim/studies/fourbar_jitter.toml`); between half and double no method reaches what is printed. Written by
-`python benchmarks/fourbar_methods.py` from what it measured, in `docs/replication/measured/` (earlier searches with the
-digits that are printed here). Each method had the same budget of runs (designs that violate a constraint
-need none); *reduction* is that of the objective it minimised, the columns after it that of the same quantity where
-nobody searched. [The problem from above](fourbar_landscape.md) shows how the objectives run along a line, and what the
-lost bounds decide.
+For readers who compare optimisation algorithms: five methods on one problem with dry contact, with equal budgets.
+
+CN106055749A (Bai, Zhao and Sun, 2016) reduces the [jitter](glossary.md#jitter) of the acceleration by the lengths of
+a double crank with a dry joint, using a generalised reduced gradient method. It prints a reduction of 77.5 %. Its
+data and bounds are lost with its tables and are assumed here: a third to three times the nominal lengths
+(`optim/studies/fourbar_jitter.toml`). Between half and double the nominal lengths no method reaches the printed
+reduction.
+
+`python benchmarks/fourbar_methods.py` writes this page from its measurements in `docs/replication/measured/`
+(earlier searches to the digits printed here). Each method had the same budget of runs; designs that violate a
+constraint need no run. *Reduction* refers to the minimised objective. The next two columns give the same quantity at
+ten start angles that were not searched, and at a tighter tolerance. [The landscape](fourbar_landscape.md) shows the
+objectives along a line, and the influence of the lost bounds.
 """
 
 
@@ -170,8 +174,8 @@ def page(found: dict[str, dict]) -> str:
             text += "Not measured.\n"
             continue
         text += f"{objective.meaning[0].upper()}{objective.meaning[1:]};"
-        text += f" {objective.budget} designs, and what the last iteration took beyond.\n"
-        text += f"Differences are of {objective.step:g} of the bounds' width.\n\n"
+        text += f" {objective.budget} designs, and the remaining designs of the last iteration.\n"
+        text += f"Difference step: {objective.step:g} of the width of the bounds.\n\n"
         nominal = load_study(find_study(name)).nominal
         lines = [
             [*key.split("/")[1:], str(row["evaluations"]), *cells(row, np.array(row["x"]) / nominal)]

@@ -19,10 +19,12 @@ _KINDS = {"b": "bounds", "i": "inequalities", "e": "equalities", "v": "vertex", 
 
 _HEAD = r"""# Algorithms of the optimisation
 
-An algorithm is a function `(problem, settings, seed, progress) -> Result` (`optim/algorithms/nlp.py` has the types). It
-sees bounds and a function of whole populations, never a mechanism. It depends on nothing but its arguments: run again, it
-asks for the same designs in the same order, so a run that was stopped is resumed by running it again on the stored values.
-This page is written by `python docs/make_algorithms.py`.
+For readers who choose or add an optimisation algorithm: the algorithms, their rules and settings, the theory of the reduced gradient method, and measurements on test
+problems. `python docs/make_algorithms.py` writes this page. [Optimise a design](optimisation.md) explains studies.
+
+An algorithm is a function `(problem, settings, seed, progress) -> Result` (types in `optim/algorithms/nlp.py`). It sees bounds and a function of whole populations,
+never a mechanism. It depends only on its arguments: the same call requests the same designs in the same order. A stopped run is therefore resumed by repeating it with the
+stored values.
 
 ```python
 import optim
@@ -31,103 +33,91 @@ result = optim.minimise("grg", problem, {"starts": 8}, seed=1)
 print(result.x[0], result.values.objectives[0, 0], result.status, result.status.remedy)
 ```
 
-| name | what it is | objectives | needs a start |
+| name | algorithm | objectives | needs a start |
 |---|---|---|---|
 """
 
 _RULES = r"""
-All of them keep these rules:
+Common rules:
 
-- A whole population is evaluated in one call; the gradient methods take a gradient as one population of 2 n designs.
+- A whole population is evaluated in one call. Gradient methods evaluate a gradient as one population of 2 n designs.
 - No design is evaluated twice in a run (`optim/algorithms/archive.py`).
-- Failed evaluations, and values that are not finite, are worse than anything else and never end a run. Only where nothing
-  can be evaluated, at the start of a local method or anywhere, the status is `evaluation-failed`.
-- Designs are ordered by the rules of feasibility (Deb 2000): feasible before infeasible, the lower objective among the
-  feasible, the lower sum of violations among the infeasible. With several objectives it is constrained domination.
+- Failed evaluations, and values that are not finite, are worse than any other and never end a run. If nothing can be evaluated, at the start of a local method or anywhere, the
+  status is `evaluation-failed`.
+- Designs are ordered by the rules of feasibility (Deb, [2000](references.md)): feasible before infeasible, then the lower objective, or the lower sum of violations. Several objectives use
+  constrained domination.
 - `progress` is called after each iteration and may raise `KeyboardInterrupt`: the best design so far is returned.
 
-| status | what to try |
+| status | meaning and remedy |
 |---|---|
 """
 
 _THEORY = r"""
 ## The generalised reduced gradient method
 
-Minimise $f(x)$ subject to $g(x) \le 0$, $h(x) = 0$ and bounds. With a slack for every constraint, $s \ge 0$ for an inequality
-and $s = 0$ for an equality, and $y = (x, s)$:
+The problem: minimise $f(x)$ subject to $g(x) \le 0$, $h(x) = 0$ and bounds. Every constraint has a slack, $s \ge 0$ for an inequality and $s = 0$ for an
+equality; $y = (x, s)$:
 
 $$c(x) + s = 0, \qquad l \le y \le u, \qquad A = \partial (c + s) / \partial y = [\,J \;\; I\,].$$
 
-Variables are measured by the distance of their bounds, the objective and the constraints by their change over it, so units
-do not matter.
+Variables are scaled by the distance of their bounds, objective and constraints by their change over it. Units therefore have no influence.
 
-**Partition.** As many variables as there are constraints, m, are basic, $y = (y_B, y_N)$ and $A = [\,B \;\; N\,]$. The
-equations determine them; n remain. Eliminating $y_B$ leaves a function of $y_N$ whose gradient is the *reduced gradient*
+**Partition.** There are m constraints. m variables are basic: $y = (y_B, y_N)$, $A = [\,B \;\; N\,]$. The equations determine them; n variables remain. The gradient of the function of
+$y_N$ is the *reduced gradient*
 
 $$r = \nabla_N f - N^T \pi, \quad B^T \pi = \nabla_B f, \qquad \text{or} \quad r = Z^T \nabla f, \quad
 Z = \begin{bmatrix} I \\ -B^{-1} N \end{bmatrix}.$$
 
-An exchange of a basic with a nonbasic variable multiplies $\det B$ by the pivot $(B^{-1} N)_{ij}$. Columns are weighted by
-the room that their variables have to their bounds, and exchanges are made as long as one makes the weighted determinant
-more than ten times larger. So the basis is well conditioned, and its variables can move.
+An exchange of a basic and a nonbasic variable multiplies $\det B$ by the pivot $(B^{-1} N)_{ij}$. Columns are weighted by the distances of their variables from their bounds. Exchanges continue as long
+as one increases the weighted determinant more than tenfold. The basis is then well conditioned, and its variables can move.
 
 **Step.** With a BFGS approximation $H$ of the reduced Hessian the step of the nonbasic variables solves
 
 $$\min_v \; r^T v + \tfrac12 v^T H v \quad \text{subject to} \quad l - y \le Z v \le u - y.$$
 
-Abadie and Carpentier, and Lasdon et al., move the variables off their bounds (the superbasic ones) and release bounds one
-by one by the sign of their multipliers. Taking the bounds into the model does both at once, and makes degenerate points,
-where basic variables lie on bounds too, no special case. It is a problem of nonnegative least squares. Its multipliers $\mu$
-and $v$ satisfy $r + H v = Z^T \mu$: where $\lVert H v \rVert$ and the products of $\mu$ and the distances to the bounds are small,
-the conditions of Karush, Kuhn and Tucker hold, and the search ends (`converged`).
+Abadie and Carpentier ([1969](references.md)) and Lasdon et al. ([1978](references.md)) move only variables off their bounds (superbasic variables) and release bounds one by one, by the sign of their
+multipliers. This method includes the bounds in the model, so degenerate points, where basic variables lie on bounds too, are no special case. The model is a problem of nonnegative least
+squares. Its multipliers $\mu$ and $v$ satisfy $r + H v = Z^T \mu$. The search ends (`converged`) when $\lVert H v \rVert$ and the products of $\mu$ and the distances to the bounds are small: the conditions of
+Karush, Kuhn and Tucker then hold.
 
-If the partition changes, so do the coordinates of the tangent space: $v = T v'$, and $H' = T^T H T$ keeps what was learnt.
+A changed partition changes the coordinates of the tangent space: $v = T v'$. $H' = T^T H T$ keeps the curvature information.
 
-**Line search.** At $y_N + \alpha v$ the basic variables follow by Newton's method on $c(x) + s = 0$, with $B^{-1}$ from the last
-Jacobian, improved by Broyden's updates: no further derivatives. A basic variable that meets a bound is set on it, changes
-places with a nonbasic one, and the correction goes on. Where it does not converge, or an evaluation fails, $\alpha$ is
-shortened. The step is accepted when $f - \pi^T (c + s)$ falls enough (Armijo); the second term removes, to first order, what
-the remaining residual adds.
+**Line search.** At $y_N + \alpha v$ Newton's method on $c(x) + s = 0$ determines the basic variables, with $B^{-1}$ from the last Jacobian and Broyden's updates, without further
+derivatives. A basic variable that meets a bound is set to it and exchanged with a nonbasic one; the correction then continues. If it does not converge, or an evaluation fails, $\alpha$ is
+reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo); the second term removes, to first order, the influence of the remaining residual.
 
-**Phase I.** From an infeasible start the sum of the violations is minimised in the same way, with slacks that are allowed
-to be out of their bounds as far as they are. A point where this is stationary may be a saddle: it is left once by a small
-push before the status is `infeasible`.
+**Phase I.** From an infeasible start the same method minimises the sum of the violations; the slacks may exceed their bounds by as much as they do at the start. A stationary point may be a saddle:
+one small perturbation leaves it before the status becomes `infeasible`.
 
-**Derivatives** are the problem's own (`Problem.jacobian`) or central differences, one-sided of second order at bounds. The
-step is relative to the bounds. A rough objective needs a long one: below the scale of its ripples differences see nothing
-but these, and the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples:
-Newton's method cannot find what is not resolved.
+**Derivatives** come from the problem (`Problem.jacobian`) or from central differences, one-sided of second order at bounds. The step is relative to the bounds. A rough objective needs a large
+step: with a step below the scale of its ripples the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples.
+
+**SNOPT** is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)), called through Drake.
 
 ## Measured
 
-Problems of W. Hock and K. Schittkowski, *Test Examples for Nonlinear Programming Codes*, Springer 1981, from the printed
-starts, with the settings' defaults and differences for derivatives. A population is one call: it is what counts where
-designs are evaluated in parallel. The last column is Drake's SNOPT on the same scaled problem with the same differences.
+Problems of Hock and Schittkowski ([1981](references.md)) from the printed starts, with default settings and difference derivatives. A population is one call; the number of populations matters where designs are
+evaluated in parallel. The last column is Drake's SNOPT on the same scaled problem with the same differences.
 
 """
 
 _AFTER = r"""
-All are found to 1e-6 of max(1, |optimum|) with every constraint satisfied to 1e-6 in its own unit. Two more are local optima:
-from the printed start problem 20 ends at 40.199 (published 38.199), problem 61 at another of its separate feasible sets;
-both find the published optimum from other starts. At the optimum of problem 13 no multipliers exist: a tolerance t of its
-constraint shifts it by the cube root of t, for every method. (*Vertex*: the active constraints leave no freedom.
-*Degenerate*: their gradients depend on each other, a multiplier vanishes, or the reduced Hessian is singular.)
+All are found to 1e-6 of max(1, |optimum|); every constraint is satisfied to 1e-6 in its unit. Two further problems end in local optima from the printed start: problem 20 at 40.199 (published
+38.199), problem 61 in another of its separate feasible sets. Both reach the published optimum from other starts. At the optimum of problem 13 no multipliers exist: for every method, a constraint tolerance t
+shifts it by the cube root of t. *Vertex*: the active constraints leave no freedom. *Degenerate*: their gradients are dependent, a multiplier vanishes, or the reduced Hessian is singular.
 
 ## Genetic algorithms
 
-pygad supplies generations, simulated binary crossover, polynomial mutation and two random generators of its own: those of
-NumPy and Python are not touched. Survival and the choice of parents are ours: pygad orders by one finite
-fitness, knows no constraints, and in its NSGA-II parents and children do not compete. Its probabilities:
+pygad supplies generations, simulated binary crossover, polynomial mutation and separate random generators; the generators of NumPy and Python are unaffected. This package replaces survival and the choice of
+parents, because pygad orders designs by one finite fitness, has no constraints, and its NSGA-II lets parents and children not compete. Probabilities:
 
-- crossover: pygad's is that of a parent to be eligible, so nearly every child is crossed whatever it is; here it is the
-  probability that a child is crossed, else it is a copy of its first parent;
-- mutation: pygad's is that of *each variable*, and so it is here. Chen et al. (2025) print 0.6 without saying of what.
+- Crossover: the probability that a child is crossed; otherwise it is a copy of its first parent. (In pygad it is the probability of a parent to be eligible, so nearly every child is crossed.)
+- Mutation: the probability of each variable, as in pygad. Chen et al. (2025) print 0.6 without a definition.
 
-`elites` is the number of parents that compete with the children. With as many as the population (the default) the best
-designs are only lost to better ones.
+`elites` is the number of parents that compete with the children. By default it equals the population: only better designs displace the best ones.
 
-The front is that of all designs that were evaluated. `optim.hypervolume` measures it, `optim.knee` finds the design that
-lies farthest from the plane through the extremes, each objective measured by its range.
+The [Pareto front](glossary.md#pareto-front) contains all evaluated designs. `optim.hypervolume` measures it; `optim.knee` finds the design farthest from the plane through the extremes, with each objective divided by
+its range.
 
 ## Settings
 
@@ -138,7 +128,7 @@ lies farthest from the plane through the extremes, each objective measured by it
 _ADD = r"""
 ## Adding an algorithm
 
-1. A module with a table of settings and a function. `Archive` evaluates, remembers, and orders by feasibility:
+1. A module with a table of settings and a function. `Archive` evaluates, stores and orders designs by feasibility:
 
    ```python
    from pydantic import Field
@@ -163,19 +153,19 @@ _ADD = r"""
        return Result(x, values, Ending.BUDGET_USED, 1, len(archive))
    ```
 
-2. An entry in `ALGORITHMS` of `optim/algorithms/registry.py`, by names, so that nothing is imported before it is used:
+2. An entry in `ALGORITHMS` of `optim/algorithms/registry.py`, by names, so that nothing is imported before its use:
 
    ```python
    "random": Algorithm("random_search", "random_search", "RandomSearch", "random search"),
    ```
 
-The tests of `tests/optim/test_algorithms.py` then run on it too: the same seed asks for the same populations, it can be
-interrupted, failed evaluations do not end it.
+The tests of `tests/optim/test_algorithms.py` then include it: equal seeds request equal populations, it can be interrupted, and failed evaluations do
+not end it.
 """
 
 
 class Row(NamedTuple):
-    """What was measured on one problem."""
+    """Measurements on one problem."""
 
     example: Example
     found: float

@@ -1,4 +1,4 @@
-"""What the three sources print wrongly: ``misprints.toml``, checked, as a page."""
+"""Misprints of the three sources: ``misprints.toml``, checked, as a page."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ DATA = Path(__file__).with_name("misprints.toml")
 
 
 class Misprint(Table):
-    """Something that is wrong, or missing, as printed; text for the page."""
+    """An error or omission of a source; text for the page."""
 
     place: str = Field(min_length=1, description="equation, table or section")
     printed: str = Field(min_length=1, description="as printed")
-    ours: str = Field(min_length=1, description="what is used instead, and why")
+    ours: str = Field(min_length=1, description="correction used here, and its reason")
     shown: str = Field(min_length=1, description="test or file that proves it")
     claim: str = Field("", description="its row on a replication page, if it has one")
 
@@ -52,11 +52,11 @@ def page() -> str:
         ),
     ]
     body = "\n".join(f"## {title}\n\n{source}\n\n{_rows(listed)}" for title, source, listed in sections if listed)
-    return f"""# What is wrong as printed
+    return f"""# Misprints of the sources
 
-Equations, tables and numbers of the three replicated sources that cannot be used as they stand, what is used instead, and the test that
-proves it. What their results come to is on the pages of the [press and the four-bar](replication.md) and of the
-[robot](replication_3rrr.md). Written by `python docs/make_misprints.py` from `docs/replication/misprints.toml`.
+For readers who use one of the three replicated sources: equations, tables and numbers that cannot be used as printed, the correction used here, and the
+test that proves it. [The press and the four-bar](replication.md) and [the robot](replication_3rrr.md) compare the results.
+`python docs/make_misprints.py` writes this page from `docs/replication/misprints.toml`.
 
 {body}"""
 

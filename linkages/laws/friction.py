@@ -31,9 +31,9 @@ _F = types.float64
 _call = caller(_F)
 
 AMBROSIO = (
-    Parameter("v_0", "m/s", 1e-4, "speed up to which there is no friction", ge=0.0, source="Chen 2025, Table 4"),
+    Parameter("v_0", "m/s", 1e-4, "speed below which friction is zero", ge=0.0, source="Chen 2025, Table 4"),
     Parameter(
-        "v_1", "m/s", 1e-3, "speed from which there is full friction", gt=0.0, above="v_0", source="Chen 2025, Table 4"
+        "v_1", "m/s", 1e-3, "speed above which friction is full", gt=0.0, above="v_0", source="Chen 2025, Table 4"
     ),
 )
 
@@ -49,8 +49,8 @@ def ambrosio(v: float, bristle: float, joint: np.record) -> float:
 
 
 CUBIC = (
-    Parameter("v_0", "m/s", 1e-4, "speed of the largest friction, static", gt=0.0, source="assumed"),
-    Parameter("v_1", "m/s", 1e-3, "speed from which friction is dynamic", gt=0.0, above="v_0", source="assumed"),
+    Parameter("v_0", "m/s", 1e-4, "speed of the largest (static) friction", gt=0.0, source="assumed"),
+    Parameter("v_1", "m/s", 1e-3, "speed above which friction is dynamic", gt=0.0, above="v_0", source="assumed"),
 )
 
 
@@ -74,7 +74,7 @@ def cubic(v: float, bristle: float, joint: np.record) -> float:
 
 
 COULOMB = (
-    Parameter("v_1", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest", gt=0.0, source="assumed"),
+    Parameter("v_1", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest value", gt=0.0, source="assumed"),
 )
 
 

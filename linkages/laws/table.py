@@ -17,7 +17,7 @@ from linkages.laws.friction import FRICTIONS
 
 
 class Law(NamedTuple):
-    """What a row of the tables says of a law."""
+    """Row of a table: formula, valid range and source of a law."""
 
     formula: str
     valid: str
@@ -61,7 +61,10 @@ def markdown() -> str:
     parts = [
         "# Force laws",
         "",
-        "Generated from the registries in `linkages/laws` by `docs/make_laws.py`: do not edit.",
+        "Reference for users who choose a film, contact, friction or mixed law: formula, valid range, source and"
+        " parameters of every law, and two measured comparisons. `python docs/make_laws.py` writes this page from the"
+        " registries in `linkages/laws`. [Theory](theory.md) defines the symbols; [add a force law](extend.md) explains"
+        " how to add one.",
         "",
     ]
     films = {name: film for name, film in FILMS.items() if film.force is not None}  # the map's rules have rows
@@ -69,10 +72,9 @@ def markdown() -> str:
     parts += _closed_form_errors()
     parts += _section("Contact", CONTACTS)
     parts += [
-        "E' is the contact modulus, L the length, DR = R_b - R_j, S = pi E' L. No contact pulls: a negative"
-        " force is set to zero. ddelta0 is the speed at the start of this contact, and ddelta/ddelta0 is"
-        " clipped to [-1, 1] unless told otherwise: a journal that swings in a contact which never separates"
-        " would meet a damping without bound.",
+        "E' is the contact modulus, L the length, DR = R_b - R_j, S = pi E' L. A contact never pulls: a negative"
+        " force is set to zero. ddelta0 is the approach speed of the contact. The ratio ddelta/ddelta0 is limited to"
+        " [-1, 1] unless `clip = false`: in a contact that never separates the damping would otherwise be unbounded.",
         "",
     ]
     parts += _parameters(CONTACTS)
@@ -110,8 +112,8 @@ def _restitution() -> list[str]:
     lines = [
         "### Effective restitution",
         "",
-        "A law with F = F_e(delta) (1 + chi ddelta/ddelta0) gives e' by"
-        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), whatever the stiffness, mass and speed.",
+        "The restitution e' of a free impact under F = F_e(delta) (1 + chi ddelta/ddelta0) satisfies"
+        " chi - ln(1 + chi) = -chi e' - ln(1 - chi e'), for every stiffness, mass and speed.",
         "",
         "![Effective restitution](figures/restitution.png)",
         "",
@@ -139,12 +141,12 @@ def _closed_form_errors() -> list[str]:
     lines = [
         "### Error of the long and the short film",
         "",
-        "Force of the exact long half film, or of the short one, over that of the finite film (2D Reynolds equation,"
-        " Guembel's condition). The ranges of validity follow from these tables: in rotation and approach the long film"
-        " errs by at most 14 % from L/D = 8 on, the short film by at most 16 % up to L/D = 1/4 and eps = 0.7. The long"
-        " film tends to the finite one with L/D in rotation only. With squeeze the two differ in the limit too:"
-        " the half film has p = 0 on two lines half a turn apart, while the open ends of a film, however"
-        " long, fix the mean of p, weighed with h^3, at zero. A separating journal then feels far less.",
+        "The tables give the force of the exact long half film, or of the short film, divided by the force of the finite"
+        " film (2D Reynolds equation, Guembel's condition). The ranges of validity follow from them: in rotation and"
+        " approach the long film errs by at most 14 % from L/D = 8 on, the short film by at most 16 % up to L/D = 1/4 and"
+        " eps = 0.7. The long film tends to the finite one with L/D in rotation only. With squeeze the two differ in the"
+        " limit too: the half film has p = 0 on two lines half a turn apart, but the open ends of a long film fix the mean"
+        " of p, weighted with h^3, at zero. The force on a separating journal is then much smaller.",
         "",
         "![Error of the long-bearing assumption](figures/long_bearing_error.png)",
         "",

@@ -174,7 +174,7 @@ def register_friction(
     >>> def smooth(v, bristle, joint):
     ...     return joint.top * math.tanh(v / joint.pace)
     >>> top = laws.Parameter("top", "1", None, "largest coefficient", ge=0.0)
-    >>> pace = laws.Parameter("pace", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest", gt=0.0)
+    >>> pace = laws.Parameter("pace", "m/s", 1e-3, "speed at which friction is tanh(1) of its largest value", gt=0.0)
     >>> laws.register_friction("smooth", smooth, parameters=[top, pace])
     >>> "smooth" in laws.FRICTIONS
     True

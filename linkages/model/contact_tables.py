@@ -19,10 +19,10 @@ class Stop(Table):
 
     of_any_joint = True
 
-    joint: str = Field(description="the ideal joint whose way ends")
-    side: Literal["upper", "lower"] = Field(description="whether it ends the coordinate's way up, or down")
-    limit: Finite = Field(description="coordinate at which it stands, zero in the drawn pose [rad]")
-    contact: Contact = Field(description="its law, with stiffness [N m/rad^n]")
+    joint: str = Field(description="ideal joint whose range the stop limits")
+    side: Literal["upper", "lower"] = Field(description="upper or lower limit of the coordinate")
+    limit: Finite = Field(description="coordinate of the stop, zero in the reference configuration [rad]")
+    contact: Contact = Field(description="contact law, with stiffness [N m/rad^n]")
 
     @property
     def laws(self) -> tuple[str, ...]:
@@ -38,10 +38,10 @@ class LineContact(Table):
 
     point: str = Field(description="origin of this link or frame")
     line: str | None = Field(None, description="frame whose x axis is the line; its y axis points to the free side")
-    anchor: Pair | None = Field(None, description="instead, of a fixed line: a point on it, plane axes [m]")
-    angle: Finite = Field(0.0, description="and its direction, from x_P counter-clockwise [rad]")
+    anchor: Pair | None = Field(None, description="instead: a point of a fixed line, plane axes [m]")
+    angle: Finite = Field(0.0, description="direction of the fixed line, from x_P counter-clockwise [rad]")
     contact: Contact = Field(description="normal contact law, with stiffness [N/m^n]")
-    friction: Friction | None = Field(None, description="friction; none without it")
+    friction: Friction | None = Field(None, description="friction; default: none")
 
     @model_validator(mode="after")
     def _one_line(self) -> LineContact:

@@ -53,12 +53,12 @@ QUANTITIES = {
     "ax": "acceleration along x_P [m/s2]",
     "ay": "acceleration along y_P [m/s2]",
     "alpha": "angular acceleration [rad/s2]",
-    "acceleration": "size of the point's acceleration [m/s2]",
+    "acceleration": "magnitude of the point's acceleration [m/s2]",
 }
 
 #: And of a frame on a link that bends.
 FRAME_BENDING = {
-    "deflection": "a frame's distance from the line between the beam's ends, to its left, less that unbent [m]"
+    "deflection": "distance of a frame from the chord of the beam's ends, positive to its left, less the undeformed one [m]"
 }
 
 #: Quantities of a joint's place, through which two links turn.
@@ -67,12 +67,12 @@ PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
 
 #: And of a link that bends, as a whole.
 LINK_BENDING = {
-    "deflection": "largest distance of the link from the line between the beam's ends, its magnitude [m]",
-    "deflection_place": "where that is, from the beam's first end [m]",
-    "bending": "largest bending moment in the link, its magnitude [N m]",
-    "stress": "largest normal stress in the link, its magnitude [Pa]",
-    "stress_place": "where that is, from the beam's first end [m]",
-    "compression": "largest compressive force in the link, zero in tension [N]",
+    "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
+    "deflection_place": "its position from the beam's first end [m]",
+    "bending": "largest magnitude of the bending moment [N m]",
+    "stress": "largest magnitude of the normal stress [Pa]",
+    "stress_place": "its position from the beam's first end [m]",
+    "compression": "largest compressive force, zero in tension [N]",
 }
 BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
@@ -95,37 +95,34 @@ class Experiment(Brief, Table):
         [0.0, 0.0, 0.0], description="gravity, world axes [m/s2]"
     )
     start: Literal["centred", "equilibrium"] = Field(
-        "centred",
-        description="where journals start: at their offset, by default the centre, or at rest under their loads",
+        "centred", description="start of journals: at their offset (default: the centre), or in static equilibrium"
     )
     outputs: list[str] = Field(
         [],
-        description=f"what to report: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
+        description=f"reported outputs: LINK_OR_FRAME.{'|'.join((*QUANTITIES, *BENDING_QUANTITIES))},"
         f" JOINT.{'|'.join(PIN_QUANTITIES)}",
     )
     drives: dict[str, Drive] = Field({}, description="driven joints by name")
     joints: dict[str, JointModel] = Field({}, description="joint models by name; joints not named are ideal")
     links: dict[str, LinkModel] = Field({}, description="link models by name; links not named are rigid")
-    forces: dict[str, Force] = Field({}, description="applied forces, each with a name of its own")
-    torques: dict[str, Torque] = Field({}, description="applied torques, each with a name of its own")
-    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, each named")
-    torsion_springs: dict[str, TorsionSpring] = Field(
-        {}, description="torsion springs and dampers, each with a name of its own"
-    )
-    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, each with a name of its own")
-    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, each with a name of its own")
-    stops: dict[str, Stop] = Field({}, description="limit stops of joints, each with a name of its own")
-    contacts: dict[str, LineContact] = Field(
-        {}, description="contacts of points with straight lines, each with a name of its own"
-    )
+    forces: dict[str, Force] = Field({}, description="applied forces by name")
+    torques: dict[str, Torque] = Field({}, description="applied torques by name")
+    springs: dict[str, Spring] = Field({}, description="springs and dampers between two points, by name")
+    torsion_springs: dict[str, TorsionSpring] = Field({}, description="torsion springs and dampers by name")
+    frictions: dict[str, JointFriction] = Field({}, description="friction in ideal joints, by name")
+    gears: dict[str, Gear] = Field({}, description="gears and belts between joints, by name")
+    stops: dict[str, Stop] = Field({}, description="stops of joints by name")
+    contacts: dict[str, LineContact] = Field({}, description="contacts of points with straight lines, by name")
     report: Literal["steady", "whole"] = Field(
         "steady",
-        description="what tables give first: the last period of a motion that has become periodic, else what follows "
-        "the start-up of joints that can touch; or the whole run",
+        description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
+        "after the start-up of joints that can touch; or the whole run",
     )
-    report_from: NonNegative | None = Field(None, description="time from which on tables give the run instead [s]")
-    windows: dict[str, Window] = Field({}, description="further parts of the run that get numbers of their own")
-    sdf: dict[str, Any] = Field({}, description="values that replace those of the SDF file, by dotted path")
+    report_from: NonNegative | None = Field(
+        None, description="start of the part of the run that tables give instead [s]"
+    )
+    windows: dict[str, Window] = Field({}, description="further parts of the run with separate results")
+    sdf: dict[str, Any] = Field({}, description="replaced values of the SDF file, by dotted path")
     solver: Solver = Field(Solver.model_validate({}), description="numerical settings")
 
     _source: Path = PrivateAttr(Path("experiment"))

@@ -34,14 +34,14 @@ class Drive(Table):
     of_any_joint = True
 
     angle: Finite = Field(0.0, description="joint coordinate at t = 0 [rad]")
-    speed: Finite | None = Field(None, description="constant speed [rad/s]; of a torque drive, speed at t = 0")
+    speed: Finite | None = Field(None, description="constant speed [rad/s]; with a torque, the speed at t = 0")
     ramp: NonNegative = Field(0.0, description="time of a smooth start from rest to `speed` [s]")
     times: list[Finite] | None = Field(None, description="times of a table, increasing [s]")
     angles: list[Finite] | None = Field(None, description="joint coordinates at `times` [rad]")
     formula: str | None = Field(None, description="joint coordinate as a formula of the time t, [rad] in SI units")
-    torque: Finite | None = Field(None, description="constant torque, of a joint that turns [N m]")
+    torque: Finite | None = Field(None, description="constant torque of a revolute joint [N m]")
     torques: list[Finite] | None = Field(None, description="torques at `times` [N m]")
-    force: Finite | None = Field(None, description="constant force along its way, of a joint that slides [N]")
+    force: Finite | None = Field(None, description="constant force of a prismatic joint along its axis [N]")
     forces: list[Finite] | None = Field(None, description="forces at `times` [N]")
 
     @model_validator(mode="after")
@@ -133,7 +133,7 @@ class Contact(LawTable):
         None, description="stiffness instead of the law's from material and radii [N/m^n; N/m for cylinders]"
     )
     yield_strength: Positive | None = Field(
-        None, description="of the softer body; a run whose contacts yield is warned of [Pa]"
+        None, description="yield strength of the softer body; contacts that yield give a warning [Pa]"
     )
     clip: bool = Field(True, description="whether the damping's speed ratio is clipped to [-1, 1]")
 
@@ -181,7 +181,7 @@ class Mixed(Table):
     """Between film and contact, for mixed joints."""
 
     law: Literal["blend", "greenwood-tripp"] = Field(description="blend of Chen 2025 eq. (15), or asperities")
-    transition: Positive | None = Field(None, description="blend: penetration E_0 where only contact is left [m]")
+    transition: Positive | None = Field(None, description="blend: penetration E_0 from which only the contact acts [m]")
     film_limit: Fraction = Field(0.99, description="largest eccentricity ratio at which the film is evaluated [1]")
     roughness: Positive | None = Field(None, description="asperities: standard deviation of either surface [m]")
     density: Positive | None = Field(None, description="asperities: summits per area [1/m2]")
@@ -212,18 +212,16 @@ class Wear(Table):
     """
 
     coefficient: Positive = Field(description="k of dV = k N |v_t| dt [m2/N]; 1 mm3/(N m) is 1e-9 m2/N")
-    side: Literal["bearing", "journal", "both"] = Field("bearing", description="what wears")
-    share: Fraction | None = Field(None, description="both: part of the volume that comes from the bearing [1]")
+    side: Literal["bearing", "journal", "both"] = Field("bearing", description="body that wears")
+    share: Fraction | None = Field(None, description="both: share of the bearing in the worn volume [1]")
     hardness: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="both, instead of share: hardness of bearing and journal, the softer wears more [Pa]"
+        None, description="both, instead of share: hardness of bearing and journal; the softer body wears more [Pa]"
     )
-    nodes: Annotated[int, Field(ge=24, le=7200)] = Field(360, description="of a profile over the turn")
-    bearing_depth: list[NonNegative] | None = Field(
-        None, description="worn from the bearing before, `nodes` depths [m]"
+    nodes: Annotated[int, Field(ge=24, le=7200)] = Field(
+        360, description="number of points of a profile around the circumference"
     )
-    journal_depth: list[NonNegative] | None = Field(
-        None, description="worn from the journal before, `nodes` depths [m]"
-    )
+    bearing_depth: list[NonNegative] | None = Field(None, description="initial wear of the bearing: `nodes` depths [m]")
+    journal_depth: list[NonNegative] | None = Field(None, description="initial wear of the journal: `nodes` depths [m]")
 
     @model_validator(mode="after")
     def _complete(self) -> Wear:
@@ -258,15 +256,15 @@ class JointModel(LawTable):
 
     law_kind, law_key = "film", "film"
 
-    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="what the joint is")
+    model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
     film: FilmName = Field("finite", description="film law")
     cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
-    oil: Oil | None = Field(None, description="instead of viscosity")
+    oil: Oil | None = Field(None, description="oil, instead of a viscosity")
     contact: Contact | None = Field(None, description="dry and mixed: normal contact")
-    friction: Friction | None = Field(None, description="dry and mixed: friction; none without it")
-    mixed: Mixed | None = Field(None, description="mixed: between film and contact")
+    friction: Friction | None = Field(None, description="dry and mixed: friction; default: none")
+    mixed: Mixed | None = Field(None, description="mixed: combination of film and contact")
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
     shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
@@ -335,8 +333,8 @@ IMPLICIT = get_args(Implicit)
 class Window(Table):
     """A part of a run."""
 
-    start: NonNegative = Field(description="where it begins [s]")
-    end: Positive = Field(description="where it ends [s]")
+    start: NonNegative = Field(description="start [s]")
+    end: Positive = Field(description="end [s]")
 
     @model_validator(mode="after")
     def _lasts(self) -> Window:
@@ -352,7 +350,5 @@ class Solver(Table):
         None, description="Drake's integration scheme; default radau3 with films or bristles, else runge_kutta5"
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
-    max_step: Positive | None = Field(
-        None, description="largest step; default 2e-3, where contact is possible 2e-5 [s]"
-    )
+    max_step: Positive | None = Field(None, description="largest step; default 2e-3, with possible contacts 2e-5 [s]")
     stabilisation: NonNegative = Field(50.0, description="decay rate of drive and loop errors [1/s]")

@@ -17,10 +17,10 @@ class Gear(Table):
     """
 
     joints: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
-        description="two joints that turn or slide; their coordinates are zero in the drawn pose"
+        description="two revolute or prismatic joints; their coordinates are zero in the reference configuration"
     )
-    ratio: Finite = Field(description="by which the second one's coordinate follows the first one's, not 0")
-    offset: Finite = Field(0.0, description="the second one's coordinate where the first one's is zero, in SI units")
+    ratio: Finite = Field(description="coordinate of the second joint per coordinate of the first; not 0")
+    offset: Finite = Field(0.0, description="coordinate of the second joint where the first is zero, in SI units")
 
     @model_validator(mode="after")
     def _couples(self) -> Gear:

@@ -25,16 +25,14 @@ DAMPING = 0.01
 
 
 class LinkModel(Table):
-    """How a link that has a beam in the SDF file is modelled."""
+    """Model of a link that has a beam in the SDF file."""
 
-    model: Literal["rigid", "flexible"] = Field("rigid", description="whether the link bends and stretches")
+    model: Literal["rigid", "flexible"] = Field("rigid", description="link model")
     bending: Count | None = Field(
-        None, description="bending modes; default: two for each joint and load but one, and, in one piece, two more"
+        None, description="bending modes; default: 2 (n - 1) + 2 for n joints and loads, with substructures 2 (n - 1)"
     )
-    axial: Count | None = Field(
-        None, description="stretching modes, 0: inextensible; default: one for each joint and load but one"
-    )
-    stiffening: bool = Field(True, description="whether axial forces stiffen, or soften, bending")
+    axial: Count | None = Field(None, description="axial modes, 0: inextensible; default: n - 1 for n joints and loads")
+    stiffening: bool = Field(True, description="geometric stiffness: whether axial forces change the bending stiffness")
     damping: NonNegative | None = Field(
         None, description=f"ratio of the first bending mode with both ends pinned; default {DAMPING:g} [1]"
     )
@@ -42,13 +40,13 @@ class LinkModel(Table):
         None, description="instead of damping: stress per strain rate, over Young's modulus [s]"
     )
     axial_damping: NonNegative | None = Field(
-        None, description="ratio of the first stretching mode with one end held; default: what bending's gives [1]"
+        None, description="ratio of the first axial mode with one end held; default: as `damping` gives [1]"
     )
     pieces: Annotated[int, Field(ge=1, le=MOST_PIECES)] = Field(
-        1, description="equal beams that it is cut into, for large slopes; each has modes of its own"
+        1, description="number of substructures (equal beams), for large slopes"
     )
     start: Literal["quasi-static", "undeformed"] = Field(
-        "quasi-static", description="shape at t = 0: at rest under the loads of the rigid linkage, or straight"
+        "quasi-static", description="shape at t = 0: static under the loads of the rigid linkage, or straight"
     )
     segments: Annotated[int, Field(ge=2, le=MOST_SEGMENTS)] = Field(8, description="rigid segments in the Drake engine")
 

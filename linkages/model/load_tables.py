@@ -63,9 +63,9 @@ class Force(Function):
     the column ``POINT.angle``), y a quarter turn counter-clockwise from it.
     """
 
-    point: str = Field(description="where it acts: origin of this link or frame")
+    point: str = Field(description="point of application: origin of this link or frame")
     axes: Literal["plane", "body"] = Field(
-        "plane", description="axes of its components: the plane's, or the point's own, turning with the link"
+        "plane", description="axes of the components: the plane's, or the point's, which turn with the link"
     )
     force: Pair | None = Field(None, description="constant force [N]")
     times: Times = None
@@ -73,7 +73,7 @@ class Force(Function):
     at: At = None
     forces: list[Pair] | None = Field(None, description="forces at `times` or `at`; between them monotone cubics [N]")
     formula: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="its two components as formulas of t and of positions and speeds, [N] in SI units"
+        None, description="two components as formulas of t and of positions and speeds, [N] in SI units"
     )
 
     @model_validator(mode="after")
@@ -88,8 +88,8 @@ class Torque(Function):
     Constant, or over time, a position or a speed. In a joint it acts on the child, and its opposite on the parent.
     """
 
-    link: str | None = Field(None, description="the link it acts on")
-    joint: str | None = Field(None, description="or the revolute joint it acts in, along its coordinate")
+    link: str | None = Field(None, description="link on which it acts")
+    joint: str | None = Field(None, description="or revolute joint in which it acts, along its coordinate")
     torque: Finite | None = Field(None, description="constant torque, counter-clockwise [N m]")
     times: Times = None
     over: Over = None
@@ -127,12 +127,12 @@ class Spring(Table):
 class TorsionSpring(Table):
     """A torsion spring with a damper, in a joint or between two links; its angle is zero in the drawn pose."""
 
-    joint: str | None = Field(None, description="the revolute joint it acts in; its angle is the joint's")
+    joint: str | None = Field(None, description="revolute joint in which it acts; its angle is the joint's")
     links: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
-        None, description='or two links, "world" included; its angle is that of the second from the first'
+        None, description='or two links, "world" included; its angle is the angle of the second relative to the first'
     )
     stiffness: NonNegative = Field(description="stiffness [N m/rad]")
-    free_angle: Finite = Field(description="angle without torque, zero in the drawn pose [rad]")
+    free_angle: Finite = Field(description="angle without torque, zero in the reference configuration [rad]")
     damping: NonNegative = Field(0.0, description="damping [N m s/rad]")
 
     @model_validator(mode="after")
@@ -152,9 +152,11 @@ class JointFriction(Table):
     of_any_joint = True
 
     joint: str = Field(description="the ideal joint")
-    constant: NonNegative = Field(0.0, description="Coulomb part, whatever the joint carries [N m]")
+    constant: NonNegative = Field(0.0, description="Coulomb part, independent of the joint force [N m]")
     viscous: NonNegative = Field(0.0, description="viscous part [N m s/rad]")
-    speed: Positive = Field(1e-2, description="at which 76 % of the Coulomb part act, 96 % at twice it [rad/s]")
+    speed: Positive = Field(
+        1e-2, description="speed at which 76 % of the Coulomb part act (96 % at twice this speed) [rad/s]"
+    )
 
     @model_validator(mode="after")
     def _acts(self) -> JointFriction:

@@ -217,7 +217,7 @@ OWNERS = (
         {
             "eccentricity_ratio": Quantity("largest of its corners'", "1", 0),
             "power": Quantity("power that its force pairs deliver", "W", 1),
-            "offset": Quantity("place of the block across its slot", "m", 2),
+            "offset": Quantity("position of the block across its slot", "m", 2),
             "tilt": Quantity("angle of the block in its slot", "rad", 3),
         },
     ),
@@ -235,8 +235,8 @@ OWNERS = (
         DRIVE, "DRIVE", False, lambda s: (*s.tree.driven, *s.tree.powered), _drive,
         {
             "torque": Quantity(
-                "torque of the drive along the joint's coordinate, or its force where the joint slides: JOINT.force is "
-                "what the joint itself passes", "N m", 0, "N",
+                "torque (prismatic joint: force) of the drive along the joint's coordinate; JOINT.force excludes it",
+                "N m", 0, "N",
             ),
             "rate": Quantity("rate of the joint's coordinate", "rad/s", 1, "m/s"),
             "power": Quantity("power that the drive delivers", "W", 2),
@@ -266,7 +266,7 @@ OWNERS = (
         LOAD, "TORSION SPRING", False, _loads("torsion_springs"), _load,
         {
             "torque": Quantity("torque against its angle", "N m", 0),
-            "angle": Quantity("angle, zero in the drawn pose", "rad", 1),
+            "angle": Quantity("angle, zero in the reference configuration", "rad", 1),
             "power": _POWER,
         },
     ),
@@ -289,8 +289,8 @@ OWNERS = (
     Owner(
         CONTACT, "STOP (turning)", True, _stops("revolute"), _contact,
         {
-            "torque": Quantity("size of the torque that it pushes back with", "N m", 11),
-            "penetration": Quantity("angle beyond it, negative: up to it", "rad", 8),
+            "torque": Quantity("magnitude of the reaction torque", "N m", 11),
+            "penetration": Quantity("angle beyond the stop; negative: distance to it", "rad", 8),
             "closing": Quantity("rate of the penetration", "rad/s", 9),
             "power": _POWER._replace(code=6),
         },
@@ -314,9 +314,9 @@ OWNERS = (
         LINKAGE, "", False, lambda s: ("",), lambda s, name: (0, 0, _NOWHERE, 0.0),
         {
             "kinetic_energy": Quantity("kinetic energy of the whole linkage", "J", 0),
-            "potential_energy": Quantity("energy of weight, springs and bent links", "J", 1),
-            "strain_energy": Quantity("energy of bent links", "J", 2),
-            "damping_power": Quantity("power that bent links lose to the damping of their material", "W", 3),
+            "potential_energy": Quantity("energy of weight, springs and flexible links", "J", 1),
+            "strain_energy": Quantity("energy of flexible links", "J", 2),
+            "damping_power": Quantity("power dissipated by the damping of flexible links", "W", 3),
         },
     ),
 )  # fmt: skip
@@ -427,10 +427,10 @@ def table() -> Iterator[tuple[str, str, str]]:
         also = f" or {quantity.prismatic}" if quantity.prismatic else ""
         shown = f"{label} ({', '.join(found)})" if found[0] else label
         yield _joined(shown, name), quantity.meaning, quantity.unit + also
-    yield "q.COORDINATE", "coordinate of the spanning tree: of a joint, a floating link, a mode, a hinge", "rad or m"
-    yield f"POINT.quantity{JITTER}", "a point's quantity less that of the ideal linkage", "its own"
+    yield "q.COORDINATE", "coordinate of the spanning tree: of a joint, a floating link, a mode or a hinge", "rad or m"
+    yield f"POINT.quantity{JITTER}", "a point's quantity minus its value in the ideal linkage", "its own"
     yield f"{IDEAL}NAME", "an output of the linkage with every joint ideal", "its own"
-    yield f"{IDEAL}JOINT.{TURNING}", "rate at which the direction of the force in a joint turns", "rad/s"
+    yield f"{IDEAL}JOINT.{TURNING}", "rate at which the direction of a joint force turns", "rad/s"
 
 
 def _joined(thing: str, quantity: str) -> str:

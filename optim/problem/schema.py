@@ -61,15 +61,14 @@ class Life(Table):
     until: str = Field(description="JOINT.depth, JOINT.play [m], or the mean peak in a cycle of JOINT.force, .jitter")
     limit: Positive = Field(description="in the quantity's unit")
     cycles: Annotated[float, Field(ge=1, lt=1e15)] = Field(
-        description="most revolutions that are followed; what lasts longer counts as so many"
+        description="limit of simulated revolutions; longer lives count as this number"
     )
     drive: str | None = Field(
         None,
-        description="whose revolutions, or periods; default: the first that turns at constant speed, else the first"
-        " that repeats its motion",
+        description="drive that counts the cycles; default: the first with constant speed, else the first periodic one",
     )
-    tolerance: Positive | None = Field(None, description="of the depth in a jump, as of `linkages wear` [m]")
-    scatter: Positive | None = Field(None, description="of the work of all cycles, as of `linkages wear` [1]")
+    tolerance: Positive | None = Field(None, description="tolerance of the depth in a jump, as in `linkages wear` [m]")
+    scatter: Positive | None = Field(None, description="scatter of the work of all cycles, as in `linkages wear` [1]")
 
 
 class Point(Table):
@@ -77,7 +76,7 @@ class Point(Table):
 
     set: dict[str, Any] = Field({}, description="values by dotted path")
     linked: dict[str, Any] = Field(
-        {}, description="formulas of the variables by dotted path; also of what a variable sets elsewhere"
+        {}, description="formulas of the variables by dotted path; they may replace the path of a variable"
     )
 
 
@@ -91,16 +90,16 @@ class Term(Table):
     )
     weight: Finite = Field(1.0, description="factor of this term")
     window: str = Field("run", description='a name in [windows], or "run": all of it')
-    over_windows: Aggregate = Field("max", description="of several windows")
-    over_points: Aggregate = Field("max", description="of several operating points")
+    over_windows: Aggregate = Field("max", description="combination of several windows")
+    over_points: Aggregate = Field("max", description="combination of several operating points")
 
 
 class Quantity(Table):
     """A number of a design: functionals, weighted and summed, or a formula of the variables."""
 
     terms: Annotated[list[Term], Field(min_length=1)] | None = Field(None, description="weighted functionals")
-    over_terms: Literal["sum", "max", "min"] = Field("sum", description="of several weighted terms")
-    formula: str | None = Field(None, description="of the variables and constants")
+    over_terms: Literal["sum", "max", "min"] = Field("sum", description="combination of several weighted terms")
+    formula: str | None = Field(None, description="formula of the variables and constants")
     relative: bool = Field(False, description="whether it is divided by the nominal design's value")
     unit: str = Field("", description="for tables and figures")
 
@@ -124,7 +123,8 @@ class Constraint(Quantity):
     at_least: Finite | None = Field(None, description="lower limit")
     equals: Finite | None = Field(None, description="prescribed value")
     hard: bool = Field(
-        False, description="of a formula: beyond it no design is run, not even for differences; it may jam"
+        False,
+        description="with a formula: designs beyond the limit are never run, not even for derivatives; they may jam",
     )
 
     @model_validator(mode="after")
@@ -140,22 +140,22 @@ class Constraint(Quantity):
 class StudyFile(Table):
     """A design study and how it is solved. SI units."""
 
-    experiment: str = Field(description="experiment file, beside this file or a shipped one")
+    experiment: str = Field(description="experiment file, in the same folder or a shipped one")
     title: str = Field("", description="one line for tables and figures")
-    seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(1, description="of the random numbers")
-    set: dict[str, Any] = Field({}, description="values that replace the experiment's, by dotted path")
+    seed: Annotated[int, Field(ge=0, lt=2**32)] = Field(1, description="seed of the random numbers")
+    set: dict[str, Any] = Field({}, description="replaced values of the experiment, by dotted path")
     constants: dict[str, Finite] = Field({}, description="names for formulas")
     variables: Annotated[dict[str, Variable], Field(min_length=1)] = Field(description="design variables by name")
     linked: dict[str, Any] = Field({}, description="formulas of the variables by dotted path")
     windows: dict[str, Window] = Field({}, description="times by name")
-    lives: dict[str, Life] = Field({}, description="how long a design lasts, by name")
+    lives: dict[str, Life] = Field({}, description="service lives by name")
     points: dict[str, Point] = Field({}, description="operating points by name; default: the experiment")
-    objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(description="what to minimise, by name")
-    constraints: dict[str, Constraint] = Field({}, description="what to keep, by name")
+    objectives: Annotated[dict[str, Objective], Field(min_length=1)] = Field(description="objectives by name")
+    constraints: dict[str, Constraint] = Field({}, description="constraints by name")
     designs: dict[str, dict[str, Any]] = Field(
         {}, description="reference designs by name, for tables and figures: values of variables by dotted path"
     )
-    algorithm: dict[str, Any] = Field(description="name, and its settings")
+    algorithm: dict[str, Any] = Field(description="name and settings of the algorithm")
 
     @model_validator(mode="after")
     def _names(self) -> StudyFile:
