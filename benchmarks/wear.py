@@ -1,7 +1,7 @@
 """Jumps against every cycle simulated, for the dry slider-crank; the literature's life: ``python benchmarks/wear.py``.
 
 Worn volume, profile and processor time of a life of 1,000 cycles, by jumps at several tolerances and cycle by cycle
-(some six minutes); then 10^6 revolutions of ``slider_crank_wear.toml``. The figures are in docs/wear.md.
+(some six minutes); then 10^6 revolutions of ``slider_crank_wear.toml``. The figures are in docs/wear_model.md.
 """
 
 from __future__ import annotations

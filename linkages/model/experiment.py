@@ -58,7 +58,7 @@ QUANTITIES = {
 
 #: And of a frame on a link that bends.
 FRAME_BENDING = {
-    "deflection": "distance of a frame from the chord of the beam's ends, positive to its left, less the undeformed one [m]"
+    "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
 }
 
 #: Quantities of a joint's place, through which two links turn.
