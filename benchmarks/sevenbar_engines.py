@@ -1,22 +1,22 @@
-"""Wall time and orbit error of the seven-bar, code beside code: ``python benchmarks/sevenbar_engines.py``.
+"""Compare wall time and orbit error of several codes on the seven-bar: ``python benchmarks/sevenbar_engines.py``.
 
-Simulates the first second of ``seven_bar.toml`` and prints, for several tolerances (or numbers of steps) of each
-code, the wall time per simulated second and the orbit error: the largest distance of a journal from its place in a
-solution at 1e-10, over the code's own output times (200 or more), relative to the largest eccentricity. A second
-table compares the codes at equal error, interpolated between a code's own points on log-log axes and never
-extrapolated.
+The benchmark simulates the first second of ``seven_bar.toml`` with several tolerances (or numbers of steps) of each
+code. It prints the wall time per simulated second and the orbit error: the largest distance of a journal from its
+position in a solution at 1e-10, over the code's output times (200 or more), relative to the largest eccentricity. A
+second table compares the codes at equal error; it interpolates between points of a code on log-log axes and never
+extrapolates.
 
-| code          | what it is                                                                               |
+| code          | description                                                                              |
 |---------------|------------------------------------------------------------------------------------------|
 | compiled      | `linkages.engines.compiled`                                                              |
 | drake         | `linkages.engines.drake`, radau3                                                         |
 | paper         | 18 absolute coordinates, Baumgarte (tests/paper_formulation.py), SciPy's Radau and LSODA |
 | kernels-lsoda | SciPy's LSODA (odeint) on this package's right-hand side, compiled, drives eliminated    |
-| exudyn        | see sevenbar_exudyn.py; optional                                                         |
+| exudyn        | Exudyn, see sevenbar_exudyn.py; optional                                                 |
 
-Times are medians of ``--repeat`` rounds, each of which runs every line once, so that a disturbance of the machine
-affects all codes alike. Only the integration from the initial state is timed, not the set-up (for `compiled` about a
-millisecond) or the evaluation of outputs.
+Times are medians of ``--repeat`` rounds. Each round runs every line once, so a disturbance of the machine affects all
+codes alike. Timing covers the integration from the initial state, not the set-up (about a millisecond for `compiled`)
+or the evaluation of outputs.
 """
 
 from __future__ import annotations
@@ -194,9 +194,10 @@ def page(lines, rounds) -> str:
     about = __doc__.partition("\n\n")[2]
     return f"""# Benchmarks
 
-Code beside code in one run, written by `python benchmarks/sevenbar_engines.py --page docs/benchmarks.md` on
+For readers who compare simulation codes: computing time of several codes at equal error, in one run.
+`python benchmarks/sevenbar_engines.py --page docs/benchmarks.md` wrote this page on
 {os.cpu_count()} processors ({platform.machine()}, Python {platform.python_version()}, {versions};
-{rounds} rounds). Ratios in one run say more than times: machines differ.
+{rounds} rounds). Ratios within one run are more reliable than times, because machines differ.
 
 {about}
 ## At equal error

@@ -46,6 +46,26 @@ def test_the_list_of_study_keys_is_fresh():
     assert "| `constraints.NAME.at_least` | lower limit |" in text
 
 
+@pytest.mark.parametrize("page", [path for path in PAGES if path.name != "glossary.md"], ids=lambda path: path.name)
+def test_pages_use_the_terms_of_the_glossary(page):
+    """Its last table names the words that a term replaced."""
+    table = (DOCS / "glossary.md").read_text(encoding="utf-8").split("## Replaced words")[1]
+    rows = re.findall(r"^\| ([^|]+) \| [^|]+ \|$", table, re.MULTILINE)[1:]
+    words = [word for row in rows for word in row.split(", ")]
+    assert len(words) >= 10
+    text = re.sub(r"```.*?```|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    text = " ".join(text.split())
+    assert not [word for word in words if re.search(rf"\b{re.escape(word)}\b", text, re.IGNORECASE)]
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda path: path.name)
+def test_every_page_names_its_reader(page):
+    """The text before the first section says for whom the page is."""
+    opening = page.read_text(encoding="utf-8").split("\n## ")[0]
+    reader = r"\bfor (\w+ ){0,3}?(users|readers|engineers|developers|reader)\b"
+    assert re.search(reader, opening, re.IGNORECASE)
+
+
 def test_the_list_of_misprints_is_fresh():
     assert (DOCS / "misprints.md").read_text(encoding="utf-8") == generator("make_misprints").page()
 

@@ -141,12 +141,13 @@ def _closed_form_errors() -> list[str]:
     lines = [
         "### Error of the long and the short film",
         "",
-        "The tables give the force of the exact long half film, or of the short film, divided by the force of the finite"
-        " film (2D Reynolds equation, Guembel's condition). The ranges of validity follow from them: in rotation and"
-        " approach the long film errs by at most 14 % from L/D = 8 on, the short film by at most 16 % up to L/D = 1/4 and"
-        " eps = 0.7. The long film tends to the finite one with L/D in rotation only. With squeeze the two differ in the"
-        " limit too: the half film has p = 0 on two lines half a turn apart, but the open ends of a long film fix the mean"
-        " of p, weighted with h^3, at zero. The force on a separating journal is then much smaller.",
+        "The tables give the force of the exact long half film, or of the short film, divided by the force of the "
+        "finite film (2D Reynolds equation, Guembel's condition). The ranges of validity follow from them: in "
+        "rotation and approach the long film errs by at most 14 % from L/D = 8 on, the short film by at most 16 % "
+        "up to L/D = 1/4 and eps = 0.7. The long film tends to the finite one with L/D in rotation only. With "
+        "squeeze the two differ in the limit too: the half film has p = 0 on two lines half a turn apart, but the "
+        "open ends of a long film fix the mean of p, weighted with h^3, at zero. The force on a separating "
+        "journal is then much smaller.",
         "",
         "![Error of the long-bearing assumption](figures/long_bearing_error.png)",
         "",
