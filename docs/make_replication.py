@@ -21,45 +21,45 @@ def page() -> str:
     """Return the whole page."""
     return f"""# Replication of the published results
 
-What three sources print, beside what this package computes from the same data. `python docs/make_replication.py` writes this page, its
-summary from the verdicts of the rows. The robot of the third source has [a page of its own](replication_3rrr.md); what the sources print
-wrongly, and the tests that show it, are [listed](misprints.md).
+For readers who want evidence: the printed results of three sources compared with results of this package from the same data, claim by
+claim. The [robot](replication_3rrr.md) of the third source and the [misprints](misprints.md) have separate pages.
+`python docs/make_replication.py` writes this page.
 
 {summary()}
 ## How rows are judged
 
 {LEGEND}
-Designs of ours were searched for once, and are kept with their provenance in `docs/replication/designs/`.
+`docs/replication/designs/` contains the designs found by this package, with their provenance.
 
 ## The press
 
 Chen, Wang and Wang, *Dynamics optimization design of multi-link mechanisms with lubrication clearances of revolute joints*, China
 Mechanical Engineering 36(1), 2025, 87-95. Clearance 0.3 mm (rig: 0.2 mm); 1 s from the start, forces in the printed windows. All runs
-are those of `seven_bar_paper.toml`, whose gravity, speeds, ε₀ and m are fitted to ten printed numbers: see [conditions](#conditions).
+use `seven_bar_paper.toml`; its gravity, speeds, ε₀ and m are fitted to ten printed numbers (see [conditions](#conditions)).
 
 {table(HEAD, rows("press"))}
 ### Conditions
 
 The paper prints no gravity, no drive speeds, no start, no ε₀ and no m. Ten printed numbers depend on them: six largest forces in their
-windows, three accelerations at the start and the largest acceleration computed for the rig. `python docs/make_conditions.py` computed the
-tables of this section, about twenty minutes, and keeps them in `docs/replication/measured/press_conditions.json`.
+windows, three accelerations at the start and the largest acceleration computed for the rig. `python docs/make_conditions.py` computes the
+tables of this section (about twenty minutes) and stores them in `docs/replication/measured/press_conditions.json`.
 
-The six forces alone, for the ideal press at 105 × 105 pairs of speeds within ±13 rad/s (root mean square of the logarithms; at rest:
-eq. (22) with α = β = 50 brings the cranks up to speed within 0.1 s):
+Deviation of the six forces alone, for the ideal press at 105 × 105 pairs of speeds within ±13 rad/s (root mean square of the logarithms; at rest:
+eq. (22) with α = β = 50 accelerates the cranks within 0.1 s):
 
 {table(*press_conditions.maps_table())}
-![How far the ideal press is from the six printed forces, over both speeds](figures/replication_conditions.png)
+![Deviation of the ideal press from the six printed forces, over both speeds](figures/replication_conditions.png)
 
 *Outlined: below 5 % (orange) and below 10 % (white); darkest: 60 % and more.*
 
-Two unknown speeds can meet the forces with gravity along -y at many points, with gravity along +y only where the slider has ten times the
-printed acceleration, and with gravity along x nowhere. All ten numbers, with the best conditions of each scenario, are the rows "all ten
-numbers at once" above. Each unknown held, the others fitted anew by a local search from the neighbouring value (an upper bound):
+With gravity along -y many pairs of speeds meet the forces; with gravity along +y only pairs at which the slider has ten times the printed
+acceleration; with gravity along x no pair. The rows "all ten numbers at once" above give the best conditions of each scenario. The next table holds
+one unknown and fits the others again, by a local search from the neighbouring value (an upper bound):
 
 {table(*press_conditions.profiles_table())}
-![Least miss of all ten numbers with one unknown held](figures/replication_profiles.png)
+![Smallest deviation of all ten numbers with one unknown held](figures/replication_profiles.png)
 
-*Vertical: the values of `seven_bar_paper.toml`.*
+*Vertical lines: the values of `seven_bar_paper.toml`.*
 
 Round speeds, gravity along -y, without eqs. (12)-(13):
 
@@ -68,14 +68,14 @@ Round speeds, gravity along -y, without eqs. (12)-(13):
 
 ### Designs
 
-All by our runs. *Ours* is the recorded answer of `sevenbar_paper_force` (eq. (24)).
+All numbers come from runs of this package. *Ours* is the recorded result of `sevenbar_paper_force` (eq. (24)).
 
 {table(*press_designs.designs_table())}
 ### Figures
 
 ![Displacement, velocity and acceleration of the slider for the four designs, and their differences](figures/replication_motion.png)
 
-*The paper's figures 6 to 8: the designs cannot be told apart; on the right what they differ by, from 10 ms after the start.*
+*The paper's figures 6 to 8: the curves of the designs coincide; the right column shows their differences, from 10 ms after the start.*
 
 ![Acceleration of the slider at the start with the small-eccentricity correction](figures/replication_spike.png)
 
@@ -83,11 +83,11 @@ All by our runs. *Ours* is the recorded answer of `sevenbar_paper_force` (eq. (2
 
 ![Acceleration of the slider on the rig, ideal and with clearance](figures/replication_rig.png)
 
-*Figure 5: the rig's clearance, 2 s; the printed experiment's and computation's largest values.*
+*Figure 5: clearance of the rig, 2 s; dashed: largest values of the printed experiment and computation.*
 
 ![Paths of the journals in joints A and B](figures/replication_orbits.png)
 
-*Figure 9: every journal starts in the centre, and stays within the circle where it would touch. Design 1 makes the orbits larger.*
+*Figure 9: every journal starts in the centre and stays within the clearance circle. The orbits of design 1 are larger.*
 
 ![Forces in joints A and B over a period](figures/replication_forces.png)
 
@@ -95,15 +95,15 @@ All by our runs. *Ours* is the recorded answer of `sevenbar_paper_force` (eq. (2
 
 ![Best and mean objective of each generation](figures/replication_generations.png)
 
-*Best and mean of the survivors of each generation of our searches, by the paper's sizes and rates: left the acceleration, right the forces.*
+*Best and mean objective of the survivors of each generation, with the population and rates of the paper: acceleration (left), forces (right).*
 
 ## The four-bar
 
 CN106055749A, Bai, Zhao and Sun, *A method for improving the motion stability of linkages with clearance*, 2016. A double crank at
-600 r/min, dry clearance of 0.5 mm between coupler and follower. Its formulas, tables and figures are lost in the text that is
-known: lengths, their bounds, material, friction and eq. (8) are assumed. *Ours* are recorded answers of the studies that the rows
-name, by default `fourbar_jitter` ([the methods compared](fourbar_methods.md)). Dry runs are chaotic: intervals are the 5 % and 95 % quantiles
-over start angles (`docs/replication/dry.py`), *start* of the first revolutions, as the patent's example, *running* of the later ones.
+600 r/min, dry clearance of 0.5 mm between coupler and follower. Its formulas, tables and figures are lost in the available
+text: lengths, bounds, material, friction and eq. (8) are assumed. *Ours* are recorded results of the named studies, by default
+`fourbar_jitter` ([comparison of methods](fourbar_methods.md)). Dry runs are chaotic: intervals are the 5 % and 95 % quantiles over start angles
+(`docs/replication/dry.py`). *At the start* refers to the first revolutions, as in the patent's example, *running* to later ones.
 
 {table(HEAD, rows("patent"))}
 ![Angular acceleration of the follower before and after the optimisation, with clearance and ideal](figures/replication_jitter.png)

@@ -182,7 +182,7 @@ def background() -> list[Claim]:
             "the effect is larger in fast machines, [0003]",
             f"force {listed(force)} N, departure {listed(jitter)} rad/s² at {listed(SPEEDS, 'g')} r/min; over the ideal linkage's {listed(over)} and {listed(relative)}",
             [a < b for series in (force, jitter) for a, b in pairwise(series)],
-            "true in absolute terms; relative to the ideal linkage's, which grow with the square of the speed, force and departure fall",
+            "true in absolute terms; relative to the ideal linkage's values, which grow with the square of the speed, force and departure decrease",
         ),
         _claim(
             "a larger clearance shakes more, [0003]", f"departure {listed([one.departure for one in wide])} rad/s² at 0.1, 0.25, 0.5 mm",
@@ -199,7 +199,7 @@ def background() -> list[Claim]:
             f"rod of 0.5 mm and 10 mg: force {listed([rod.force])} N, departure {listed([rod.departure])} rad/s²; contact {listed([example.force])} N"
             f" and {listed([example.departure])} rad/s²",
             [abs(np.log(a / b)) > np.log(2.0) for a, b in ((rod.force, example.force), (rod.departure, example.departure))],
-            "true if either differs by more than a factor of 2: the rod turns over in an instant, without the bodies' elasticity",
+            "true if either differs by more than a factor of 2: the rod reverses instantly, without the elasticity of the bodies",
         ),
     ]  # fmt: skip
 
@@ -221,7 +221,7 @@ def _remedies(found: Mapping[str, Setting]) -> list[Claim]:
         row("oil in the clearance is a remedy, [0004]", [n for n in listed if n.startswith("oil")], "finite film, guembel; viscosities assumed"),
         row(
             "a constant spring force is a remedy, [0004]", [n for n in listed if n.startswith("spring")],
-            "along the ground at the follower's pin, more than the largest ideal force; sizes assumed",
+            "along the ground at the follower's pin, more than the largest ideal force; magnitudes assumed",
         ),
         row(
             "masses redistributed are a remedy, [0004]", [n for n in listed if n.endswith("heavy") or n.startswith("mass centre")],

@@ -32,32 +32,29 @@ def gain() -> list[Claim]:
             f"{departure.start} in the first two revolutions, median and 5 to 95 % over {starts}; {pair.gain:+.1f} % from the drawn start"
             f" ({digits})",
             [departure.start.judged(PRINTED)],
-            "bounds of a third to thrice the nominal lengths: ours, chosen so wide that the printed gain is within reach, so no evidence for"
-            " the printed number; [narrower ones](fourbar_landscape.md#what-the-lost-bounds-decide) give less. What eq. (8) takes of"
-            " the acceleration is lost; here the follower's angular one less the ideal linkage's", LOST, stored=f"{dry.COMMAND} {pair.name}",
+            "bounds of a third to thrice the nominal lengths: assumed, and chosen so wide that the printed reduction is possible; therefore no evidence for the printed number; [narrower ones](fourbar_landscape.md#influence-of-the-lost-bounds) give smaller reductions. The quantity in eq. (8) is lost; used here: the follower's angular acceleration minus its value in the ideal linkage", LOST, stored=f"{dry.COMMAND} {pair.name}",
         ),
         Claim(
             "the same, searched for again", f"{PRINTED} %",
             f"{max(again):+.1f} to {min(again):+.1f} % in {len(again)} searches whose first designs differ by a ten-millionth",
             [Interval(PRINTED, min(again), max(again), "%")],
-            "a jump of the objective that a step just meets or just misses decides the valley, on another processor too", LOST, stored=SEARCH,
+            "a step that just meets or just misses a jump of the objective decides the valley, also on another processor", LOST, stored=SEARCH,
             trial=True,
         ),
         Claim(
             "the same on Drake, drawn start", f"{PRINTED} %", f"{engine:+.1f} %, compiled {pair.gain:+.1f} %", [Change(PRINTED, engine, "%")],
-            "another engine with the same laws, minutes; of the one start of the recorded design two revolutions have digits", LOST, stored=DRAKE,
+            "another engine with the same laws, minutes; two revolutions from the one start of the recorded design are reproducible", LOST, stored=DRAKE,
             trial=True,
         ),
         Claim(
             "the same of the running machine", f"{PRINTED} %", f"{departure.running}, medians over {starts} and ten revolutions",
-            [departure.running.judged(PRINTED)], "robust objective: it hardly depends on rounding, start or tolerance", LOST,
+            [departure.running.judged(PRINTED)], "robust objective: rounding, start and tolerance have little influence", LOST,
             stored=f"{dry.COMMAND} {pair.name}", trial=True,
         ),
         Claim(
             "the same design, if eq. (8) means the size of a_c itself, of B on the follower", f"{PRINTED} %",
             f"{size.start} at the start, {size.running} running", [size.start.judged(PRINTED)],
-            "the follower is three times as long: its angular acceleration falls more than that of its end. To minimise this reading"
-            f" of eq. (8), use the output `{SIZE}`", LOST, stored=f"{dry.COMMAND} {pair.name}", trial=True,
+            f"the follower is three times as long: its angular acceleration decreases more than the acceleration of its end. If eq. (8) is read in this way, the objective is the output `{SIZE}`", LOST, stored=f"{dry.COMMAND} {pair.name}", trial=True,
         ),
     ]  # fmt: skip
 
@@ -72,7 +69,7 @@ def kept() -> list[Claim]:
             "largest departure of the acceleration where the machine still does its work", f"{PRINTED} %",
             f"{departure.start} at the start, {departure.running} running (size of a_c {size.running}, F_B {force.running})",
             [departure.start.judged(PRINTED)],
-            "study `fourbar_kept`: Freudenstein's ratios of the lengths within 5 %, the joint's largest force from the drawn start no larger"
+            "study `fourbar_kept`: Freudenstein's ratios of the lengths within 5 %, the joint's largest force from the recorded start not larger"
             f" (fastest follower {slow:.1f} -> {fast:.1f} rad/s); lengths {pair.lengths} mm", LOST,
             because=[], stored=f"{dry.COMMAND} {pair.name}", trial=True,
         )
@@ -87,17 +84,17 @@ def price() -> list[Claim]:
 
     return [
         Claim(
-            "largest force in the clearance joint", "not said", f"{played.start} at the start, {played.running} running", [],
-            "the impacts of the start are harder: a longer, heavier follower turns less under them. The running joint hardly separates",
+            "largest force in the clearance joint", "not given", f"{played.start} at the start, {played.running} running", [],
+            "the impacts at the start are stronger: they turn a longer, heavier follower less. In the steady state the joint separates rarely",
             stored=f"{dry.COMMAND} {pair.name}",
         ),
         Claim(
-            "largest force in the same joint without clearance", "not said",
+            "largest force in the same joint without clearance", "not given",
             f"{1e-3 * forces[0]:.2f} -> {1e-3 * forces[1]:.2f} kN ({change(*forces):+.0f} %)", [], "longer and heavier bars",
         ),
         Claim(
-            "speed of the ideal follower over a turn", "not said", f"{before} -> {after} rad/s", [],
-            "the machine does another job: the ground is so short that the follower nearly turns with the crank",
+            "speed of the ideal follower over a turn", "not given", f"{before} -> {after} rad/s", [],
+            "the machine has another function: the ground is so short that the follower turns almost with the crank",
         ),
     ]  # fmt: skip
 
@@ -124,9 +121,9 @@ def peaks() -> list[Claim]:
             "the table is not in the text",
         ),
         Claim(
-            "formulas (1)-(9), [0015]-[0026], [0036]-[0080]", "lost; names of symbols are left",
+            "formulas (1)-(9), [0015]-[0026], [0036]-[0080]", "lost; names of symbols remain",
             "contact of Lankarani and Nikravesh, stiffness of Hertz, friction in cubic steps", [],
-            "what the words name, as the literature has it; so wherever these paragraphs are cited",
+            "the laws named by the remaining words, from the literature; this applies wherever these paragraphs are cited",
         ),
     ]  # fmt: skip
 
@@ -148,7 +145,7 @@ def others() -> list[Claim]:
                 f"for other linkages as well, [0082]: {what}", "no numbers",
                 f"departure {departure.start} at the start, {departure.running} running; {told}",
                 [parts([departure.start.high < 0.0, departure.running.high < 0.0])],
-                f"it holds if the whole interval falls, at the start and running. Study `{name}`, lengths within bounds of ours;"
+                f"it holds if the whole interval decreases, at the start and in the steady state. Study `{name}`, lengths within assumed bounds;"
                 f" {record.evaluations} designs, seed {record.seed}", "bounds, which are lost", stored=f"{dry.COMMAND} {name}",
             )
         )  # fmt: skip

@@ -51,29 +51,29 @@ def method() -> list[Claim]:
             [parts([carried == 0.0, bool(np.any(free)), bool(np.any(run["B.load"][~free] > 0.0))])], "every start and end of a contact is located in time",
         ),
         Claim(
-            "claim 3: normal force of Lankarani and Nikravesh, n = 1.5", "formula lost; its symbols are left",
+            "claim 3: normal force of Lankarani and Nikravesh, n = 1.5", "formula lost; its symbols remain",
             f"{law[0]:.1f} N at the deepest point of the first contact, engine {law[1]:.1f} N", [parts([_same(*law)])],
-            "K δⁿ [1 + 3(1 - c_e²)/4 · (dδ/dt)/(dδ/dt)₀], K by Hertz with r_B - r_J: what the words name, as the literature has it",
+            "K δⁿ [1 + 3(1 - c_e²)/4 · (dδ/dt)/(dδ/dt)₀], K by Hertz with r_B - r_J: the law named by the remaining words, from the literature",
         ),
         Claim(
             "claim 3: c_e is the coefficient of restitution", f"{RESTITUTION} (assumed)",
             f"separation over approach speed {np.median(back):.3f} (median of {len(back)} contacts)", [parts([abs(float(np.median(back)) / RESTITUTION - 1.0) < WITHIN])],
-            "the law is made for restitution near 1",
+            "the law is valid for restitution near 1",
         ),
         Claim(
             "claim 4: friction μ(v_t) F_n, dynamic above v_d, at most static", f"{DYNAMIC} and {STATIC} (assumed)",
             f"friction over normal force {sliding:.4f} (median where |v_t| > {SLIDING:g} m/s), nowhere above {most:.4f}",
-            [parts([abs(sliding / DYNAMIC - 1.0) < WITHIN, most <= STATIC * 1.000001])], "cubic steps in between: what [0051]-[0055] name",
+            [parts([abs(sliding / DYNAMIC - 1.0) < WITHIN, most <= STATIC * 1.000001])], "cubic steps in between, as [0051]-[0055] say",
         ),
         Claim(
-            "claim 5: ideal linkage by Lagrange multipliers, eq. (6)", "formula lost; its symbols are left",
+            "claim 5: ideal linkage by Lagrange multipliers, eq. (6)", "formula lost; its symbols remain",
             f"largest force in B by Newton's equations of each bar {theirs:.2f} N, ours {ours:.2f} N", [parts([_same(theirs, ours)])],
             "each bar in absolute coordinates, its accelerations by differences of positions",
         ),
         Claim(
-            "claim 6: linkage with clearance, eq. (7)", "formula lost; its symbols are left",
+            "claim 6: linkage with clearance, eq. (7)", "formula lost; its symbols remain",
             f"largest force in B within {1e3 * _SHORT:g} ms on Drake {drake:.2f} N, compiled {compiled:.2f} N", [parts([_same(drake, compiled)])],
-            "the joint cut, and its force applied; two engines share the force law, not the dynamics",
+            "the joint is cut and its force applied; the two engines share the force law, not the dynamics",
         ),
     ]  # fmt: skip
 

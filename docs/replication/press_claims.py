@@ -31,7 +31,7 @@ def model() -> list[Claim]:
     return [
         Claim(
             "lower dead position S₀, Table 2", "560 mm", f"{1e3 * x:.2f} mm", [Number(1e3 * paper.POSITION, 1e3 * x, "mm")],
-            "the loop of Table 2 and eq. (17) closes there, but for the rounding of 310.79°",
+            "the loop of Table 2 and eq. (17) closes there, except for the rounding of 310.79°",
         ),
         Claim(
             "eq. (4): dε/dt is the size of de/dt over r", "never negative: eq. (11) never applies",
@@ -40,22 +40,21 @@ def model() -> list[Claim]:
         ),
         Claim(
             "the same, in the film's force", f"{speed[0]:+.2f} of the largest force", f"{speed[1]:+.2f} there",
-            [Printed(*speed)], "along joint A's run in seven_bar.toml, where they differ most; eq. (9) with the size of de/dt, also while separating",
+            [Printed(*speed)], "largest difference along joint A's run in seven_bar.toml; eq. (9) with the size of de/dt, also while separating",
         ),
         Claim(
             "eq. (11) as printed: film force where dε/dt < 0", f"{jump:+.3f} of the force just above dε/dt = 0",
-            "+1.000, continuous", [Printed(jump, 1.0)], "as printed the force jumps and the film feeds energy in; the sign is corrected here",
+            "+1.000, continuous", [Printed(jump, 1.0)], "as printed the force has a jump and the film supplies energy; the sign is corrected here",
         ),
         Claim(
             "eqs. (9)-(11): ω is the relative speed", f"{relative[0]:+.2f} of the largest force", f"{relative[1]:+.2f} there",
-            [Printed(*relative)], "along joint A's run in seven_bar.toml, where they differ most; with eq. (6) in the fixed frame the sum of both"
-            " counts: a force must not depend on the observer",
+            [Printed(*relative)], "largest difference along joint A's run in seven_bar.toml; with eq. (6) in the fixed frame the sum of both speeds counts: a force must not depend on the observer",
         ),
         Claim(
             "film of an infinitely long bearing, for L/D > 2", f"largest eccentricity ratio of A {ours:.3f}",
             f"L/D = {length / (2 * radius):.2f} (Table 5); with the finite film {ratio:.3f}, F_A {force:.3f} instead of"
             f" {peak('nominal', 'A.force'):.3f} N", [Printed(ours, ratio)],
-            "the paper's own condition is not met; forces hardly notice, as inertia sets them, orbits do",
+            "the paper's own condition is not met; inertia determines the forces, so they change little; orbits change much",
         ),
     ]  # fmt: skip
 
@@ -82,7 +81,7 @@ def motion() -> list[Claim]:
         ),
         Claim(
             "displacement, fig. 6: differences of the designs", "about 0.1 mm", f"at most {differ:.4f} mm",
-            [Number(0.1, differ, "mm")], "0.1 mm is a third of the clearance; the film yields less", "a softer film", [],
+            [Number(0.1, differ, "mm")], "0.1 mm is a third of the clearance; the film is stiffer", "a softer film", [],
         ),
         Claim(
             "largest speed, fig. 7: differences of the designs", "about 0.1 mm/s, both below the nominal",
@@ -105,11 +104,11 @@ def rig() -> list[Claim]:
     return [
         Claim(
             "largest acceleration on the rig, computed", f"{computed:+} m/s²", both, [Fitted(computed, found.max, "m/s²")],
-            "the largest in the printed sense; the paper compares it with a measured one of the other sign", SPEEDS,
+            "largest value of the printed sign; the paper compares it with a measured value of the opposite sign", SPEEDS,
         ),
         Claim(
             "largest acceleration on the rig, measured", f"{measured:+} m/s²", both, [Number(measured, found.min, "m/s²")],
-            f"{measured / computed:.1f} times the paper's own computation, of the other sign; the next row tries the cause that the paper names",
+            f"{measured / computed:.1f} times the paper's own computation, with the opposite sign; the next row tests the cause that the paper names",
             "records of the drives and of the frame's vibration", [],
         ),
         Claim(
@@ -117,11 +116,11 @@ def rig() -> list[Claim]:
             f"{rubbed.min:+.3f} to {rubbed.max:+.3f} m/s² with {FRICTION:g} N of Coulomb friction, {found.min:+.3f} to {found.max:+.3f} without",
             [Number(measured, rubbed.min, "m/s²")],
             "cranks at constant speed and the film determine the slider's motion: a force on the slider changes the joint forces, not its acceleration",
-            "drives that yield", trial=True,
+            "compliant drives", trial=True,
         ),
         Claim(
             "tolerance of the rig's shafts, 11.6 (0/-0.011) mm", "not compared", f"{wide.min:+.3f} to {wide.max:+.3f} m/s² with the widest clearance, {1e3 * WIDEST:.4f} mm", [],
-            f"our question: it changes the extremes by at most {1e3 * max(abs(wide.min - found.min), abs(wide.max - found.max)):.1f} mm/s²",
+            f"additional question: it changes the extremes by at most {1e3 * max(abs(wide.min - found.min), abs(wide.max - found.max)):.1f} mm/s²",
         ),
         Claim(
             "diameter of the bearings: Tables 4 and 5, and section 3.2", "30 mm and 12 mm", "rig 12 mm, all else 30 mm", [Printed(30.0, 12.0, "mm")],
@@ -141,7 +140,7 @@ def orbits() -> list[Claim]:
         Claim(
             "no contact in the joints, fig. 9", "none",
             f"{', '.join(map(str, touched.values()))} contacts (nominal, 1, 2)", [parts(n == 0 for n in touched.values())],
-            "run with eq. (15), finite film and contact, where there could be some; the film carries",
+            "run with eq. (15), finite film and contact, where contacts are possible; the film carries the load",
         ),
         Claim(
             "orbits, fig. 9", "design 1 smaller than nominal, design 2 smallest",
@@ -176,7 +175,7 @@ def _force(joint: str) -> list[Claim]:
     rows = [
         Claim(
             f"largest F_{joint} within {end:g} s, {name}, fig. 10", f"{printed[name]} N", f"{one.max:.3f} N at {one.time:.3f} s",
-            [Fitted(printed[name], one.max, "N")], "fitted speeds; the links' weight is most of it", SPEEDS, [],
+            [Fitted(printed[name], one.max, "N")], "fitted speeds; mainly the weight of the links", SPEEDS, [],
         )
         for name, one in found.items()
     ]  # fmt: skip

@@ -172,16 +172,17 @@ def natural_table() -> tuple[list[str], list[list[str]]]:
 
 
 def conclusion() -> str:
-    """Say what is determined, and by which numbers."""
+    """Describe the determined conditions and the numbers that determine them."""
     fits, one = read("press_conditions")["fits"], best()
     found, others = outcome(one), sorted(((fit["mismatch"], name) for name, fit in fits.items()))[1:]
     ranges = ", ".join(f"{label} {determined(name)}" for name, label in LABELS.items())
     return f"""With four fitted values and the direction of gravity {met(found)} of ten printed numbers are met within 5 % and all within
 {100.0 * np.abs(misses(found)).max():.1f} %; the next scenario ({others[0][1]}) misses by {100.0 * others[0][0]:.1f} % against {100.0 * mismatch(found):.1f} %. The accelerations at the
-start and on the rig, four numbers, are met by four fitted values: that alone proves nothing. The six forces are what is left to contradict
-the fit, and they do so by at most 7 %: the changes from design to design, which are small differences, are not met.
-Within {LOOSE:g} times the least miss lie {ranges}: the size of gravity comes out as it is, m only as more than nothing. A start at rest and gravity in another direction miss more with as many unknowns. Speeds of one sense miss by
-{100.0 * fits[SAME_SENSE]["mismatch"]:.1f} %; there the largest F_A is at {_time_of_a(Conditions(*fits[SAME_SENSE]["guess"])):.2f} s, here at {_time_of_a(one):.2f} s. So the time of the largest F_A, a printed speed,
+start and on the rig, four numbers, are met by four fitted values: this alone is no evidence. Only the six forces can contradict
+the fit; they differ by at most 7 %. The changes from design to design, which are small differences, are not met.
+These ranges are within {LOOSE:g} times the smallest deviation: {ranges}. The magnitude of gravity is thus determined correctly; m is only known to be
+positive. A start at rest, and gravity in another direction, deviate more with as many unknowns. Speeds of equal sign deviate by
+{100.0 * fits[SAME_SENSE]["mismatch"]:.1f} %; there the largest F_A is at {_time_of_a(Conditions(*fits[SAME_SENSE]["guess"])):.2f} s, here at {_time_of_a(one):.2f} s. The time of the largest F_A, a printed speed,
 or the sign of the acceleration at the start would decide."""
 
 

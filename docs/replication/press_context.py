@@ -47,19 +47,19 @@ def context() -> list[Claim]:
             "lubrication lessens impacts and friction in the joints, sections 1 and 3.2", "no numbers",
             f"dry joints multiply the largest F_A, F_B and acceleration by more than {_ROUGH:g}",
             [parts(ratio > _ROUGH for ratio in ratios)], "dry: contact and friction of `seven_bar_dry.toml`, gravity and speeds of `seven_bar_paper.toml`,"
-            " 1 s; the exact factors hang on rounding",
+            " 1 s; the exact factors depend on rounding",
         ),
         Claim(
             "objective 2 is better overall, section 4", "design 1: acceleration falls, forces rise; design 2: forces fall, acceleration hardly changes",
             f"{len(shares) - len(failed)} of {len(shares)} parts; not: {', '.join(failed) or 'none'} (acceleration"
             f" {change(start['nominal'], start['paper 1']):+.1f} % and {change(start['nominal'], start['paper 2']):+.1f} %)",
-            [parts(shares.values())], "by our runs of the paper's designs", "the paper's ε₀ and m, and its speeds",
+            [parts(shares.values())], "runs of the paper's designs in this package", "the paper's ε₀ and m, and its speeds",
         ),
         Claim(
             "equal alpha and beta make eq. (22) converge fast, section 1.2", f"alpha = beta = {BETA:g}",
             f"the constraint error decays at {rates[BETA]:.1f} 1/s; with alpha = {', '.join(f'{a:g}' for a in _ALPHAS)} 1/s at"
             f" {', '.join(f'{rates[a]:.1f}' for a in _ALPHAS)} 1/s", [parts(rates[BETA] > rates[alpha] for alpha in _ALPHAS)],
-            "slowest root of s² + 2 alpha s + beta²: critical damping is the fastest decay for a given beta, and does not overshoot",
+            "slowest root of s² + 2 alpha s + beta²: critical damping gives the fastest decay for a given beta, without overshoot",
         ),
     ]  # fmt: skip
 

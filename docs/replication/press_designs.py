@@ -54,21 +54,19 @@ def optima() -> list[Claim]:
     return [
         Claim(
             "objective (24) of design 2, Table 6", f"{asked:+.1f} %, by its printed forces", f"{second:+.1f} %",
-            [FittedChange(asked, second, "%")], "the same design by our runs", "the drives' speeds", [],
+            [FittedChange(asked, second, "%")], "the same design in runs of this package", "the drives' speeds", [],
         ),
         Claim(
             "least forces, objective (24)", f"{asked:+.1f} %, by its printed forces",
             f"{found:+.1f} % (F_A {changes[0]:+.1f} %, F_B {changes[1]:+.1f} %); design 2 by our runs {second:+.1f} %", [Change(asked, found, "%")],
             "study `sevenbar_paper_force`. The population of 30, 50 generations and the rates 0.7 and 0.6 are the"
-            " paper's; simulated binary crossover, polynomial mutation, 30 survivors of parents and children, and the nominal"
-            " design in the first generation are ours", "the drives' speeds", [],
+            " paper's; simulated binary crossover, polynomial mutation, 30 survivors of parents and children, and the nominal design in the first generation are choices of this package", "the drives' speeds", [],
         ),
         Claim(
             "least acceleration, objective (23)", "-25 % (-21.05 % by its own numbers)",
             f"{lower:+.1f} % ({acceleration.nominal:.3f} -> {acceleration.objective:.3f} m/s²); design 1 by our runs {first:+.1f} %",
             [Change(change(*(PRINTED["slider7.ax"][name] for name in ("nominal", "paper 1"))), lower, "%")],
-            f"study `sevenbar_paper_acceleration`: {_variables(acceleration.design)}. The largest acceleration is that of the start;"
-            f" no design moves the slider less than the ideal one, {perfect:.3f} m/s²", "ε₀ and m", [],
+            f"study `sevenbar_paper_acceleration`: {_variables(acceleration.design)}. The largest acceleration occurs at the start; no design accelerates the slider less than the ideal one, {perfect:.3f} m/s²", "ε₀ and m", [],
         ),
         Claim(
             "best and mean fitness of each generation, section 2.2, step 5", "recorded; not printed", _generations(), [],
@@ -78,13 +76,13 @@ def optima() -> list[Claim]:
             "m₄ and J₄ are design variables, eq. (25)", "optimised",
             f"doubled, they change acceleration and forces by {percent(moved)},"
             f" crank 4's torque by {percent(mass_torque)} and {percent(spin_torque)}", [parts([moved > _DIGITS])],
-            "inert: crank 4's motion is prescribed, so they only load its drive",
+            "inert: crank 4's motion is prescribed, so they change only the load of its drive",
             "cranks that are driven by a torque", [parts([moved < _DIGITS])],
         ),
         Claim(
-            "Table 1, bounds of J₂ and J₄: of the varied mass, or of Table 3's", "not said",
+            "Table 1, bounds of J₂ and J₄: of the varied mass, or of Table 3's", "not given",
             f"{inside(varied=True)} of 4 values of Table 6 within the bounds of the varied mass, {inside(varied=False)} within those of Table 3's", [],
-            "both readings allow Table 6, so it does not decide; the studies take the masses of Table 3",
+            "Table 6 agrees with both readings and does not decide; the studies use the masses of Table 3",
         ),
     ]  # fmt: skip
 

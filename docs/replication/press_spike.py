@@ -66,14 +66,14 @@ def claims() -> list[Claim]:
         )
         for name, text, why in (
             ("paper 1", "-25 %", "thinner oil stops the falling journals later and more gently"),
-            ("paper 2", "+0.15 %", "the sign is right, the size not: lighter links and thicker oil are stopped harder"),
+            ("paper 2", "+0.15 %", "the sign agrees, the magnitude does not: the film stops lighter links in thicker oil more abruptly"),
         )
         for asked, ours in [[change(x["nominal"], x[name]) for x in (printed, sizes)]]
     ]  # fmt: skip
     return [
         Claim(
             "acceleration at the start, nominal, 1, 2, fig. 8", _three(printed), f"{_three(sizes)}, all along -x, after {1e6 * found['nominal'].time:.0f} µs",
-            cause, f"sizes compared. Centred journals carry nothing: the links fall until the film stops them; {patch}", unknown,
+            cause, f"magnitudes compared. Centred journals carry no load: the links fall until the film stops them; {patch}", unknown,
         ),
         Claim(
             "the same without eqs. (12)-(13)", _three(printed), _three(plain), [Number(printed[name], plain[name], "m/s²") for name in DESIGNS],
@@ -83,26 +83,26 @@ def claims() -> list[Claim]:
         Claim(
             "smooth after the start, nominal, fig. 8", "smooth, less than at the start",
             f"up to {later:.3f} m/s² after {START:g} s, {sizes['nominal']:.3f} before; the ideal slider {perfect:.3f}",
-            [parts([later < sizes["nominal"], later < 1.001 * perfect])], "after the start the slider moves as the ideal one",
+            [parts([later < sizes["nominal"], later < 1.001 * perfect])], "after the start the slider moves like the ideal one",
         ),
         Claim(
             "4.290 m/s² is the largest acceleration of design 1, fig. 8", f"{printed['paper 1']:.3f} m/s²",
             f"the ideal slider needs {perfect:.3f} m/s² in the first second, {assumed:.3f} m/s² at 2π and 2π rad/s",
             [parts([perfect < printed["paper 1"]])],
-            "no design moves the ideal slider: its largest acceleration is a floor. Whether 4.290 is above it hangs on the speeds", "the drives' speeds",
+            "no design changes the motion of the ideal slider: its largest acceleration is a lower bound. The speeds decide whether 4.290 is above it", "the drives' speeds",
         ),
         Claim(
             "the peak in steps of 0.1 ms, Tables 4 and 5", f"{printed['nominal']} m/s²",
             f"{at_steps():.3f} m/s² at multiples of 0.1 ms; the peak is above half its height for {1e6 * lasts(0.5):.0f} µs",
-            [Number(printed["nominal"], at_steps(), "m/s²")], "results written every 0.1 ms do not show this peak; an integrator's own steps do", "the integrator, which is not named", [], trial=True,
+            [Number(printed["nominal"], at_steps(), "m/s²")], "results at intervals of 0.1 ms do not show this peak; the steps of an integrator do", "the integrator, which is not named", [], trial=True,
         ),
         Claim(
             "fixed steps of 0.1 ms as the cause", f"{printed['nominal']} m/s²",
             f"Runge-Kutta leaves the bearing after {1e3 * press_steps.explicit():.1f} ms; implicit Euler: at most"
             f" {press_steps.implicit():.2f} m/s² in the first {1e3 * press_steps.END:.0f} ms",
             [Number(printed["nominal"], press_steps.implicit(), "m/s²")],
-            f"without eqs. (12)-(13). The film's least time constant is {1e6 * press_steps.fastest():.2g} µs, and Runge-Kutta follows none below"
-            f" {1e6 * press_steps.STEP / press_steps.STABLE:.0f} µs with such steps; what can be computed with them has no peak; eqs. (12)-(13) make one",
+            f"without eqs. (12)-(13). The film's least time constant is {1e6 * press_steps.fastest():.2g} µs, and Runge-Kutta is stable only above"
+            f" {1e6 * press_steps.STEP / press_steps.STABLE:.0f} µs with such steps; results computable with such steps have no peak; eqs. (12)-(13) cause one",
             "the integrator, which is not named", cause[:1], trial=True,
         ),
     ]  # fmt: skip

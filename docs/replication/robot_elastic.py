@@ -52,7 +52,7 @@ def modes() -> list[Claim]:
             "the same with the paper's 24 numbers, roots free", "curves only",
             f"{zero} zero modes at every instant; the first other one {loose[0]:.2f} Hz at t = 0,"
             f" {loose.min():.2f} to {loose.max():.2f} Hz over the revolution", [],
-            "nothing holds the mechanism; the paper does not mention zero modes", "the number of curves in fig. 9",
+            "the mechanism is free; the paper does not mention zero modes", "the number of curves in fig. 9",
         ),
         Claim(
             "one element per link",
@@ -79,7 +79,7 @@ def _soft_parts() -> list[Claim]:
             f" elastic modes 1 to {len(free.coupler)} {min(free.coupler):.0%} or more",
             [parts(share > 0.5 for share in all_)],
             "counted by mode. With held roots the lowest three modes bend the short cranks at their roots: true only from mode"
-            f" {LOW + 1} on, or for roots that nothing holds", "roots held or free, which the paper does not say",
+            f" {LOW + 1} on, or with free roots", "roots held or free, which the paper does not say",
         ),
         Claim(
             "in low modes all coordinates move by the same order, section 4", "modes of fig. 10",
@@ -109,7 +109,7 @@ def displacement() -> list[Claim]:
             f"displacement of both signs within each of {len(both)} spans of the revolution: {', '.join(f'{100 * s:.0f} %' for s in both.mean(axis=0))}"
             f" of the spans (x, y, turning); mean of the extremes at most {100.0 * offset:.0f} % of the largest displacement",
             [Share(100.0, 100.0 * float(share), "% of the spans") for share in both.mean(axis=0)],
-            "from rest: the vibration of the start, without damping, about the quasi-static deflection", "a start on the quasi-static motion",
+            "from rest: vibration caused by the start, without damping, about the quasi-static deflection", "a start on the quasi-static motion",
         ),
         *(
             Claim(
@@ -118,7 +118,7 @@ def displacement() -> list[Claim]:
                 f" ({scale * other[k]:.3g} on the other assembly)",
                 [Number(scale * printed, scale * moving[k], unit)],
                 f"{printed / moving[k]:.2g} times ours; contradicts the printed stress, see the next rows",
-                "a material that much softer, or roots that nothing holds", [],
+                "a material softer by this factor, or free roots", [],
             )
             for k, (printed, (name, unit, scale)) in enumerate(zip(PRINTED_ERROR, UNITS, strict=True))
         ),
@@ -128,7 +128,7 @@ def displacement() -> list[Claim]:
             f" {1e6 * bound.axial:.3g} µm; the load that gives it ({bound.scale:.3g} times ours) moves the"
             f" platform by {1e6 * bound.platform:.3g} µm",
             [Printed(1e6 * PRINTED_ERROR[1], 1e6 * bound.platform, "µm")],
-            "as elastic displacements and stresses of one robot they cannot go together", f"E = {1e-6 * softer:.2g} MPa",
+            "elastic displacements and stresses of one robot cannot have these values together", f"E = {1e-6 * softer:.2g} MPa",
         ),
     ]  # fmt: skip
 
@@ -147,22 +147,20 @@ def drift() -> list[Claim]:
             "24 equations with free roots by eq. (13): displacement", "6.456 mm, 9.158 mm, 1.263 deg",
             f"{found[0]:.0f} mm, {found[1]:.0f} mm, {found[2]:.0f} deg over the revolution",
             [Number(a, b, unit) for a, b, (_, unit, _) in zip(asked, found, UNITS, strict=True)],
-            "three zero modes, for which F/p² has no value; with its limit p → 0 nothing drives the mechanism, and it lags behind"
-            f" its prescribed motion: by the printed values after {passed[0]:.2g} s, {passed[1]:.2g} s and {passed[2]:.2g} s."
+            f"three zero modes, for which F/p² has no value; with the limit p → 0 no drive acts, and the mechanism lags behind its prescribed motion: by the printed values after {passed[0]:.2g} s, {passed[1]:.2g} s and {passed[2]:.2g} s."
             " A possible origin of the millimetres: rigid drift, not elasticity (our reading)",
-            "how the paper treats the zero modes, and from when to when fig. 11 goes", [], trial=True,
+            "the paper's treatment of zero modes, and the time range of fig. 11", [], trial=True,
         ),
         Claim(
             "24 equations with free roots by eq. (13): stress of A₂B₂", f"{1e-3 * PRINTED_CRANK:.4g} kPa",
             f"{1e-3 * stress.crank:.3g} kPa (B₂C₂ {1e-3 * stress.coupler:.3g} kPa)",
             [Number(1e-3 * PRINTED_CRANK, 1e-3 * stress.crank, "kPa")],
-            "drift is no strain: with free roots the cranks carry no drive torque, and less stress than held", because=[], trial=True,
+            "drift causes no strain: with free roots the cranks carry no drive torque and less stress than with held roots", because=[], trial=True,
         ),
         Claim(
             "the same with one basis in each step", "not printed",
             "; ".join(_one_basis(model, steps) for steps in (2000, 8000)), [],
-            "what is drift in one pose strains the robot in the next: printed millimetres and kilopascals can come out"
-            " together, but the stress is that of the step, not of the robot (our reading)",
+            "drift in one pose causes strain in the next: printed millimetres and kilopascals can then occur together, but the step determines the stress, not the robot (our reading)",
             "the paper's step, which is not given",
         ),
     ]  # fmt: skip

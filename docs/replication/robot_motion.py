@@ -42,7 +42,7 @@ def kinematics() -> list[Claim]:
         Claim(
             "position equation, eq. (2): degree in t", "8", f"{degree + 2}: degree {degree}, times 1 + t²",
             [Printed(8.0, degree + 2.0)],
-            "right, but the factor has no real roots: two of the eight solutions are t = ±i, and at most six are assemblies",
+            "right, but the factor has no real roots: two of the eight solutions are t = ±i; at most six are assemblies",
         ),
         Claim(
             "4 of the 8 solutions are assemblies at every instant, section 4", "4",
@@ -54,7 +54,7 @@ def kinematics() -> list[Claim]:
         Claim(
             '"shortest travel" assembly', "not named",
             f"paths of the platform's centre {paths} m; shorter from θ = {np.rad2deg(best.x[0, 0]):.2f} deg", [],
-            "two assemblies last for the revolution; both paths are close", "a named assembly, or the metric of its travel",
+            "two assemblies exist during the whole revolution; both paths are close", "a named assembly, or the metric of its travel",
         ),
         Claim(
             "velocities and accelerations, figs. 7 and 8", "curves only",
@@ -66,7 +66,7 @@ def kinematics() -> list[Claim]:
             f"{1e3 * theirs[where, 1]:.3f} mm/s² where ours is {1e3 * away.ddx[where, 1]:.3f}, the largest along x;"
             f" everywhere within {'round-off' if worst < 1e-9 else f'{worst:.1g}'}",
             [Printed(1e3 * theirs[where, 1], 1e3 * away.ddx[where, 1], "mm/s²")],
-            "solved for the platform with the first row of G, as (6) means; away from the singular instants",
+            "solved for the platform with the first row of G, as in (6); away from the singular instants",
         ),
         Claim(
             "right side of eq. (6)", "a number plus a vector of 3", f"{rows:.0f} number for each leg",
@@ -75,14 +75,14 @@ def kinematics() -> list[Claim]:
         ),
         Claim(
             "index rules of section 2.3", "p = i + 1 or i + 2; p = 6(r - 1) + i + 5",
-            f"{agreed} of {asked} places of rods and platform in the system are those of the numbered displacements",
+            f"{agreed} of {asked} places of rods and platform in the system agree with the numbered displacements",
             [Printed(float(asked), agreed, "places")], "the platform's rule counts i by leg: 2r - 1 and 2r",
         ),
         Claim(
             "operating speeds are far from the natural frequencies, section 3.1", "advice",
             f"largest crank speed {fastest:.3f} Hz, rates of the rigid motion up to its 10th harmonic {10.0 * fastest:.2f} Hz; lowest"
             f" natural frequency {lowest:.0f} Hz", [parts([lowest > 10.0 * 10.0 * fastest])],
-            "followed by the example: factor of more than 100 even to the 10th harmonic; the vibration is that of the start",
+            "followed by the example: factor of more than 100 even to the 10th harmonic; the start causes the vibration",
         ),
     ]  # fmt: skip
 

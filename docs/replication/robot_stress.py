@@ -88,7 +88,7 @@ def stress() -> list[Claim]:
             "where the stress is largest, section 3.3", "at a rod's end",
             f"A₂B₂ at {places[0]:.0f} mm (its root), B₂C₂ at {places[1]:.0f} mm of {lengths[1]:.0f} mm",
             [parts(min(s, length - s) < 0.05 * length for s, length in zip(places, lengths, strict=True))],
-            "right for the crank; a pinned coupler bends most near mid-span",
+            "right for the crank; the bending of a pinned coupler is largest near mid-span",
         ),
         Claim(
             "the largest stress is in the input rod, section 4", "A₂B₂",
@@ -98,8 +98,7 @@ def stress() -> list[Claim]:
         Claim(
             "the shear in the platform is very small, section 4: its share of the normal stress", f"{asked:.3f}",
             f"{ratio:.2f} ({ratio_static:.2f} quasi-static)", [Number(asked, ratio)],
-            "a ratio, which no density, speed or unit changes. As printed the two principal stresses would differ by less than a tenth"
-            " at every instant: pins that pull evenly in all directions, which inertia forces do not", because=[],
+            "a ratio, independent of density, speed and unit. As printed the two principal stresses would differ by less than a tenth at every instant: the pins would pull equally in all directions; inertia forces do not", because=[],
         ),
         _common_factor(),
     ]  # fmt: skip
@@ -113,8 +112,8 @@ def _common_factor() -> Claim:
     told = "; ".join(f"{name} {a:.3f} and {b:.3f}" for name, (a, b) in pairs.items())
     return Claim(
         "one factor between print and ours for the crank's stress and the platform's shear", "none named", told, [],
-        f"our question: the factors agree within 0.1 % by accident. They part by up to {100.0 * apart:.0f} % when the time step, the start or the"
-        " assembly changes, so that no missing factor of section, unit or formula can be read from them", "the paper's start and step",
+        f"additional question: the factors agree within 0.1 % by coincidence. They differ by up to {100.0 * apart:.0f} % with another time step, start or"
+        " assembly, so they indicate no missing factor of section, unit or formula", "the paper's start and step",
         stored="python docs/make_robot.py",
     )  # fmt: skip
 
@@ -138,16 +137,16 @@ def formulas() -> list[Claim]:
         Claim(
             "axial stress of a rod, section 3.3", "Σ η′ u",
             f"{1e3 * float(axial.max()):.2g} Pa in B₂C₂, with E {stretched:.3g} kPa",
-            [Printed(float(axial.max()), stretched, "kPa")], "a strain: E is lacking",
+            [Printed(float(axial.max()), stretched, "kPa")], "a strain: E is missing",
         ),
         Claim(
             "bending stress of a rod, section 3.3", "E d/2 Σ φ″ v at its ends",
             f"{float(bending.max()):.3g} kPa in B₂C₂, from equilibrium {bent:.3g} kPa",
             [Printed(float(bending.max()), bent, "kPa")],
-            "the end of a pinned rod has no moment; a cubic does not see the inertia along it",
+            "the end of a pinned rod has no moment; a cubic omits the inertia along the rod",
         ),
         Claim(
             "shear stress, eq. (14)", "E/(1 + μ²) γ", f"{shear:.3g} kPa, with E/(2(1 + μ)) {right:.3g} kPa",
-            [Printed(shear, right, "kPa")], "as printed stress depends on the axes",
+            [Printed(shear, right, "kPa")], "as printed the stress depends on the axes",
         ),
     ]  # fmt: skip

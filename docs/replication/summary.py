@@ -34,8 +34,8 @@ def summary() -> str:
     lists = [[name, *(words(found[source], choose) for source in TITLES)] for name, words, choose in _LISTS]
     return f"""## Summary
 
-A row holds if its verdict is the best one of its kind: *right as printed*; *reproduced*, *met by a fit* or *within the scatter*; *holds*. It is
-open if it fails, and no computation confirms a cause.
+A row holds if its verdict is the best one of its kind: *right as printed*; *reproduced*, *met by a fit* or *within the scatter*; *holds*. A row
+is open if it fails and no computation confirms a cause.
 
 {table(("", *heads), [*counts, *lists])}"""
 

@@ -247,19 +247,19 @@ class Claim(NamedTuple):
 
 
 #: The rule, for readers.
-LEGEND = f"""Verdicts follow from the numbers of a row by one rule (`docs/replication/verdicts.py`); the worst number decides:
+LEGEND = f"""One rule (`docs/replication/verdicts.py`) derives verdicts from the numbers of a row; the worst number decides. *Ours* means this package.
 
-- an *equation*, or arithmetic, is *right as printed* if it agrees within {100 * WITHIN:.0f} % with the right one, else *wrong as printed*;
-- a *number* is *reproduced* if ours is within {100 * WITHIN:.0f} % of it (*met by a fit* if it takes part in a fit of conditions that are not
-  printed). Otherwise a value is *within a factor of {FACTOR:g}* or *not reproduced*; a change in per cent is *trend only* if it has the
-  printed direction and at least half of the printed size. A chaotic run has no digits: ours is then an interval, and the printed number
-  lies *within the scatter* or not;
-- a *statement* *holds* if it is true for {100 * (1 - WITHIN):.0f} % or more of its parts or of the time, *holds in part* from {100 / FACTOR:.0f} %, else it *does not hold*;
-- a failure is *explained* if a computation confirms a named cause, *open* if none does; *nothing to compare*: the source prints no number.
+- An *equation*, or arithmetic, is *right as printed* if it agrees within {100 * WITHIN:.0f} % with the right one, otherwise *wrong as printed*.
+- A *number* is *reproduced* if ours is within {100 * WITHIN:.0f} % of it; *met by a fit* if it takes part in a fit of conditions that are not
+  printed. Otherwise a value is *within a factor of {FACTOR:g}* or *not reproduced*. A change in per cent is *trend only* if it has the printed direction
+  and at least half of the printed size. A chaotic run has no reproducible digits: ours is then an interval, and the printed number lies
+  *within the scatter* or not.
+- A *statement* *holds* if it is true for {100 * (1 - WITHIN):.0f} % or more of its parts or of the time; it *holds in part* from {100 / FACTOR:.0f} %; otherwise it *does not hold*.
+- A failure is *explained* if a computation confirms a named cause, otherwise *open*. *Nothing to compare* means that the source prints no number.
 
-Numbers are computed when the page is written. Rows marked *stored* are the exception: some of their numbers take minutes to hours, are kept
-in `docs/replication/measured/` or `docs/replication/designs/`, and the last column names the command that computes them again. Rows
-marked *trial* are ours: they test an explanation or a guess at missing data, and are no claims of the source.
+The numbers are computed when the page is written, except in rows marked *stored*: some of their numbers take minutes to hours. The folders
+`docs/replication/measured/` and `docs/replication/designs/` contain them, and the last column names the command that repeats them. Rows
+marked *trial* are no claims of the source: they test an explanation or an assumption about missing data.
 """
 #: Head of the pages' tables.
 HEAD = ("claim", "kind", "printed", "ours", "verdict", "why", "what would change the verdict", "repeat with")
@@ -283,7 +283,7 @@ def rows(source: str, names: Iterable[str] | None = None) -> list[tuple[str, ...
     return [
         (
             f"{c.claim} (trial)" if c.trial else c.claim, c.kind, c.printed, f"{c.ours} (stored)" if c.stored else c.ours, c.verdict, c.why, c.otherwise,
-            f"`python docs/replicate.py {source}.{name}`" + (f"; stored, anew by `{c.stored}`" if c.stored else ""),
+            f"`python docs/replicate.py {source}.{name}`" + (f"; stored; repeat with `{c.stored}`" if c.stored else ""),
         )
         for name, c in claims(source, names)
     ]  # fmt: skip

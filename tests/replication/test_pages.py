@@ -71,7 +71,7 @@ def test_every_row_names_a_command_and_every_command_has_rows(page, sources, cap
     start = next(k for k, line in enumerate(lines) if line.startswith("| claim |"))
     rows = [line for line in lines[start:] if line.startswith("| ") and line.count(" | ") == lines[start].count(" | ")]
     named = [
-        re.search(r"\| `python docs/replicate\.py (\S+?)`(?:; stored, anew by `[^`]+`)? \|$", line)
+        re.search(r"\| `python docs/replicate\.py (\S+?)`(?:; stored; repeat with `[^`]+`)? \|$", line)
         for line in rows
         if line != lines[start]
     ]

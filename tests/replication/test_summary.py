@@ -105,7 +105,7 @@ def test_equations_that_are_right_are_no_misprints():
 def test_stored_numbers_are_named(monkeypatch):
     """A row whose numbers come from a file says so, and names a program that exists."""
     text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
-    commands = set(re.findall(r"stored, anew by `python ([^\s`]+)", text))
+    commands = set(re.findall(r"stored; repeat with `python ([^\s`]+)", text))
     assert {"docs/make_dry.py", "docs/make_designs.py", "docs/make_conditions.py", "docs/make_robot.py"} <= commands
     assert all((DOCS.parent / command).exists() for command in commands)
     for stored in ("the same on Drake, drawn start", "best and mean fitness of each generation, section 2.2, step 5"):
