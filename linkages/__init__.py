@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from linkages.engines.compiled.batch import Batch, simulate_batch
     from linkages.engines.study import ideal, simulate, study
     from linkages.errors import AssemblyError, InputError, RunError, Status
+    from linkages.explore.bearing import bearing
     from linkages.explore.compare import compare
     from linkages.explore.lyapunov import largest_exponent
     from linkages.explore.modes import Modes, modes
@@ -70,6 +71,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "engines.compiled.batch": ("Batch", "simulate_batch"),
         "engines.study": ("ideal", "simulate", "study"),
         "errors": ("AssemblyError", "InputError", "RunError", "Status"),
+        "explore.bearing": ("bearing",),
         "explore.compare": ("compare",),
         "explore.lyapunov": ("largest_exponent",),
         "explore.modes": ("Modes", "modes"),

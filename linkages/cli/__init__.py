@@ -9,6 +9,7 @@
 | wear         | ``linkages wear``: profiles and play over a machine's life                |
 | report       | ``linkages report``: one HTML page from a folder of results               |
 | export       | ``linkages export``: a trajectory for other programs                       |
+| bearing      | ``linkages bearing``: a journal bearing under a static load               |
 | draw         | ``linkages draw``: a labelled picture of a machine                        |
 | new          | ``linkages new``: files of a linkage to begin with                        |
 | import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
@@ -46,6 +47,7 @@ _OWN = (
     "wear",
     "report",
     "export",
+    "bearing",
     "draw",
     "new",
     "import",

@@ -10,6 +10,7 @@
 | lyapunov | largest Lyapunov exponent: two trajectories, renormalised                                 |
 | modes    | natural frequencies and mode shapes of a linkage that stands still                        |
 | mode_shapes | how points move in them                                                                |
+| bearing  | a journal bearing under a static load: equilibrium, coefficients, stability               |
 | spectra  | power spectral densities                                                                  |
 | wear     | wear of joints over a machine's life: blocks of cycles, and jumps between them            |
 | compare  | both engines on one system: how far apart, and up to when that means anything             |

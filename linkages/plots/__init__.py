@@ -11,6 +11,7 @@
 | links          | links that bend: deflection, stress and where it is, strain energy                     |
 | mode_figures   | natural frequencies and mode shapes of a linkage that stands still                     |
 | attractors     | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                   |
+| bearings       | a journal bearing: the chart over the Sommerfeld number, pressure on the surface       |
 | drawing        | a machine before it is run: a labelled picture that can be moved                       |
 | animation      | a run as a Meshcat recording, its clearance joints magnified                           |
 | wear_figures   | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles   |

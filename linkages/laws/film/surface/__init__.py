@@ -7,7 +7,12 @@
 | balance         | volume balance of a cell: conductances, transport of the film content          |
 | complementarity | pressure and film content by Newton's method (FBNS)                            |
 | surface_film    | a solved film: force, moment, flows, shear, mass balance                       |
+| equilibrium     | a loaded journal: equilibrium, dynamic coefficients, stability                 |
 
 The frame is the bearing's, theta positive in the sense of rotation; h = 1 - x cos(theta) - y sin(theta) in units of
 the clearance, (x, y) the eccentricity from the bearing's centre to the journal's. Forces act on the journal.
 """
+
+from linkages.laws.film.surface.grooves import Groove
+
+__all__ = ["Groove"]

@@ -107,10 +107,9 @@ def solve_film(
     state = solve(balance, boundary, rule=rule, guess=guess)
     p = state.p
     content = np.maximum(1.0 - state.deficit, 0.0) if rule == "mass-conserving" else np.ones_like(p)
-    if rule == "guembel":
-        content = np.where(p > 0.0, 1.0, content)
+    p = np.maximum(p, 0.0)  # guembel drops what lies below the cavity's pressure
     flows = _flows(balance, boundary, p, content)
-    return _integrate(mesh, thickness, balance, state, np.maximum(p, 0.0) + cavity, content, flows, len(grooves), rule)
+    return _integrate(mesh, thickness, balance, state, p + cavity, content, flows, len(grooves), rule)
 
 
 class _Flows(NamedTuple):
@@ -157,7 +156,7 @@ def _integrate(
         gain = np.where(state.deficit > 0.0, 0.0, gain)
     largest = max(float(np.abs(flows.around).max()), float(np.abs(flows.along).max()), 1e-300)
     theta, zeta = mesh.theta[:, None], mesh.zeta
-    inverse = content / thickness.at(theta, zeta)
+    inverse = _at_centres(balance, content) / thickness.at(theta, zeta)
     return SurfaceFilm(
         mesh,
         thickness,
@@ -172,6 +171,42 @@ def _integrate(
         float(np.abs(gain).max()) / largest,
         state,
     )
+
+
+def _at_centres(balance: Balance, content: Array) -> Array:
+    """Content at the centres of cells: a cell's own number is the one at its face downstream."""
+    upstream = np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
+    carried, full = balance.carried * upstream, balance.carried
+    total = full + np.roll(full, 1, axis=0)
+    mean = (carried + np.roll(carried, 1, axis=0)) / np.where(total == 0.0, 1.0, total)
+    return np.where(balance.free & (content < 1.0) & (total != 0.0), np.clip(mean, 0.0, 1.0), content)
+
+
+def largest_pressure(film: SurfaceFilm) -> float:
+    """Largest pressure, of parabolas through the highest cell and its neighbours around and along."""
+    mesh, p = film.mesh, film.pressure
+    i, j = np.unravel_index(int(np.argmax(p)), p.shape)
+    n, m = p.shape
+    top = float(p[i, j])
+    if mesh.groove[i, j] >= 0:
+        return top
+    around = np.array([mesh.theta[i - 1], mesh.theta[i], mesh.theta[(i + 1) % n]])
+    around[0] -= 2.0 * math.pi * (i == 0)
+    around[2] += 2.0 * math.pi * (i == n - 1)
+    rise = _summit(around, p[[i - 1, i, (i + 1) % n], j]) - top
+    if j == 0 and mesh.half:  # symmetric about the middle
+        along, values = np.array([-mesh.zeta[0], *mesh.zeta[:2]]), np.array([p[i, 0], *p[i, :2]])
+    elif 0 < j < m - 1:
+        along, values = mesh.zeta[j - 1 : j + 2], p[i, j - 1 : j + 2]
+    else:
+        return top + rise
+    return top + rise + _summit(along, values) - top
+
+
+def _summit(x: Array, y: Array) -> float:
+    """Top of the parabola through three points; the largest of them if it opens upwards."""
+    bend, slope, level = np.polyfit(x - x[1], y, 2)
+    return float(level - slope**2 / (4.0 * bend)) if bend < 0.0 else float(y.max())
 
 
 def friction_torque(film: SurfaceFilm, relative: float = 1.0) -> float:

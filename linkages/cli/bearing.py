@@ -1,0 +1,172 @@
+"""``linkages bearing``: a journal bearing under a static load."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from linkages.cli.folders import add_out, output_folder, results_folder
+from linkages.cli.options import written
+from linkages.cli.progress import progress_bar
+from linkages.errors import InputError, nearest
+from linkages.files.unit_conversion import is_quantity, si
+from linkages.files.writing import json_text
+
+if TYPE_CHECKING:
+    from linkages.explore.bearing import Bearing
+
+HELP = "a journal bearing under a static load: eccentricity, flow, friction, dynamic coefficients, stability"
+
+_EXAMPLES = """examples:
+  linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000
+  linkages bearing --diameter "100 mm" --length "50 mm" --clearance "0.1 mm" --viscosity 0.03 --speed "955 r/min" \\
+      --load 1000 --groove "angle = 90 deg, extent = 20 deg, length = 0.8" --groove "angle = -90 deg, extent = 20 deg"
+"""
+#: Values that the command needs: option, unit, meaning.
+_NEEDED = (
+    ("diameter", "m", "diameter of the bearing"),
+    ("length", "m", "its length"),
+    ("clearance", "m", "radial clearance"),
+    ("viscosity", "Pa s", "dynamic viscosity"),
+    ("speed", "rad/s", "angular velocity of the journal"),
+    ("load", "N", "load on the journal"),
+)
+#: Keys of a groove: name, unit (none of a pure number), default.
+_GROOVE = {
+    "angle": ("rad", None),
+    "extent": ("rad", None),
+    "length": ("", 1.0),
+    "pressure": ("Pa", None),
+    "position": ("", 0.0),
+    "shape": ("", "groove"),
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    for name, unit, meaning in _NEEDED:
+        parser.add_argument(f"--{name}", required=True, metavar="VALUE", help=f"{meaning} [{unit}]")
+    parser.add_argument("--film", default="finite", metavar="NAME", help="film law; default: finite")
+    parser.add_argument(
+        "--cavitation",
+        metavar="RULE",
+        help="guembel, reynolds or mass-conserving; default: mass-conserving with grooves or a cavity pressure, "
+        "else guembel",
+    )
+    parser.add_argument(
+        "--groove",
+        action="append",
+        default=[],
+        metavar="KEYS",
+        help='"angle = 90 deg, extent = 20 deg, length = 0.8": angle of its middle from the load, positive in the '
+        "sense of rotation; length as a share of the bearing's, default 1; also position (share), pressure [Pa], "
+        "shape = hole; may be repeated",
+    )
+    parser.add_argument("--supply-pressure", default="0", metavar="P", help="of the grooves, gauge; default: 0 [Pa]")
+    parser.add_argument("--cavity-pressure", default="0", metavar="P", help="gauge, at most 0; default: 0 [Pa]")
+    parser.add_argument(
+        "--tilt", default="0, 0", metavar="A, B", help="slope of the journal along and across the load; default: 0, 0"
+    )
+    parser.add_argument("--mass", metavar="M", help="of the journal, for the threshold speed; default: load/g [kg]")
+    parser.add_argument("--no-plots", action="store_true", help="write no figures")
+    add_out(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute the operating point; returns the exit status."""
+    from linkages.explore.bearing import bearing, chart
+    from linkages.laws.film.surface.grooves import Groove
+
+    supply = _number("--supply-pressure", options.supply_pressure, "Pa")
+    grooves = [Groove(**_groove(text, supply)) for text in options.groove]
+    tilt = [_number("--tilt", part, "") for part in options.tilt.split(",")]
+    if len(tilt) != 2:
+        raise InputError("--tilt", options.tilt, 'give two slopes, such as "1e-4, 0"')
+    values: dict[str, Any] = {name: _number(f"--{name}", getattr(options, name), unit) for name, unit, _ in _NEEDED}
+    out = output_folder(options, "bearing", "bearing")
+    point = bearing(
+        **values,
+        film=options.film,
+        cavitation=options.cavitation,
+        grooves=grooves,
+        cavity_pressure=_number("--cavity-pressure", options.cavity_pressure, "Pa"),
+        tilt=(tilt[0], tilt[1]),
+        mass=None if options.mass is None else _number("--mass", options.mass, "kg"),
+    )
+    content = point.content
+    with (results := results_folder(out, "bearing")) as folder:
+        (folder / "bearing.json").write_text(json_text(content, 1), encoding="utf-8")
+        if not options.no_plots and point.film is not None:
+            from linkages.plots.bearings import chart_figure, pressure_figure
+
+            pressure_figure(point).savefig(folder / "bearing_pressure.png")
+            chart_figure(point, chart(point.case, progress_bar("chart"))).savefig(folder / "bearing_chart.png")
+    print(format_bearing(point, content))
+    print(f"\n{written(out, results.names)}")
+    return 0
+
+
+def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
+    """Format an operating point as a table."""
+    case = point.case
+    rule = f", cavitation {content['cavitation']}" if content["cavitation"] else ""
+    lines = [f"journal bearing, L/D {case.length / case.diameter:.4g}, {case.film} film{rule}", ""]
+
+    def row(name: str, value: float | None, unit: str, none: str = "-") -> str:
+        return f"{name:24s}{none if value is None else f'{value:.5g}':>14s}  {unit}"
+
+    lines += [
+        row("Sommerfeld number", content["sommerfeld"], "-"),
+        row("eccentricity ratio", content["eccentricity_ratio"], "-"),
+        row("attitude", math.degrees(content["attitude"]), "deg from the load to the eccentricity"),
+        row("least film", content["least_film"], "m"),
+        row("largest pressure", content["largest_pressure"], "Pa, gauge"),
+        row("flow out of the ends", content["flow"], "m3/s"),
+        *(row(f"flow of groove {k}", flow, "m3/s") for k, flow in enumerate(content["groove_flow"] or [], 1)),
+        row("friction torque", content["friction_torque"], "N m"),
+        row("power", content["power"], "W"),
+        row("threshold speed", content["threshold_speed"], "rad/s, rigid journal", "stable"),
+        row("critical mass", content["critical_mass"], "kg", "stable"),
+        "",
+        f"{'':24s}{'along the load':>16s}{'across':>16s}",
+    ]
+    for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
+        for k, values in enumerate(content[name]):
+            label = f"{name} [{unit}]" if k == 0 else ""
+            lines.append(f"{label:24s}" + "".join(f"{value:16.5g}" for value in values))
+    return "\n".join(lines)
+
+
+def _groove(text: str, supply: float) -> dict[str, Any]:
+    """Read "angle = 90 deg, extent = 20 deg, length = 0.8"."""
+    found: dict[str, Any] = {}
+    for item in filter(None, map(str.strip, text.split(","))):
+        key, equals, value = (part.strip() for part in item.partition("="))
+        if key not in _GROOVE:
+            raise InputError("--groove", key, f"unknown key; {nearest(key, _GROOVE)}")
+        if not equals or not value:
+            raise InputError("--groove", item, f"write {key} = VALUE")
+        if key in found:
+            raise InputError("--groove", key, "is given twice")
+        found[key] = value if key == "shape" else _number(f"--groove: {key}", value, _GROOVE[key][0])
+    for key in ("angle", "extent"):
+        if key not in found:
+            raise InputError("--groove", key, "is missing")
+    shape = found.pop("shape", "groove")
+    if shape not in ("groove", "hole"):
+        raise InputError("--groove", "shape", f'"{shape}": must be groove or hole')
+    return {"pressure": supply, "length": 1.0, **found, "hole": shape == "hole"}
+
+
+def _number(where: str, text: str, unit: str) -> float:
+    """Read a number in the SI unit, or with its unit."""
+    try:
+        value = si(text, unit) if unit and is_quantity(text) else float(text)
+    except ValueError as problem:
+        said = str(problem)
+        raise InputError(where, "", said if said.startswith("is ") else f'is "{text}"; give a number') from None
+    if not math.isfinite(value):
+        raise InputError(where, "", f'is "{text}"; give a finite number')
+    return value

@@ -1,0 +1,171 @@
+"""``linkages bearing``: published tables, an independent solver, stability, the command."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import linkages
+from linkages import InputError, RunError
+from linkages.cli.main import main
+from linkages.explore.bearing import BearingCase, chart
+from linkages.laws.film.surface.equilibrium import stability
+from linkages.laws.film.surface.grooves import Groove
+
+PAIR = [Groove(side * 0.5 * math.pi, math.radians(20.0)) for side in (1.0, -1.0)]
+
+#: J. W. Lund and K. K. Thomsen, A calculation method and data for the dynamic coefficients of oil-lubricated journal
+#: bearings, in: Topics in fluid film bearing and rotor bearing system design, ASME 1978: two axial grooves of 20 degrees.
+#: L/D, S, eps, attitude [deg], Kxx, Kxy, Kyx, Kyy (c/W), Bxx, Bxy, Byy (c omega/W).
+LUND_THOMSEN = [
+    (0.5, 0.917, 0.372, 57.45, 2.12, 4.01, -1.30, 1.85, 7.70, 2.06, 3.23),
+    (0.5, 0.379, 0.570, 45.43, 3.33, 3.64, -0.43, 1.68, 6.76, 1.87, 1.89),
+    (0.5, 0.244, 0.655, 40.25, 4.21, 3.74, -0.13, 1.64, 6.87, 1.82, 1.54),
+    (1.0, 0.991, 0.150, 70.58, 1.56, 7.29, -2.16, 1.52, 14.66, 1.58, 4.49),
+    (1.0, 0.159, 0.559, 44.33, 2.73, 3.36, -0.48, 1.48, 6.94, 1.78, 1.74),
+]
+
+
+def loaded(slenderness, sommerfeld, grooves, cells=(160, 12), **options):
+    """An operating point of a bearing of 0.1 m at this Sommerfeld number, and c/W."""
+    diameter, clearance, mu, omega = 0.1, 1e-4, 0.03, 100.0
+    load = mu * omega / (2.0 * math.pi) * diameter**2 * slenderness / sommerfeld * (0.5 * diameter / clearance) ** 2
+    point = linkages.bearing(
+        diameter, slenderness * diameter, clearance, mu, omega, load, grooves=grooves, cells=cells, **options
+    )
+    assert point.sommerfeld == pytest.approx(sommerfeld, rel=1e-12)
+    return point, clearance / load
+
+
+@pytest.mark.parametrize("row", LUND_THOMSEN)
+def test_two_axial_grooves(row):
+    """To 0.01 in eccentricity, 0.5 degrees, 6 % of a coefficient, and the table's last digit: Kyx is small."""
+    slenderness, sommerfeld, eps, angle, *expected = row
+    point, unit = loaded(slenderness, sommerfeld, PAIR, cavitation="mass-conserving")
+    assert point.eccentricity_ratio == pytest.approx(eps, abs=0.01)
+    assert math.degrees(point.attitude) == pytest.approx(angle, abs=0.5)
+    stiffness, damping = point.coefficients
+    found = [*(unit * stiffness).ravel(), *(100.0 * unit * damping).ravel()[[0, 1, 3]]]
+    assert found == pytest.approx(expected, rel=0.06, abs=0.005)
+
+
+def test_coefficients_of_an_independent_solver():
+    """Mass-conserving, grid-converged: L/D 1, c 50 um, 24087 N, two grooves 80 % long with 1e5 Pa; to 2 %."""
+    grooves = [groove._replace(length=0.8, pressure=1e5) for groove in PAIR]
+    point = linkages.bearing(0.1, 0.1, 50e-6, 0.03, 100.0, 24087.0, grooves=grooves, cells=(200, 14))
+    assert point.eccentricity_ratio == pytest.approx(0.5, abs=0.0025)
+    assert math.degrees(point.attitude) == pytest.approx(47.695, abs=0.1)
+    content, unit = point.content, 50e-6 / 24087.0
+    assert content["flow"] == pytest.approx(5.2982e-6, rel=5e-3)
+    assert content["friction_torque"] == pytest.approx(4.9933, rel=5e-3)
+    assert content["largest_pressure"] == pytest.approx(5.6462e6, rel=5e-3)
+    assert sum(content["groove_flow"]) == pytest.approx(content["flow"], rel=1e-9)
+    assert content["mass_imbalance"] < 1e-10
+    stiffness, damping = point.coefficients
+    assert (unit * stiffness).ravel() == pytest.approx([2.351, 3.423, -0.655, 1.511], rel=0.02)
+    assert (100.0 * unit * damping).ravel() == pytest.approx([7.034, 1.845, 1.852, 1.989], rel=0.02)
+
+
+def test_the_threshold_is_where_an_eigenvalue_crosses():
+    """The matrix of the free journal has a purely imaginary pair at the critical mass, at the whirl frequency."""
+    stiffness, damping = np.array([[2.35, 3.42], [-0.65, 1.51]]), np.array([[7.03, 1.85], [1.85, 1.99]])
+    mass, ratio = stability(stiffness, damping)
+    for factor, sign in ((0.9, -1.0), (1.0, 0.0), (1.1, 1.0)):
+        m = factor * mass
+        matrix = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness / m, -damping / m]])
+        values = np.linalg.eigvals(matrix)
+        growth = values.real.max()
+        assert np.sign(growth) == sign if sign else abs(growth) < 1e-12
+        if not sign:
+            assert abs(values[np.argmax(values.real)].imag) == pytest.approx(ratio)
+    assert math.isinf(stability(np.eye(2), np.eye(2)).critical_mass)  # without cross-coupling nothing whirls
+
+
+def test_a_short_film_meets_its_closed_forms():
+    """Ocvirk: tan(attitude) = pi sqrt(1 - eps^2)/(4 eps); the solver of the surface agrees for L/D = 0.1."""
+    closed, _ = loaded(0.1, 20.0, [], film="short")
+    eps = closed.eccentricity_ratio
+    assert math.tan(closed.attitude) == pytest.approx(math.pi * math.sqrt(1.0 - eps**2) / (4.0 * eps), rel=1e-6)
+    solved, _ = loaded(0.1, 20.0, [], cavitation="guembel")
+    assert solved.eccentricity_ratio == pytest.approx(eps, rel=0.02)
+    assert solved.attitude == pytest.approx(closed.attitude, rel=0.02)
+
+
+def test_the_sense_of_the_groove_angle():
+    """A groove in the converging gap ahead of the pressure feeds it; the same one mirrored cuts into the pressure."""
+    ahead, behind = (loaded(0.5, 0.5, [Groove(math.radians(angle), 0.3)])[0] for angle in (-110.0, 110.0))
+    assert ahead.eccentricity_ratio != pytest.approx(behind.eccentricity_ratio, rel=0.05)
+    assert ahead.content["flow"] > 0.0
+
+
+def test_a_chart_passes_through_the_operating_point():
+    grooves = (Groove(math.pi, 0.35),)
+    point, _ = loaded(0.5, 0.3, grooves, cells=(72, 6))
+    curves = chart(BearingCase(0.1, 0.05, 1e-4, 0.03, 100.0, 1.0, grooves=grooves))
+    found = np.interp(math.log(0.3), np.log(curves["sommerfeld"][::-1]), curves["eccentricity_ratio"][::-1])
+    assert found == pytest.approx(point.eccentricity_ratio, abs=0.01)
+
+
+WORDS = [
+    "bearing",
+    "--diameter",
+    "0.1",
+    "--length",
+    "0.05",
+    "--clearance",
+    "1e-4",
+    "--viscosity",
+    "0.03",
+    "--speed",
+    "100",
+    "--load",
+    "1000",
+]
+KEYS = {
+    "eccentricity_ratio", "attitude", "sommerfeld", "flow", "groove_flow", "friction_torque", "largest_pressure",
+    "stiffness", "damping", "threshold_speed", "status",
+}  # fmt: skip
+
+
+def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
+    groove = ["--groove", "angle = 180 deg, extent = 20 deg, length = 0.8", "--supply-pressure", "1 bar"]
+    assert main([*WORDS, *groove, "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((tmp_path / "out" / "bearing.json").read_text())
+    assert set(found) >= KEYS
+    point = linkages.bearing(
+        0.1, 0.05, 1e-4, 0.03, 100.0, 1000.0, grooves=[Groove(math.pi, math.radians(20.0), 0.8, 1e5)]
+    )
+    assert found["eccentricity_ratio"] == pytest.approx(point.eccentricity_ratio, rel=1e-9)
+    assert found["status"] == "ok"
+    assert {file.name for file in (tmp_path / "out").iterdir()} >= {"bearing_chart.png", "bearing_pressure.png"}
+    assert "attitude" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--groove", "angle=0, extent=1, length=2"], "from 0 to 1, the length of the bearing"),
+        (["--groove", "angle=0, extent=1", "--supply-pressure=-1e4"], "must not be below the cavity pressure"),
+        (["--tilt", "0.1, 0"], "the journal touches the bearing"),
+        (["--cavitation", "mass-conserving"], "add a groove, set a cavity pressure below 0, or choose"),
+        (["--groove", "angle=0"], "extent: is missing"),
+        (["--groove", "angle=0, extent=1 kg"], "must be measured in rad"),
+        (["--film", "short", "--groove", "angle=0, extent=1"], "choose film finite"),
+        (["--speed", "quick"], 'is "quick"; give a number'),
+        (["--load=-1"], "must be positive"),
+    ],
+)
+def test_bad_input_is_one_line(words, text, tmp_path, capsys):
+    assert main([*WORDS, *words, "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 1
+    assert text in said[0]
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_load_beyond_the_film_fails_with_a_remedy():
+    with pytest.raises(RunError, match="lower the load"):
+        linkages.bearing(0.1, 0.05, 1e-4, 0.03, 100.0, 1e12)
+    with pytest.raises(InputError, match="clearance"):
+        linkages.bearing(0.1, 0.05, 0.06, 0.03, 100.0, 1.0)
