@@ -20,8 +20,9 @@ HELP = "a journal bearing under a static load: eccentricity, flow, friction, dyn
 
 _EXAMPLES = """examples:
   linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000
-  linkages bearing --diameter "100 mm" --length "50 mm" --clearance "0.1 mm" --viscosity 0.03 --speed "955 r/min" \\
-      --load 1000 --groove "angle = 90 deg, extent = 20 deg, length = 0.8" --groove "angle = -90 deg, extent = 20 deg"
+  linkages bearing --diameter 80mm --length 40mm --clearance 0.1mm --viscosity 0.03 --speed 100 --load 1000 --film short
+  linkages bearing --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --speed 100 --load 1000 \
+--groove angle=180deg,extent=20deg,length=0.8
 """
 #: Values that the command needs: option, unit, meaning.
 _NEEDED = (
