@@ -6,16 +6,16 @@ Each folder imports only from those above it:
 |-----------|---------------------------------------------------------------------------------------------|
 | arrays    | types of arrays                                                                             |
 | errors    | bad input, failed runs, named statuses with remedies                                        |
-| brief     | objects that show themselves in one line, and as a small table in a notebook                 |
+| brief     | short representation of objects                 |
 | signals   | SIGINT and SIGTERM                                                                          |
-| disk      | what is written whole or not at all, and read only if it is sound                           |
+| disk      | atomic writing of files, verified cache on disk                           |
 | kernel    | how functions are compiled                                                                  |
 | flexible  | beam elements, component modes, generalised-alpha                                           |
-| files     | SDFormat, TOML, shipped files, files written whole or not at all                            |
+| files     | SDFormat, TOML, shipped files, atomic writing                            |
 | laws      | force laws of a joint with clearance: contact, film, friction                               |
 | integrate | integrators and the location of events                                                      |
 | planar    | kernels on plain arrays: markers, kinematics, dynamics, closure, contacts, loads, reactions |
-| model     | `Mechanism` and `Experiment`: what a user writes, checked                                   |
+| model     | `Mechanism` and `Experiment`: validated input                                   |
 | system    | `System`: the numeric model, built once from both                                           |
 | outputs   | one registry of named outputs                                                               |
 | results   | trajectories, extremes, impacts, summaries                                                  |
@@ -27,9 +27,9 @@ Each folder imports only from those above it:
 | live      | a page on which values are changed and the motion is seen at once                           |
 | cli       | the command line                                                                            |
 
-Conventions: SI units; angles counter-clockwise about the plane's normal; a joint's coordinate is zero in the pose
-that the SDF file draws; joint forces act on the joint's child (the journal); eccentricity points from the bearing's
-centre to the journal's.
+Conventions: SI units; angles counter-clockwise about the plane's normal; a joint's coordinate is zero in the reference
+configuration (the pose of the SDF file); joint forces act on the joint's child (the journal); eccentricity points
+from the bearing's centre to the journal's.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING
 
 import lazy_loader
 
-# ruff: noqa: F401 - for type checkers, what is loaded on first use below
+# ruff: noqa: F401 - for type checkers, names that are loaded on first use below
 if TYPE_CHECKING:
     from linkages.engines.compiled.batch import Batch, simulate_batch
     from linkages.engines.study import ideal, simulate, study

@@ -1,4 +1,4 @@
-"""Types of arrays, for annotations; it imports neither the compiler nor anything else of the package."""
+"""Types of arrays, for annotations; imports neither the compiler nor other modules of the package."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ Records = NDArray[np.record]
 
 
 def record_type(**fields: Any) -> np.dtype[np.void]:
-    """Type of records with these fields, given by the types of their values, in this order."""
+    """Make the type of records with these fields, in this order, by the types of their values."""
     return np.dtype((np.record, list(fields.items())))

@@ -1,4 +1,4 @@
-"""Objects that show themselves in one line at a prompt, and as a small table in a notebook."""
+"""Short representation of objects: one line at a prompt, a small table in a notebook."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from html import escape
 
 
 class Brief:
-    """Base class of results and models that hold more than a reader wants to see printed.
+    """Base class of results and models whose full content is too long to print.
 
-    A subclass states its facts in `_facts`; a dataclass that inherits from it is declared with ``repr=False``.
+    A subclass returns its main facts from `_facts`; a dataclass that inherits from it is declared with ``repr=False``.
 
     Examples
     --------

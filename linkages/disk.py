@@ -1,4 +1,4 @@
-"""What is written to disk: whole or not at all; what is kept there between runs is read only if it is sound."""
+"""Atomic writing of files, and a cache on disk whose entries are verified when read."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from pathlib import Path
 import platformdirs
 
 _DIGEST = hashlib.sha256().digest_size
-_ABANDONED = 3600.0  # s since the last change of what a killed process left
+_ABANDONED = 3600.0  # age of a temporary file after which its process counts as killed [s]
 
 
 def cache_directory() -> Path:
-    """Return the folder for results that are kept between runs: LINKAGES_CACHE, or the platform's user cache."""
+    """Return the folder for results cached between runs: LINKAGES_CACHE, or the platform's user cache."""
     named = os.environ.get("LINKAGES_CACHE")
     return Path(named) if named else platformdirs.user_cache_path("linkages", appauthor=False)
 
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Give a name to write to; what was written there takes the place of `path` at the end, unless an error comes.
+    """Provide a temporary file that replaces `path` at the end of the block, unless an error occurs.
 
-    Processes that write one file at once do not meet: the last one stays. What killed ones have left is removed.
+    Concurrent writers are safe; the last one wins. Files left by killed processes are removed.
     """
     for left in abandoned(path.parent, f".{glob.escape(path.name)}.*.partial*"):
         left.unlink(missing_ok=True)
@@ -40,24 +40,24 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 def abandoned(folder: Path, pattern: str) -> list[Path]:
-    """Find what matches a pattern and has not changed for so long that nobody can be at work on it."""
+    """Find the files that match a pattern and were last changed long ago, so that no process writes them."""
     found = []
     for path in folder.glob(pattern):
-        with suppress(FileNotFoundError):  # of a process that has just finished
+        with suppress(FileNotFoundError):  # file of a process that has just ended
             if time.time() - path.stat().st_mtime > _ABANDONED:
                 found.append(path)
     return found
 
 
 def keep(path: Path, identity: bytes, content: bytes) -> None:
-    """Store a content, with the identity of what it was made from, for `kept`."""
+    """Store a content with the identity of its source, for `kept`."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole(path) as partial:
         partial.write_bytes(hashlib.sha256(identity + content).digest() + content)
 
 
 def kept(path: Path, identity: bytes) -> bytes | None:
-    """Return the content that `keep` stored; None if it is not there, not sound, or of another identity."""
+    """Return the content that `keep` stored; None if it is missing, damaged, or has another identity."""
     try:
         data = path.read_bytes()
     except OSError:

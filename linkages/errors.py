@@ -1,4 +1,4 @@
-"""Bad input and failed runs: two exceptions, one list of named statuses."""
+"""Exceptions for bad input and failed runs, and the named statuses of runs."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from pathlib import Path
 
 
 class InputError(ValueError):
-    """Input that cannot be used; its text is one line that says where and what.
+    """Invalid input; its text is one line with place and reason.
 
     Parameters
     ----------
     source : str or Path
-        The file (or "command line", "argument") that holds the input.
+        The file (or "command line", "argument") with the input.
     where : str
         The element or key, as the user wrote it: ``<joint name="A">`` or ``joints.A.clearance``.
     problem : str
-        What is wrong, and what would be right.
+        Error and remedy.
 
     Attributes
     ----------
     source, where, problem
-        As given.
+        The arguments.
     """
 
     def __init__(self, source: str | Path, where: str, problem: str) -> None:
@@ -34,17 +34,17 @@ class InputError(ValueError):
 
 
 class UnknownNameError(InputError, KeyError):
-    """A name that a table of results does not have; its text says which names are near."""
+    """A name that a table of results does not have; its text lists similar names."""
 
-    __str__ = Exception.__str__  # a KeyError's is that of a key in quotes
+    __str__ = Exception.__str__  # KeyError would print the key in quotes
 
 
 class RunError(RuntimeError):
-    """A run that cannot start; its text is one line that says why and what to try."""
+    """A run that cannot start; its text is one line with reason and remedy."""
 
 
 class AssemblyError(RunError):
-    """The linkage cannot be assembled; `status` says how it failed."""
+    """The linkage cannot be assembled; `status` is the reason."""
 
     def __init__(self, status: Status, detail: str) -> None:
         super().__init__(f"{status.value}: {detail}; {status.remedy}")
@@ -52,7 +52,7 @@ class AssemblyError(RunError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Say which of `known` was probably meant by `name`, as the end of a sentence."""
+    """Suggest the most similar name of `known`, as the end of a sentence."""
     known = sorted(known)
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:
@@ -61,7 +61,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def nearest_names(name: str, known: Iterable[str], most: int = 3) -> str:
-    """Say which of many names were probably meant, as the end of a sentence; else which owners there are.
+    """Suggest the most similar names, or list all owners, as the end of a sentence.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def nearest_names(name: str, known: Iterable[str], most: int = 3) -> str:
         ``OWNER.quantity``, misspelt.
     known : iterable of str
     most : int
-        Names to suggest.
+        Largest number of suggestions.
 
     Examples
     --------
@@ -95,17 +95,17 @@ def listed(items: Iterable[str]) -> str:
 
 
 def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> InputError:
-    """Make the error of a file that cannot be read; of one that is not there, with the name that was probably meant.
+    """Make the error of an unreadable file; for a missing file with the most similar name.
 
     Parameters
     ----------
     path : Path
     problem : OSError
     others : iterable of Path
-        Files that could have been meant, beside those in the same folder with the same suffix.
+        Candidates in addition to files in the same folder with the same suffix.
     """
     reason = f"cannot be read ({problem.strerror})"
-    if isinstance(problem, FileNotFoundError) and "\0" not in str(path):  # which no folder can be asked for
+    if isinstance(problem, FileNotFoundError) and "\0" not in str(path):  # a name with a null character is invalid
         beside = (other for other in path.parent.glob("*") if other.suffix == path.suffix)
         known = {other.name for other in (*beside, *others)}
         close = difflib.get_close_matches(path.name, sorted(known), n=1, cutoff=0.7)
@@ -114,7 +114,7 @@ def unreadable(path: Path, problem: OSError, others: Iterable[Path] = ()) -> Inp
 
 
 class Status(enum.Enum):
-    """How a run ended; the value is the name used in files, `remedy` is what to try."""
+    """End of a run; the value is the name in files, `remedy` the advice to the user."""
 
     OK = "ok"
     NO_ASSEMBLY = "no-assembly"
@@ -131,29 +131,29 @@ class Status(enum.Enum):
 
     @property
     def remedy(self) -> str:
-        """What the user can try, in one sentence."""
+        """Return the advice to the user in one sentence."""
         return _REMEDY[self]
 
 
 _REMEDY = {
-    Status.OK: "nothing: the run reached its end",
+    Status.OK: "none: the run reached its end",
     Status.NO_ASSEMBLY: "the loops cannot be closed at this position of the drives: check the link lengths,"
     " the drives' start angles and the initial poses in the SDF file",
     Status.SINGULAR: "the linkage starts in a singular position: drive another joint, or start elsewhere",
-    Status.LOCKED: "the linkage is at a dead point, beyond which its loops cannot be closed: shorten"
+    Status.LOCKED: "the linkage is at a dead point and its loops cannot be closed beyond: shorten"
     " the motion of the drives, change the lengths, or drive another joint",
-    Status.LOOP_OPEN: "a loop of ideal joints came apart by more than a millionth of the linkage's size: tighten"
+    Status.LOOP_OPEN: "a loop of ideal joints opened by more than a millionth of the linkage's size: tighten"
     " solver.accuracy; near a dead point change the lengths, or drive another joint",
     Status.JOURNAL_LEFT_BEARING: "the film is thinner than a ten-thousandth of the clearance (finite film: than"
     " a thousandth, where its map ends) and cannot carry the load: raise the viscosity,"
     ' lower the clearance or the speed, or allow contact with model = "mixed"',
     Status.STEP_SIZE_COLLAPSE: "the integrator cannot meet its tolerance: loosen the accuracy, or check the"
     " parameters for values that make the system extremely stiff",
-    Status.TOO_MANY_STEPS: "the end is out of reach at this pace: check the units (SI: metres, kilograms, radians per"
-    " second), give a shorter duration, or loosen the accuracy",
-    Status.NOT_FINITE: "the numbers of the run became too large: look for parameters far beyond those of a machine",
-    Status.WORN_OUT: "a profile is deeper than a fifth of the bearing's radius, where the model of the contact ends:"
-    " ask for fewer cycles, or check the wear coefficient and its unit, m2/N",
+    Status.TOO_MANY_STEPS: "the steps are too short to reach the end: check the units (SI: metres, kilograms, radians"
+    " per second), give a shorter duration, or loosen the accuracy",
+    Status.NOT_FINITE: "the numbers of the run became too large: look for parameters with implausible magnitudes",
+    Status.WORN_OUT: "a profile is deeper than a fifth of the bearing's radius, the limit of the contact model:"
+    " use fewer cycles, or check the wear coefficient and its unit, m2/N",
     Status.BAD_INPUT: "the values of this run are not valid: see its reason",
-    Status.INTERRUPTED: "the run was stopped by the user; what was computed up to then is kept",
+    Status.INTERRUPTED: "the run was stopped by the user; the computed part is kept",
 }

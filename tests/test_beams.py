@@ -97,14 +97,14 @@ def test_sections_material_and_ends_are_values_and_the_mass_follows(load):
 def test_what_follows_from_a_beam_is_not_replaced(load, value):
     with pytest.raises(InputError) as info:
         load(crank_and_rod(), {f"links.rod.{value}": 0.2})
-    follows = "follows from the link's beam; replace its section, its density or the place of its ends instead"
+    follows = "follows from the link's beam; replace its section, its density or the positions of its ends instead"
     assert str(info.value) == f"m.sdf: sdf.links.rod.{value}: {follows}"
 
 
 BAD = {
     "mass": (
         ROD.replace(f"<mass>{MASS}", "<mass>0.155"),
-        "<mass> is 0.155 kg, that of its <linkages:beam> 0.151104 kg",
+        "<mass> is 0.155 kg, but the mass of its <linkages:beam> is 0.151104 kg",
     ),
     "centre": (
         ROD.replace("<pose>0.15 0", "<pose>0.154 0"),
@@ -112,7 +112,7 @@ BAD = {
     ),
     "inertia": (
         re.sub("<iyy>.*</izz>", "<iyy>0.0012</iyy><izz>0.0012</izz>", ROD),
-        "<inertia> is 0.0012 kg m2 across the <linkages:beam>, the beam's 0.00113328 kg m2",
+        "<inertia> is 0.0012 kg m2 about the normal, but the <linkages:beam> has 0.00113328 kg m2",
     ),
     "no section": (
         ROD.replace("linkages:rectangle", "linkages:square"),
@@ -139,10 +139,7 @@ BAD = {
         ),
         "<linkages:inner>: is 0.02 m; it must be smaller than the outer one of 0.01 m",
     ),
-    "one place": (
-        ROD.replace("<linkages:to>rod_tip", "<linkages:to>rod"),
-        'has no length: "rod" and "rod" are one place',
-    ),
+    "one place": (ROD.replace("<linkages:to>rod_tip", "<linkages:to>rod"), 'has no length: "rod" and "rod" coincide'),
     "another link's": (
         ROD.replace("<linkages:from>rod<", "<linkages:from>crank_tip<"),
         '<linkages:from>: "crank_tip" is on "crank"; it must be a frame of "rod"',
@@ -239,7 +236,7 @@ def test_a_link_made_rigid_takes_its_bending_along(experiment):
         assert one.experiment.outputs == ["rod_tip.x", "crank.bending"]
     assert system.replaced({"links.rod.pieces": 2}).experiment.outputs == outputs
     source.write_text(source.read_text().replace("flexible", "rigid", 1))
-    with pytest.raises(InputError, match=r'"rod" is rigid; set links\.rod\.model, or leave it out'):
+    with pytest.raises(InputError, match=r'"rod" is rigid; set links\.rod\.model, or remove the output'):
         linkages.load(source)
 
 
@@ -320,7 +317,7 @@ def test_a_joint_beside_the_beam_of_a_link_that_bends_is_refused(experiment):
     given = experiment(FLEXIBLE, machine=machine)
     mechanism = load_mechanism(given.mechanism_path)
     check(mechanism, given.ideal())
-    problem = 'links.rod: bends, but its joint "B" lies 0.02 m beside its beam from "rod" to "rod_tip"; '
+    problem = 'links.rod: is flexible, but its joint "B" lies 0.02 m off its beam from "rod" to "rod_tip"; '
     with pytest.raises(InputError, match=re.escape(problem)):
         check(mechanism, given)
 

@@ -99,7 +99,7 @@ REFUSED = [
     (
         '"A B (M)", beam = {',
         '"A B (M)", beam = { points = "A M",',
-        "links.coupler.beam: B lies 0.14 m beside the beam from A to M",
+        "links.coupler.beam: B lies 0.14 m off the beam from A to M",
     ),
 ]
 

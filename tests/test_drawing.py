@@ -309,7 +309,7 @@ def test_a_machine_that_does_not_close_is_drawn_with_its_gap(machine, tmp_path, 
     assert drawing.problem.startswith("no-assembly")
     (gap,) = [one for one in drawing.shapes if one.role == "gap"]
     assert np.linalg.norm(np.subtract(*placed(gap.at, drawing.pose))) == pytest.approx(0.7)
-    assert "open by 700 mm at most, at B" in drawing.facts[1]
+    assert "open by up to 700 mm, at B" in drawing.facts[1]
     assert main(["draw", str(tmp_path / "machine.sdf"), "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err.startswith("failed: no-assembly")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"drawing.html", "drawing.png", "drawing.svg"}
@@ -467,7 +467,7 @@ def test_names_of_shipped_machines_lie_apart(name):
 
 def test_rounding_of_the_files_digits_is_no_gap():
     assert draw(load(find_file("five_bar_dry.toml"))).facts[1] == "drawn closed"  # 7e-11 m
-    assert draw(load(find_file("seven_bar.toml"))).facts[1] == "as drawn, its loops are open by 255.1 µm at most, at C3"
+    assert draw(load(find_file("seven_bar.toml"))).facts[1] == "as drawn, its loops are open by up to 255.1 µm, at C3"
 
 
 @pytest.mark.parametrize("name", ["corner", "left_end", "D_and_more"])

@@ -44,7 +44,7 @@ REFUSED = {
         {},
         "smaller than the bearing's radius of 0.01 m",
     ),
-    "clearance lost in rounding": (GOOD.replace("1e-4 ", "1e-30 "), {}, "that is rounding"),
+    "clearance lost in rounding": (GOOD.replace("1e-4 ", "1e-30 "), {}, "a rounding error"),
     "no bearing": (GOOD.replace("[joints.A]", "[joints.Q]"), {}, "needs a <linkages:bearing>"),
     "no viscosity": (GOOD.replace("viscosity = 0.1", ""), {}, 'model "lubricated" needs viscosity'),
     "unknown model": (GOOD.replace('"lubricated"', '"greasy"'), {}, "'ideal', 'dry', 'lubricated' or 'mixed'"),
@@ -190,7 +190,7 @@ def test_a_misspelt_file_gets_the_nearest_name(experiment_file, capsys, monkeypa
         "experimnet.toml": 'experimnet.toml: cannot be read (No such file or directory); did you mean "experiment.toml"?',
         "seven_bra.toml": 'seven_bra.toml: cannot be read (No such file or directory); did you mean "seven_bar.toml"?',
         "nothing.toml": "nothing.toml: cannot be read (No such file or directory)",
-        "machine.sdf": "machine.sdf: is a machine; give the file (.toml) that says what is done with it",
+        "machine.sdf": "machine.sdf: is a mechanism; give the experiment file (.toml) that names it",
         ".": ".: cannot be read (Is a directory)",
     }
     for name, told in mistakes.items():

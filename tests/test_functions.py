@@ -203,13 +203,16 @@ WRONG = {
     "unknown name": (FORCE + 'formula = ["2*x", "0"]\n', '"2*x" has "x"; it may have t, the time'),
     "unknown part": (
         FORCE + 'formula = ["crank.z", "0"]\n',
-        '"crank.z" is not arithmetic: behind a dot, known are: angle, coordinate',
+        '"crank.z" is not arithmetic: after a dot, known are: angle, coordinate',
     ),
     "unknown point": (FORCE + 'formula = ["cranck.x", "0"]\n', 'formula: "cranck" is not in machine.sdf; did you mean'),
     "unknown joint": (FORCE + 'formula = ["P.rate", "0"]\n', 'formula: "P" is not in machine.sdf'),
     "no number at the start": (FORCE + 'formula = ["log(-crank.x - 1)", "0"]\n', "forces.P.formula: is not a number"),
     "two kinds": (FORCE + 'force = [0.0, 1.0]\nformula = ["0", "0"]\n', "give either force"),
-    "over without at": (FORCE + 'over = "crank.x"\nforces = [[0.0, 0.0], [1.0, 1.0]]\n', "over and at go together"),
+    "over without at": (
+        FORCE + 'over = "crank.x"\nforces = [[0.0, 0.0], [1.0, 1.0]]\n',
+        "over and at must both be given",
+    ),
     "over what": (FORCE + 'over = "crank"\nat = [0.0, 1.0]\nforces = [[0.0, 0.0], [1.0, 1.0]]\n', "give POINT.x"),
     "over time and place": (
         FORCE + 'over = "crank.x"\nat = [0.0, 1.0]\ntimes = [0.0, 2.0]\nforces = [[0.0, 0.0], [1.0, 1.0]]\n',
@@ -231,7 +234,7 @@ WRONG = {
         'drives.Q: "crank.x" has "crank.x"; it may have t, the time',
     ),
     "drive with a kink": ("\n[drives.Q]\nformula = '0.1*sqrt(t)'\n", "drives.Q.formula: it, its rate"),
-    "drive by two": ("\n[drives.Q]\nformula = '0.1*t'\nspeed = 1.0\n", "the formula prescribes the whole motion"),
+    "drive by two": ("\n[drives.Q]\nformula = '0.1*t'\nspeed = 1.0\n", "the formula prescribes the complete motion"),
 }
 
 

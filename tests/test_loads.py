@@ -314,7 +314,7 @@ REFUSED = {
     "coincident points": (SPRING.replace("follower_tip", "follower"), "springs.S: its points coincide at t = 0"),
     "torsion of nothing": (TORSION.replace("joint =", "# joint ="), "give either joint or links"),
     "torsion of an unknown joint": (TORSION.replace('"Q"', '"P"'), 'torsion_springs.T.joint: "P"'),
-    "torsion of one link": (TORSION.replace('joint = "Q"', 'links = ["crank", "crank"]'), "are one and the same"),
+    "torsion of one link": (TORSION.replace('joint = "Q"', 'links = ["crank", "crank"]'), "are the same link"),
     "torsion of an unknown link": (
         TORSION.replace('joint = "Q"', 'links = ["world", "cranc"]'),
         'did you mean "crank"?',
@@ -339,7 +339,7 @@ def test_bad_loads_are_refused_in_one_line(experiment_file, tmp_path, capsys, ca
 def test_torsion_in_a_prismatic_joint_is_refused(experiment_file):
     sdf = model("slide", bar("block", 0.1, "__model__") + joint("O", "world", "block", "prismatic", "1 0 0"))
     path = experiment_file(sdf, "duration = 1.0\n" + TORSION.replace('"Q"', '"O"'))
-    with pytest.raises(InputError, match="is prismatic; a revolute joint can turn"):
+    with pytest.raises(InputError, match="is prismatic; name a revolute joint"):
         load(path)
 
 

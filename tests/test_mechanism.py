@@ -138,7 +138,7 @@ LINK = bar("spare", 0.1, "__model__")
 
 REFUSED = {
     "not well-formed": (GOOD.replace("</model>", ""), "not well-formed"),
-    "DTD": ('<!DOCTYPE sdf [<!ENTITY x "1">]>' + GOOD, "entities are refused"),
+    "DTD": ('<!DOCTYPE sdf [<!ENTITY x "1">]>' + GOOD, "entities are rejected"),
     "not SDFormat": ("<mujoco/>", "the root must be <sdf>"),
     "two models": (GOOD.replace("</sdf>", '<model name="b"/></sdf>'), "exactly one"),
     "unknown link": (GOOD.replace("<child>coupler</child>", "<child>couplr</child>"), 'did you mean "coupler"'),
@@ -149,11 +149,11 @@ REFUSED = {
             "m",
             LINK + joint("J", "world", "spare") + bar("b", 0.1, "__model__") + joint("P", "spare", "b", "prismatic"),
         ),
-        "slides out of the plane",
+        "its axis leaves the plane",
     ),
     "no inertial": (GOOD.replace("</model>", '<link name="x"/></model>'), "has no <inertial>"),
     "negative mass": (GOOD.replace("<mass>0.2</mass>", "<mass>-1</mass>", 1), "must be positive"),
-    "non-physical inertia": (GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1), "no body has the principal moments"),
+    "non-physical inertia": (GOOD.replace("<ixx>0</ixx>", "<ixx>9</ixx>", 1), "are impossible"),
     "non-positive radius": (GOOD.replace("radius>0.01<", "radius>0<", 1), "must be positive"),
     "negative length": (GOOD.replace("length>0.02<", "length>-1<", 1), "must be positive"),
     "no bearing length": (GOOD.replace("<linkages:length>0.02</linkages:length>", "", 1), "has no <linkages:length>"),
@@ -187,7 +187,7 @@ REFUSED = {
         GOOD.replace(
             "</model>", "".join(f'<frame name="f{i}" attached_to="f{i + 1}"/>' for i in range(5000)) + "</model>"
         ),
-        "of more than 100 attached to one another",
+        "of more than 100 frames that are attached to each other",
     ),
     "static": (GOOD.replace("<pose>0 0 0", "<static>true</static><pose>0 0 0", 1), "static"),
     "bearing in a slider": (

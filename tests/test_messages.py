@@ -97,7 +97,7 @@ def test_a_joint_that_slides_is_driven_by_a_force(experiment_file):
         times = np.linspace(0.0, 0.01, 5)
         assert systems[0].tree.powered == ("guide",)
         assert np.array_equal(systems[0].torques(times)[0], systems[1].torques(times)[0])
-    with pytest.raises(InputError, match=r"drives\.O\.force: belongs to a joint that slides"):
+    with pytest.raises(InputError, match=r"drives\.O\.force: belongs to a prismatic joint"):
         load(experiment_file(slider_crank(), "duration = 0.01\n[drives.O]\nforce = 1.0\n"))
 
 

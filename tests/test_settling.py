@@ -158,7 +158,7 @@ def test_a_column_for_what_is_larger_in_the_whole_run_is_there_only_if_something
 
 def test_a_table_says_where_no_cycle_is_looked_for(study):
     none = {"motion": {"kind": None, "why": "the drives have no common period"}, "report": "whole"}
-    line = "no steady cycle is looked for: the drives have no common period"
+    line = "no search for a steady cycle: the drives have no common period"
     summary = linkages.summarize(study)
     assert line in linkages.format_summary(summary | none)
     ideal = {"joints": {name: one | {"model": "ideal"} for name, one in summary["joints"].items()}}  # nothing settles
@@ -174,7 +174,7 @@ def test_windows_and_report_from_of_a_run(study):
     batch = linkages.simulate_batch(system, outputs=["B.force"], windows=[[0.03, 0.096], [0.012, 0.024]])
     for k, name in enumerate(("report", "second")):
         assert summary["windows"][name]["joints"]["B"]["force"]["peak"] == pytest.approx(batch.peak[0, k, 0], rel=1e-6)
-    assert "numbers are those of the run, 0.03 to 0.096 s" in linkages.format_summary(summary)
+    assert "the numbers belong to the run, 0.03 to 0.096 s" in linkages.format_summary(summary)
 
 
 def test_the_whole_run_can_be_asked_for(study):
@@ -192,7 +192,7 @@ def test_the_whole_run_can_be_asked_for(study):
         ({"report_from": 3.0}, "report_from: is 3 s; it must be before the duration of 2 s"),
         ({"windows.late.start": 1.0, "windows.late.end": 3.0}, "windows.late.end: is 3 s, after the duration of 2 s"),
         ({"windows.late.start": 1.0, "windows.late.end": 0.5}, "end must be after start"),
-        ({"windows.steady.start": 0.0, "windows.steady.end": 1.0}, "is the name of a window that is there by itself"),
+        ({"windows.steady.start": 0.0, "windows.steady.end": 1.0}, "is the name of a predefined window"),
     ],
 )
 def test_windows_that_cannot_be(values, problem, seven_bar):
@@ -243,7 +243,7 @@ def test_without_the_flight_across_the_clearance_there_is_no_impact_at_the_start
     ("values", "problem"),
     [
         ({"start": "rest"}, "start"),
-        ({"start": "equilibrium", "joints.A.offset": [1e-5, 0.0]}, "joints.A.offset: is given beside"),
+        ({"start": "equilibrium", "joints.A.offset": [1e-5, 0.0]}, "joints.A.offset: is given, but"),
     ],
 )
 def test_starts_that_cannot_be(values, problem, seven_bar):
@@ -253,7 +253,7 @@ def test_starts_that_cannot_be(values, problem, seven_bar):
 
 def test_a_film_in_which_nothing_turns_carries_nothing_at_rest(seven_bar):
     still = {"drives.O1.speed": 0.0, "drives.O4.speed": 0.0, "gravity": [5.0, 5.0, 5.0]}
-    with pytest.raises(linkages.InputError, match=r"start: .*A can carry its .* N nowhere at rest"):
+    with pytest.raises(linkages.InputError, match=r"start: .*no offset of A balances .* N at zero velocity"):
         _ = seven_bar.replaced({"start": "equilibrium"} | still).assembly
 
 
@@ -272,7 +272,7 @@ def test_the_start_up_of_a_dry_joint_is_labelled_and_later_peaks_are_given():
     assert first == pytest.approx(max(row.peak_force for row in contacts if row.start < until), rel=1e-6)
     assert after == pytest.approx(max(row.peak_force for row in contacts if row.start >= until), rel=1e-6)
     table = linkages.format_summary(summary)
-    assert "numbers are those of the run after its start-up" in table
+    assert "the numbers belong to the run after its start-up" in table
     assert "s (start-up)" in table
 
 
@@ -281,6 +281,6 @@ def test_a_run_that_ends_in_its_start_up_says_so_and_one_from_rest_has_none():
     system = linkages.load(linkages.find_file("slider_crank_dry.toml"), values)
     summary = linkages.summarize(linkages.study(system, "compiled", error_estimate=False))
     assert (summary["start_up"], summary["report"], summary["windows"]) == (0.002, "whole", {})
-    assert "its peaks are those of the start-up" in linkages.format_summary(summary)
+    assert "its peaks belong to the start-up" in linkages.format_summary(summary)
     resting = linkages.study(system.replaced({"start": "equilibrium"}), "compiled", error_estimate=False)
     assert linkages.summarize(resting)["start_up"] is None

@@ -53,7 +53,7 @@ def test_a_batch_without_memory_for_threads_ends_in_one_line(monkeypatch):
     monkeypatch.setattr(batch._Runs, "_run", lambda *_: time.sleep(0.1))
     monkeypatch.setattr(batch, "_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
-    with pytest.raises(RunError, match=r"the threads of 20 runs cannot be started .*: ask for fewer threads"):
+    with pytest.raises(RunError, match=r"the threads of 20 runs cannot be started .*: use fewer threads"):
         simulate_batch(system, ["joints.A.clearance"], [[2e-4]] * 20, ["A.force"], threads=20)
 
 

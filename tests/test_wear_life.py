@@ -307,7 +307,7 @@ def test_bad_input_is_one_line(press, tmp_path, capsys, words, message):
 
 def test_a_machine_without_wear_is_refused(tmp_path, capsys):
     assert main(["wear", "slider_crank_dry.toml", "--cycles", "5", "--out", str(tmp_path / "out")]) == 2
-    assert "none wears; give one a table [joints.NAME.wear]" in capsys.readouterr().err
+    assert "no joint wears; give one a table [joints.NAME.wear]" in capsys.readouterr().err
 
 
 @pytest.mark.slow

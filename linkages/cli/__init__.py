@@ -27,8 +27,8 @@
 | endings      | runs that failed: what is said, which exit status follows                 |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports
-what is heavy inside `run`. Other packages add commands through entry points of the group ``linkages.commands``; one
-that cannot be loaded is left out, with a warning.
+its heavy dependencies inside `run`. Other packages add commands through entry points of the group
+``linkages.commands``; one that cannot be loaded is skipped with a warning.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ _OWN = (
 
 
 class Command(Protocol):
-    """What the module of a subcommand holds."""
+    """Interface of a subcommand's module."""
 
     HELP: str
 
@@ -70,13 +70,13 @@ class Command(Protocol):
 
     @staticmethod
     def run(options: argparse.Namespace) -> int:
-        """Run with parsed options; returns the exit status."""
+        """Run with parsed options; return the exit status."""
 
 
 def commands(wanted: str = "") -> dict[str, Command]:
-    """Find subcommands by name: one of this package's own alone if it is wanted, else every one.
+    """Find subcommands by name: the `wanted` one if this package has it, otherwise all.
 
-    Warns of those of other packages that cannot be used, a line each.
+    Prints a warning for each unusable command of other packages.
     """
     alone = wanted in _OWN
     names = (wanted,) if alone else _OWN
@@ -86,19 +86,19 @@ def commands(wanted: str = "") -> dict[str, Command]:
             if point.name in found:
                 raise ValueError("the name is taken")
             found[point.name] = _load(point)
-        except Exception as problem:  # what another package raises must not take every command away
+        except Exception as problem:  # an error of another package must not disable all commands
             reason = " ".join(f"{type(problem).__name__}: {problem}".split())
-            print(f"warning: command {point.name} ({point.value}) is left out: {reason}", file=sys.stderr)
+            print(f"warning: command {point.name} ({point.value}) is skipped: {reason}", file=sys.stderr)
     return cast(dict[str, Command], found)
 
 
 def _module(name: str) -> str:
-    """Name of a command's module: ``import_``, since ``import`` is a word of the language."""
+    """Return the module name of a command: ``import_`` for the keyword ``import``."""
     return f"{name}_" if keyword.iskeyword(name) else name
 
 
 def _load(point: EntryPoint) -> object:
-    """Import another package's command and check that it is one."""
+    """Import and check a command of another package."""
     command = point.load()
     missing = [part for part in ("HELP", "add_options", "run") if not hasattr(command, part)]
     if missing:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from linkages.explore.compare import Comparison
     from linkages.system import System
 
-HELP = "run both engines and print how far apart they are"
+HELP = "run both engines and print their differences"
 
 _EXAMPLES = """examples:
   linkages compare seven_bar.toml --duration 0.3
@@ -32,13 +32,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=1e-11,
         metavar="X",
-        help="of both engines, replaces solver.accuracy; default: %(default)s, so that the engines are compared and not"
-        " their tolerances",
+        help="accuracy of both engines instead of solver.accuracy; default: %(default)s, so that the engines are"
+        " compared, not their tolerances",
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compare the engines; returns the exit status."""
+    """Compare the engines; return the exit status."""
     from linkages.cli.endings import report_failures
     from linkages.explore.compare import compare
 
@@ -75,8 +75,8 @@ def format_comparison(result: Comparison, system: System) -> str:
     if result.parted:
         horizons = ", ".join(f"{name} {time:.6g} s" for name, time in result.horizons.items())
         lines += [
-            f"horizon: runs of one engine at this and at a ten times looser accuracy part by {PARTED:g} clearances at",
-            f"{horizons}; differences are taken up to there: beyond, they mean nothing",
+            f"horizon: runs of one engine at this and a ten times looser accuracy diverge by {PARTED:g} clearances at",
+            f"{horizons}; differences are computed up to there; later ones are meaningless",
         ]
     lines += ["", f"{'':28s}{'largest difference':>20s}{'of peak':>11s}{'at [s]':>13s}{'peak':>13s}"]
     for name, row in result.differences.items():
@@ -86,7 +86,7 @@ def format_comparison(result: Comparison, system: System) -> str:
     if result.contacts:
         lines += [
             "",
-            "first contacts of each joint before the horizon: the compiled engine's, and how far Drake's are from them",
+            "first contacts of each joint before the horizon: the compiled engine's, and Drake's differences from them",
             f"{'':12s}{'start [s]':>24s}{'approach [m/s]':>22s}{'sliding [m/s]':>22s}{'peak force [N]':>22s}",
         ]
     for ours, other in result.contacts:

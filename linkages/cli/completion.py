@@ -1,4 +1,4 @@
-"""``linkages completion``: a script by which the shell completes commands and options."""
+"""``linkages completion``: a script for the shell's completion of commands and options."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the script; returns the exit status."""
+    """Print the script; return the exit status."""
     import shtab
 
     from linkages.cli import commands
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _mark_files(parser: argparse.ArgumentParser) -> None:
-    """Tell shtab which arguments are files: those that are paths, and those named ``file``."""
+    """Mark file arguments for shtab: paths, and arguments named ``file``."""
     import shtab
 
     for action in parser._actions:  # argparse has no public list of them; shtab reads this one too

@@ -1,10 +1,10 @@
-"""``linkages doctor``: whether the installation is sound."""
+"""``linkages doctor``: check of the installation."""
 
 from __future__ import annotations
 
 import argparse
 
-HELP = "check whether the installation is sound: versions, caches, data, a self-check"
+HELP = "check the installation: versions, caches, data, a self-check"
 
 _EXAMPLES = """examples:
   linkages doctor
@@ -18,7 +18,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the findings; returns 1 if something is wrong."""
+    """Print the findings; return 1 if a check fails."""
     from linkages.cli.installation import examine
 
     wrong = 0

@@ -1,4 +1,4 @@
-"""``linkages draw``: a labelled picture of a machine, and what is to be known of it before it is run."""
+"""``linkages draw``: a labelled picture of a mechanism, and its properties before a run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 from linkages.cli.folders import add_out, output_folder, results_folder
 from linkages.cli.options import add_set, set_values, written
 
-HELP = "draw a machine: a labelled picture that can be moved, mobility, ranges of the drives"
+HELP = "draw a mechanism: a labelled, movable picture, mobility, ranges of motion of the drives"
 
 _EXAMPLES = """examples:
   linkages draw four_bar.sdf
@@ -19,13 +19,13 @@ _EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("file", help="machine (.sdf) or experiment (.toml): a path, or the name of a shipped one")
+    parser.add_argument("file", help="mechanism (.sdf) or experiment (.toml): a path, or the name of a shipped file")
     add_set(parser)
     add_out(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw; returns the exit status."""
+    """Draw; return the exit status."""
     from linkages.files.shipped import find_file
     from linkages.model.experiment import COMMAND_LINE, nothing_done
     from linkages.model.mechanism import faults_of_values, load_mechanism

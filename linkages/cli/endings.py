@@ -1,4 +1,4 @@
-"""What is said about runs that did not reach their end, and the exit status that follows."""
+"""Messages and exit status for runs that did not reach their end."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def report_failures(runs: Mapping[str, Trajectory]) -> int:
     Parameters
     ----------
     runs : mapping of str to Trajectory
-        By what they are called in the line.
+        Runs by their names in the messages.
 
     Returns
     -------
     int
-        Exit status: 0 if all went well, 130 if one was interrupted, else 1.
+        Exit status: 0 if all succeeded, 130 if one was interrupted, otherwise 1.
     """
     failed = {name: run for name, run in runs.items() if run.status is not Status.OK}
     for name, run in failed.items():
@@ -32,7 +32,7 @@ def report_failures(runs: Mapping[str, Trajectory]) -> int:
 
 
 def _drives(run: Trajectory) -> str:
-    """Say where the drives of a run that can no longer be closed have come to."""
+    """Describe the positions of the drives for a run whose loops can no longer be closed."""
     if run.status not in (Status.NO_ASSEMBLY, Status.LOCKED):
         return ""
     drives = [name.removesuffix(".rate") for name in run.columns if name.endswith(".rate")]

@@ -24,7 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the file; returns the exit status."""
+    """Write the file; return the exit status."""
     from linkages.files.writing import whole
     from linkages.results.trajectory import load_trajectory
 

@@ -1,4 +1,4 @@
-"""Folders of results: one holds what one command wrote, of one run."""
+"""Folders of results: each has the files of one command and one run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from linkages.errors import InputError
 from linkages.files.writing import OutputFolder
 
-#: What stays in a folder of each command, and of reports and exports of it; by the first it is known whose it is.
+#: Files of each command, its reports and exports; the first one identifies the command.
 _WRITTEN = {
     "simulate": (
         "summary.json", "trajectory.npz", "ideal.npz", "trajectory.csv", "trajectory.mat", "trajectory.parquet",
@@ -25,22 +25,22 @@ _WRITTEN = {
     "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),
     "study sensitivity": ("sensitivity.json", "sobol.png", "one_at_a_time.png"),
 }  # fmt: skip
-_KEPT = {"wear": ("blocks",)}  # of an earlier run, which a new one goes on from
+_KEPT = {"wear": ("blocks",)}  # kept from an earlier run, which a new one continues
 
 
 def add_out(parser: argparse.ArgumentParser) -> None:
     """Add ``--out`` and ``--force``."""
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder of the results; default: results/NAME")
-    parser.add_argument("--force", action="store_true", help="replace what another command wrote into the folder")
+    parser.add_argument("--force", action="store_true", help="replace another command's files in the folder")
 
 
 def output_folder(options: argparse.Namespace, name: str, command: str) -> Path:
-    """Return the folder of the results, ``results/NAME`` unless ``--out`` says otherwise.
+    """Return the folder of the results, ``results/NAME`` unless ``--out`` is given.
 
     Raises
     ------
     InputError
-        If there is a file of that name, or the results of another command are there, without ``--force``.
+        If it is a file, or (without ``--force``) has results of another command.
     """
     out: Path = options.out or Path("results") / name
     if out.exists() and not out.is_dir():
@@ -53,13 +53,13 @@ def output_folder(options: argparse.Namespace, name: str, command: str) -> Path:
 
 
 def results_folder(out: Path, command: str) -> OutputFolder:
-    """Return a folder that is written whole; what was there of another run, or of other commands, is removed."""
+    """Return a folder that is written atomically; files of another run or of other commands are removed."""
     stale = {name for owner in (command, *_others(out, command)) for name in _WRITTEN[owner]}
     return OutputFolder(out, sorted(stale - set(_KEPT.get(command, ()))))
 
 
 def _others(out: Path, command: str) -> list[str]:
-    """Find the other commands whose results a folder holds; a drawing belongs to what is run of the machine."""
+    """Find the other commands with results in a folder; drawings are compatible with all runs."""
     return [
         owner
         for owner, (key, *_) in _WRITTEN.items()

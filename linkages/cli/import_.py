@@ -1,4 +1,4 @@
-"""``linkages import``: a machine's file from SDFormat or URDF that was written for another program."""
+"""``linkages import``: import of SDFormat or URDF of other programs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from linkages.errors import InputError
 
-HELP = "make a machine's file (.sdf) of SDFormat or URDF that was written for another program"
+HELP = "convert SDFormat or URDF of another program to a mechanism (.sdf)"
 
 _EXAMPLES = """examples:
   linkages import robot.urdf --out robot.sdf
@@ -20,12 +20,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     parser.add_argument("file", type=Path, metavar="FILE", help="SDFormat or URDF; xacro must be expanded first")
     parser.add_argument(
-        "--out", type=Path, required=True, metavar="NAME.sdf", help="the machine's file; it must not exist"
+        "--out", type=Path, required=True, metavar="NAME.sdf", help="the mechanism's file; it must not exist"
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the machine; returns the exit status."""
+    """Write the mechanism; return the exit status."""
     from linkages.files.importing import import_model
     from linkages.files.sdf import read_root
     from linkages.files.sdf_text import sdf_text
@@ -49,12 +49,14 @@ def run(options: argparse.Namespace) -> int:
     drawn = found.model
     if drawn is not model:
         entries = [entry.redrawn(found.coordinates) for entry in entries]
-        notes.append("drawn anew: in the file, a loop is open or a joint beyond its limits, which say what is meant")
+        notes.append(
+            "reference configuration computed within the joint limits: the file has an open loop, or exceeds a limit"
+        )
     notes += [entry.note for entry in entries]
     text = sdf_text(drawn, [f"made by `linkages import {options.file.name}`", *notes])
     machine = planar(
         options.file, read_root(options.file, parse_xml(options.file, text.encode())), {}
-    )  # it can be read
+    )  # check that it can be read
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -64,5 +66,5 @@ def run(options: argparse.Namespace) -> int:
     for note in notes:
         print(f"- {note}")
     print(f"written: {out}, with {len(machine.links)} links and {len(machine.joints)} joints")
-    print("its experiment needs gravity where the other program assumed it: gravity = [0.0, 0.0, -9.81]  # m/s2")
+    print("if the other program assumed gravity, its experiment needs: gravity = [0.0, 0.0, -9.81]  # m/s2")
     return 0

@@ -1,4 +1,4 @@
-"""Checks of the installation, each a finding with its remedy."""
+"""Checks of the installation, each with a finding and its remedy."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from linkages.engines import ENGINES
 from linkages.errors import Status
 from linkages.files.shipped import data_folder
 
-_PLACE = "set NUMBA_CACHE_DIR to a folder that can be written"
-_TOLERANCE = 1e-6  # relative, of the self-check; the runs of both engines are ten times as accurate
+_PLACE = "set NUMBA_CACHE_DIR to a writable folder"
+_TOLERANCE = 1e-6  # relative tolerance of the self-check; the runs of both engines are ten times more accurate
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What was checked, what was found and, if that is wrong, what to do."""
+    """A check, its finding and, if it fails, the remedy."""
 
     name: str
     text: str
@@ -35,12 +35,12 @@ class Finding:
 
     @property
     def sound(self) -> bool:
-        """Whether nothing is wrong."""
+        """Return True if the check passed."""
         return not self.remedy
 
 
 def examine() -> Iterator[Finding]:
-    """Make all checks, quick ones first; one that breaks is a finding too."""
+    """Perform all checks, quick ones first; a crash of a check is a finding too."""
     yield python()
     yield from packages()
     checks: dict[str, Callable[[], Finding]] = {
@@ -56,9 +56,9 @@ def examine() -> Iterator[Finding]:
     for name, check in checks.items():
         try:
             yield check()
-        except Exception as problem:  # whatever is wrong with the installation is for the user to read
+        except Exception as problem:  # any defect of the installation must be reported to the user
             text = " ".join(f"{type(problem).__name__}: {problem}".split())
-            yield Finding(name, text, "install linkages and its packages anew in an empty environment")
+            yield Finding(name, text, "install linkages and its packages in a new environment")
 
 
 def python() -> Finding:
@@ -76,7 +76,7 @@ def packages() -> Iterator[Finding]:
         yield Finding("linkages", "not installed", "run `pip install .` in the checkout")
         return
     for line in needed:
-        if ";" in line:  # of an extra
+        if ";" in line:  # requirement of an extra
             continue
         name, least = re.match(r"([\w.-]+)(?:.*>=([\d.]+))?", line).groups("")  # type: ignore[union-attr]
         try:
@@ -98,7 +98,7 @@ def data() -> Finding:
 
 
 def compile_cache() -> Finding:
-    """Find where compiled code is kept: without it each start compiles for a quarter of a minute."""
+    """Check the cache of compiled code: without it each start compiles for about 15 s."""
     import numba
 
     from linkages.kernel import folder
@@ -109,21 +109,21 @@ def compile_cache() -> Finding:
     if path is None:
         return Finding("compile cache", "none", _PLACE)
     kept = _count(path, "*/*.nbc")
-    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for a quarter of a minute or so'}"
+    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for about 15 s'}"
     return Finding("compile cache", text, _PLACE if path.is_relative_to(folder.temporary_folder()) else "")
 
 
 def film_maps() -> Finding:
-    """Find where the maps of finite films are kept: building one takes seconds."""
+    """Check the cache of finite-film maps: computing one takes seconds."""
     from linkages.laws.film.map_cache import cache_directory
 
     path = cache_directory()
-    remedy = "" if _writable(path) else "set LINKAGES_CACHE to a folder that can be written"
+    remedy = "" if _writable(path) else "set LINKAGES_CACHE to a writable folder"
     return Finding("film maps", f"{path}, {_count(path, '*.map')} maps", remedy)
 
 
 def threads() -> Finding:
-    """Find how many threads there are for batches of runs."""
+    """Check the number of threads for batches of runs."""
     import numba
 
     available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -133,7 +133,7 @@ def threads() -> Finding:
 
 
 def figures() -> Finding:
-    """Draw a figure as the program does: without a display."""
+    """Draw a figure without a display."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(1.0, 1.0))
@@ -158,12 +158,12 @@ def self_check(engine: str) -> Finding:
     exact = (sqrt(2 * CLEARANCE / GRAVITY), sqrt(2 * CLEARANCE * GRAVITY), deepest())
     error = max(abs(value / known - 1.0) for value, known in zip(found, exact, strict=True))
     text = f"time, speed and depth of an impact agree with closed forms to {error:.1e}, in {took:.1f} s"
-    remedy = f"more than {_TOLERANCE:g}: remove the compile cache, then try once more"
+    remedy = f"more than {_TOLERANCE:g}: remove the compile cache, then try again"
     return Finding(f"self-check, {engine}", text, "" if error < _TOLERANCE else remedy)
 
 
 def _writable(folder: Path) -> bool:
-    """Try to write into a folder, making it if need be."""
+    """Check that a folder is writable; create it if necessary."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -1,4 +1,4 @@
-"""``linkages keys``: the keys of an experiment file, and the outputs that can be asked for."""
+"""``linkages keys``: keys of an experiment file, and available outputs."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         default="",
         metavar="PATH",
-        help="list only the keys and outputs there and below; or with this word in their paths",
+        help="list only keys and outputs at and below this path, or with this word in their paths",
     )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print keys and outputs; returns the exit status."""
+    """Print keys and outputs; return the exit status."""
     from linkages.model.experiment import described
     from linkages.outputs.registry import table
 
@@ -44,14 +44,15 @@ def run(options: argparse.Namespace) -> int:
     width = max(len(name) for name, _ in (*keys, *outputs))
     _show(keys, width)
     print(
-        "\nOutputs of a run; `outputs` of an experiment takes those of POINTs (links, frames), and places of JOINTs:\n"
+        "\nOutputs of a run; the key `outputs` of an experiment allows those with POINT (a link or frame),"
+        " and positions of JOINTs:\n"
     )
     _show(outputs, width)
     return 0
 
 
 def _has(wanted: Sequence[str], parts: Sequence[str]) -> bool:
-    """Tell whether a path has these parts, one after the other; capitals, as NAME, stand for any name."""
+    """Check whether a path has these consecutive parts; capitals, such as NAME, match any name."""
     for start in range(len(parts) - len(wanted) + 1):
         same = [word == part for word, part in zip(wanted, parts[start:], strict=False)]
         named = [part.partition(" ")[0].isupper() for part in parts[start:]]

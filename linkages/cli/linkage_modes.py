@@ -1,4 +1,4 @@
-"""``linkages modes`` of a linkage: its natural frequencies and mode shapes at rest, with its drives held."""
+"""``linkages modes`` of a linkage: natural frequencies and mode shapes at rest, with fixed drives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def run_linkage(options: argparse.Namespace, path: Path) -> int:
-    """Compute the modes of an experiment's linkage; returns the exit status."""
+    """Compute the modes of an experiment's linkage; return the exit status."""
     from linkages.explore.modes import modes, modes_over
     from linkages.model.experiment import COMMAND_LINE
     from linkages.system import load
@@ -45,7 +45,7 @@ def run_linkage(options: argparse.Namespace, path: Path) -> int:
 
 
 def _times(system: System, count: int) -> list[float]:
-    """Divide a period of the drives, or of the run if they have none, into equal steps [s]."""
+    """Divide a period of the drives, or of the run if the drives have no period, into equal steps [s]."""
     import numpy as np
 
     from linkages.results.steady_state import common_period
@@ -97,9 +97,9 @@ def format_modes(result: dict[str, Any]) -> str:
     """Format the content of ``modes.json`` as lines of text."""
     lines = [result["title"], f"modes at rest in the pose at t = 0; drives held: {_names(result['held'])}"]
     if result["ideal"]:
-        lines.append(f"ideal instead of with clearance: {_names(result['ideal'])}")
+        lines.append(f"clearance joints that are ideal here: {_names(result['ideal'])}")
     if result["left_out"]:
-        lines.append(f"left out (frictions, stops, contacts): {_names(result['left_out'])}")
+        lines.append(f"omitted (frictions, stops, contacts): {_names(result['left_out'])}")
     head = f"{'':10s}{'frequency [Hz]':>16s}{'damping [1]':>13s}"
     over = result.get("over")
     lines += ["", f"{head}{'lowest':>11s}{'highest':>11s}  strain energy" if over else f"{head}  strain energy"]
@@ -115,13 +115,13 @@ def format_modes(result: dict[str, Any]) -> str:
 
 
 def _warnings(result: dict[str, Any]) -> list[str]:
-    """Say what the numbers do not hold for."""
+    """List the limits of validity of the numbers."""
     said = []
     if not result["at_rest"]:
         advice = 'hold its free joints by drives; links start at rest with start = "quasi-static"'
-        said.append(f"the pose is not an equilibrium, and frequencies are without a part of its loads: {advice}")
+        said.append(f"the pose is not an equilibrium, and the frequencies neglect part of its loads: {advice}")
     elif not result["conservative"]:
-        said.append("some loads have no potential: of complex eigenvalues the real parts are given")
+        said.append("some loads have no potential: for complex eigenvalues the real parts are given")
     for k, mode in enumerate(result["modes"]):
         if mode["frequency"] is None:
             time = 1.0 / math.sqrt(-mode["square"])

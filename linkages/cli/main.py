@@ -1,7 +1,7 @@
 """The entry point: parses the command line, runs a subcommand of `linkages.cli`, turns errors into exit statuses.
 
 Exit status: 0 success, 1 a run failed (its results up to then are written), 2 bad input, 130 interrupted by Ctrl-C, 143
-by SIGTERM, 141 the reader of the output has gone.
+by SIGTERM, 141 the reader of the output has ended.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from linkages.errors import InputError, RunError, nearest
 from linkages.signals import interruptible
 
 _EXAMPLES = """examples:
-  linkages new my_linkage                                 a machine and an experiment to begin with
-  linkages draw my_linkage.sdf                            a labelled picture that can be moved
+  linkages new my_linkage                                 a mechanism and an experiment to start with
+  linkages draw my_linkage.sdf                            a labelled, movable picture
   linkages simulate my_linkage.toml                       numbers, figures and an animation in results/my_linkage
   linkages report results/my_linkage                      all of them on one page
   linkages simulate seven_bar.toml --set joints.A.clearance=2e-4
-  linkages doctor                                         is the installation sound?
+  linkages doctor                                         check of the installation
 
 linkages COMMAND --help has more. Exit status: 0 success, 1 failed, 2 bad input, 130 interrupted.
 """
@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        Default: those of the process.
+        Default: the arguments of the process.
 
     Returns
     -------
@@ -46,7 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is not None:
         return exit_status(_run, list(arguments))
     status = exit_status(_run, sys.argv[1:])
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # all is done: nothing to say while Python ends
+    if (
+        signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    ):  # the command is done: no message while Python ends
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     return status
 
@@ -89,7 +91,7 @@ def exit_status(run: Callable[..., int], *arguments: object) -> int:
             with heartbeat():
                 status = run(*arguments)
             sys.stdout.flush()
-        except BaseException as problem:  # code that a signal interrupts may raise an exception of its own
+        except BaseException as problem:  # interrupted code may raise another exception
             if received or isinstance(problem, KeyboardInterrupt):
                 print("interrupted", file=sys.stderr)
                 status = 130
@@ -99,17 +101,17 @@ def exit_status(run: Callable[..., int], *arguments: object) -> int:
 
 
 def _said(problem: BaseException) -> int:
-    """Say in one line what is wrong, and return the exit status; what is nobody's fault but ours is raised."""
+    """Print one line about an error and return the exit status; re-raise unexpected exceptions."""
     match problem:
         case InputError():
             print(f"error: {problem}", file=sys.stderr)
             return 2
         case RunError():
             print(f"failed: {problem}", file=sys.stderr)
-        case BrokenPipeError():  # the reader has seen enough: `linkages keys | head`
+        case BrokenPipeError():  # the reader has ended: `linkages keys | head`
             _drop_output()
             return 141
-        case OSError():  # of the machine, as a full disk where the output goes
+        case OSError():  # system error, such as a full disk of the output
             print(f"failed: {problem.filename or 'output'}: {problem.strerror or problem}", file=sys.stderr)
             _drop_output()
         case MemoryError():
@@ -120,7 +122,7 @@ def _said(problem: BaseException) -> int:
 
 
 def _drop_output() -> None:
-    """Let what standard output still holds go nowhere, if it cannot go where it should."""
+    """Discard the buffer of standard output if it cannot be written."""
     try:
         sys.stdout.flush()
     except OSError:

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 HELP = "natural frequencies and mode shapes of a linkage with flexible links, or of the 3-RRR robot"
 
-#: Options for the robot's files alone, and for experiments alone.
+#: Options only for robots, and only for experiments.
 _OF_ROBOT, _OF_LINKAGE = ("verify", "dynamic", "branch", "elements", "no_animation"), ("count", "cycle", "set")
-_COUNT, _MOST = 6, 10_000  # modes shown; the most that may be asked for, and poses
+_COUNT, _MOST = 6, 10_000  # default number of modes; largest number of modes and poses
 
 _EXAMPLES = """examples:
   linkages modes slider_crank_flexible.toml
@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", help="experiment or 3-RRR robot (.toml), a path or the name of a shipped one")
     parser.add_argument("--count", type=int, metavar="N", help=f"modes of a linkage; default: {_COUNT}")
     parser.add_argument(
-        "--cycle", type=int, metavar="N", help="a linkage's frequencies in N + 1 poses of the drives' period too"
+        "--cycle", type=int, metavar="N", help="a linkage's frequencies also in N + 1 poses of the drives' period"
     )
     add_set(parser)
     parser.add_argument(
@@ -55,14 +55,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_out(parser)
     parser.add_argument(
-        "--elements", type=int, metavar="N", help="robot: beam elements in each link, replaces the file's"
+        "--elements", type=int, metavar="N", help="robot: beam elements in each link, instead of the file's"
     )
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Analyse the linkage or the robot; returns the exit status."""
+    """Analyse the linkage or the robot; return the exit status."""
     from linkages.cli.linkage_modes import run_linkage
     from linkages.files.shipped import find_file
 
@@ -71,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
     for key in _OF_LINKAGE if is_robot else _OF_ROBOT:
         if getattr(options, key) not in (None, False, []):
             whose = "linkages" if is_robot else "the 3-RRR robot"
-            raise InputError(f"--{key.replace('_', '-')}", options.file, f"is for {whose} alone; leave it out")
+            raise InputError(f"--{key.replace('_', '-')}", options.file, f"is only for {whose}; remove it")
     if is_robot:
         return _run_robot(options, path)
     options.count = _COUNT if options.count is None else options.count
@@ -83,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _is_robot(path: Path) -> bool:
-    """Tell whether a file has keys of the robot that no experiment has."""
+    """Check whether a file has keys that only robots have."""
     from linkages.files.toml import read_toml
     from linkages.model.experiment import Experiment
     from linkages.three_rrr.robot import Robot
@@ -92,7 +92,7 @@ def _is_robot(path: Path) -> bool:
 
 
 def _run_robot(options: argparse.Namespace, path: Path) -> int:
-    """Analyse the robot; returns the exit status."""
+    """Analyse the robot; return the exit status."""
     from linkages.three_rrr.analysis import analyse
     from linkages.three_rrr.robot import changed, load_robot
 
@@ -218,7 +218,7 @@ def format_table(result: dict[str, Any]) -> str:
     for name, part in parts.items():
         x, y, angle = (1e6 * value for value in part["elastic_displacement"].values())
         lines += [
-            f"{name}: platform moves elastically by x {x:.4f} um, y {y:.4f} um, turning {angle:.4f} urad;"
+            f"{name}: elastic platform displacement x {x:.4f} um, y {y:.4f} um, rotation {angle:.4f} urad;"
             " largest stress [MPa]:",
             "  " + ", ".join(f"{k} {1e-6 * v:.4g}" for k, v in part["stress"].items()),
         ]

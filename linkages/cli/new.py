@@ -1,4 +1,4 @@
-"""``linkages new``: a machine and an experiment to begin with."""
+"""``linkages new``: templates of a mechanism and an experiment."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pathlib import Path
 
 from linkages.errors import InputError, nearest
 
-HELP = "write a commented machine (.sdf) and experiment (.toml) to begin with"
+HELP = "write a commented mechanism (.sdf) and experiment (.toml) to start with"
 
 _EXAMPLES = """examples:
   linkages new press && linkages simulate press.toml
   linkages new press --model dry --out machines
-  linkages new saw --flexible                              a slider-crank whose rod bends
+  linkages new saw --flexible                              a slider-crank with a flexible rod
   linkages new jansen --from leg.toml                      from points, links and parameters
 """
 
-_NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat keeps "world" for itself
+_NAME = re.compile(r"(?!world$)[A-Za-z][A-Za-z0-9_-]{0,63}")  # SDFormat reserves "world"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -28,30 +28,34 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "name",
         nargs="?",
         metavar="NAME",
-        help="name of both files and of the machine; default: that of the description",
+        help="name of both files and of the mechanism; default: the description's name",
     )
     parser.add_argument(
-        "--from", dest="source", type=Path, metavar="FILE", help="description of the machine: points, links, parameters"
+        "--from",
+        dest="source",
+        type=Path,
+        metavar="FILE",
+        help="description of the mechanism: points, links, parameters",
     )
     kind = parser.add_mutually_exclusive_group()
     kind.add_argument(
         "--model",
         choices=("lubricated", "dry"),
         default="lubricated",
-        help="model of the joint with play; default: %(default)s",
+        help="model of the clearance joint; default: %(default)s",
     )
     kind.add_argument(
         "--flexible",
         dest="model",
         action="store_const",
         const="flexible",
-        help="a slider-crank whose rod bends, instead of a four-bar with play",
+        help="a slider-crank with a flexible rod, instead of a four-bar with clearance",
     )
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help="default: the current folder")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the files; returns the exit status."""
+    """Write the files; return the exit status."""
     source: Path | None = options.source
     name: str | None = source.name.partition(".")[0] if source and options.name is None else options.name
     if name is None:
@@ -68,14 +72,14 @@ def run(options: argparse.Namespace) -> int:
 
 
 def template_files(name: str, model: str) -> tuple[str, str]:
-    """Return the texts of a machine and an experiment to begin with.
+    """Return the texts of a mechanism and an experiment as templates.
 
     Parameters
     ----------
     name : str
         Replaces ``@NAME@`` in the templates.
     model : str
-        "lubricated" or "dry", a four-bar with play; or "flexible", a slider-crank whose rod bends.
+        "lubricated" or "dry": a four-bar with clearance; "flexible": a slider-crank with a flexible rod.
     """
     mechanism = "slider_crank.sdf" if model == "flexible" else "four_bar.sdf"
     templates = files("linkages") / "templates"
@@ -85,7 +89,7 @@ def template_files(name: str, model: str) -> tuple[str, str]:
 
 
 def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
-    """Return the texts of a described machine and of its experiment, and what is to be known of them.
+    """Return the texts of a described mechanism and its experiment, and their main facts.
 
     Parameters
     ----------
@@ -96,7 +100,7 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
     Raises
     ------
     InputError
-        With file, key and reason.
+        If the description is invalid: file, key and reason.
     """
     import tomlkit
 
@@ -112,7 +116,7 @@ def described_files(name: str, source: Path) -> tuple[tuple[str, str], str]:
 
     data, sources = read_toml(source)
     if "mechanism" in data:
-        raise InputError(source, "mechanism", "names a machine; a description has points and links instead")
+        raise InputError(source, "mechanism", "names an SDFormat file; a description has points and links instead")
     known = (*KEYS, *Experiment.model_fields)
     for key in data:
         if key not in known:
@@ -152,12 +156,12 @@ def write_files(name: str, content: tuple[str, str], folder: Path) -> tuple[Path
     Returns
     -------
     (Path, Path)
-        The machine and the experiment.
+        Paths of the mechanism and the experiment.
 
     Raises
     ------
     InputError
-        If one of them exists, or the folder cannot be written.
+        If one of the files exists, or the folder is not writable.
     """
     machine, experiment = (folder / f"{name}{end}" for end in (".sdf", ".toml"))
     for path in (machine, experiment):

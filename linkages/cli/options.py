@@ -1,4 +1,4 @@
-"""Options that several commands share, and what they stand for: an experiment, the folder of its results."""
+"""Options of several commands, and the experiment that they define."""
 
 from __future__ import annotations
 
@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
 def add_file(parser: argparse.ArgumentParser) -> None:
     """Add the experiment's file."""
-    parser.add_argument(
-        "file", help="experiment: a path, or the name of one that comes with the package; .toml may be left out"
-    )
+    parser.add_argument("file", help="experiment: a path, or the name of a shipped file; .toml is optional")
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:
@@ -37,28 +35,28 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     add_out(parser)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--quiet", "-q", action="store_true", help="print nothing but errors")
-    group.add_argument("--verbose", "-v", action="store_true", help="say what is done, how, and how long it takes")
+    group.add_argument("--verbose", "-v", action="store_true", help="print the stages, the methods and the times")
 
 
 def seconds(text: str) -> float:
-    """Read a time, as ``0.02`` or ``20 ms`` [s]; a ValueError, which argparse expects, if it is none."""
+    """Read a time, such as ``0.02`` or ``20 ms`` [s]; invalid text gives the ValueError that argparse expects."""
     return si(text, "s") if is_quantity(text) else float(text)
 
 
 def load_system(options: argparse.Namespace, defaults: Mapping[str, float] | None = None) -> System:
-    """Load the experiment and its machine with the values of ``--set`` and ``--duration``.
+    """Load the experiment and its mechanism with the values of ``--set`` and ``--duration``.
 
     Parameters
     ----------
     options : Namespace
-        With the options of `add_file` and `add_settings`.
+        Parsed options of `add_file` and `add_settings`.
     defaults : mapping of str to float, optional
-        Values by dotted path that replace the file's where the command line does not.
+        Values by dotted path that override the file, unless the command line does.
 
     Raises
     ------
     InputError
-        If a file or a value is not valid, or an item of ``--set`` not ``PATH=VALUE``.
+        If a file or a value is not valid, or an item of ``--set`` is not ``PATH=VALUE``.
     """
     from linkages.files.shipped import find_file
     from linkages.model.experiment import COMMAND_LINE
@@ -87,11 +85,11 @@ def set_values(options: argparse.Namespace) -> dict[str, str | float]:
     for item in options.set:
         path, equals, value = item.partition("=")
         if not equals or not path or not value:
-            raise InputError("--set", item, "write PATH=VALUE, for instance joints.A.clearance=2e-4")
+            raise InputError("--set", item, "write PATH=VALUE, such as joints.A.clearance=2e-4")
         values[path.strip()] = value.strip()
     return values
 
 
 def written(out: Path, names: Iterable[str]) -> str:
-    """Say what was written into the folder of results."""
+    """List the files written into the folder of results."""
     return f"written to {out}{os.sep}: {', '.join(names)}"

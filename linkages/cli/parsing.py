@@ -16,13 +16,13 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**{"formatter_class": argparse.RawDescriptionHelpFormatter} | settings)
 
     def error(self, message: str) -> NoReturn:
-        """Raise what is wrong with the command line."""
+        """Raise an `InputError` for the command line."""
         raise InputError(self.prog, "", f"{message}; see {self.prog} --help")
 
     def parse_known_args(  # type: ignore[override]  # argparse tells namespaces of several types apart
         self, args: Sequence[str] | None = None, namespace: Any = None
     ) -> Any:
-        """Parse; unknown words are refused here, where the valid options are known, and not by the caller."""
+        """Parse; reject unknown words here, where the valid options are known."""
         options, extra = super().parse_known_args(args, namespace)
         for word in extra:
             if word.startswith("-"):

@@ -1,4 +1,4 @@
-"""Tell on standard error how far a command is: progress bars, lines, a sign of life wherever nothing else is shown."""
+"""Progress of a command on standard error: bars, lines, and a heartbeat during silent stages."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 
-#: Called with how much is done.
+#: Function called with the finished amount.
 Advance = Callable[[float], None]
 
-_FIRST, _LATER = 1.2, 9.0  # s of silence after which a first line, and a later one, is printed
-_GRACE = 0.5  # s more, for a line that tells how much is done
-_COMPILING = 5.0  # s between two lines on compilation
-_TELLING = 1e-3  # part done from which on the pace tells how long the rest takes
+_FIRST, _LATER = 1.2, 9.0  # silence before the first line, and before later ones [s]
+_GRACE = 0.5  # additional silence before a heartbeat, in favour of a line with numbers [s]
+_COMPILING = 5.0  # interval between two lines on compilation [s]
+_TELLING = 1e-3  # finished fraction from which the remaining time is estimated
 
 
 class _Silence:
@@ -33,11 +33,11 @@ class _Silence:
         self.patience = _FIRST
 
     def rest(self) -> float:
-        """Return how much longer the silence may last [s]."""
+        """Return the remaining allowed silence [s]."""
         return self.last + self.patience - time.monotonic()
 
     def broken(self) -> None:
-        """Note that a message was shown."""
+        """Record that a message was shown."""
         self.last, self.patience = time.monotonic(), _LATER
 
     def say(self, text: str) -> None:
@@ -56,7 +56,7 @@ _silence = _Silence()
 
 @contextmanager
 def heartbeat() -> Iterator[None]:
-    """Print the stage of a command and its time so far wherever the command is silent for long, in a thread."""
+    """Print stage and elapsed time of a command after long silence, from a thread."""
     ended = threading.Event()
 
     def beat() -> None:
@@ -76,12 +76,12 @@ def heartbeat() -> Iterator[None]:
 
 
 def begin_stage(name: str) -> None:
-    """Name what the command does from now on."""
+    """Name the next stage of the command."""
     _silence.stage = name
 
 
 def message_shown() -> None:
-    """Note that the command has shown a message by other means than this module's."""
+    """Record that the command has shown a message without this module."""
     _silence.broken()
 
 
@@ -92,21 +92,21 @@ def be_quiet(options: argparse.Namespace) -> None:
 
 
 def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
-    """Make the progress bar of a stage, shown on a terminal after a second; elsewhere a line now and then.
+    """Make the progress bar of a stage, shown on a terminal after a second; elsewhere lines at intervals.
 
     Parameters
     ----------
     name : str
-        Stands before the bar.
+        Label of the bar.
     total : float
-        What there is to do.
+        Total amount.
     unit : str
         Unit of `total`; without one the bar shows no numbers.
 
     Returns
     -------
     callable
-        To be called with what is done so far.
+        Function to call with the finished amount.
     """
     begin_stage(name)
     if not sys.stderr.isatty():
@@ -133,12 +133,12 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
 
 
 def _lines(name: str, total: float) -> Advance:
-    """Print now and then a line that says how much is done, and how long the rest will take at this pace."""
+    """Print lines with the finished amount and the estimated remaining time at intervals."""
     begun = 0.0
 
     def advance(done: float) -> None:
         nonlocal begun
-        begun = begun or time.monotonic()  # from the first call on: what was compiled before says nothing
+        begun = begun or time.monotonic()  # from the first call on, without the time of compilation
         passed = time.monotonic() - begun
         if done >= total:
             begin_stage("results")
@@ -154,9 +154,9 @@ def _lines(name: str, total: float) -> Advance:
 
 
 def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[str], Advance]:
-    """Return what makes the progress bar of a stage by its name.
+    """Return a function that makes the progress bar of a stage by its name.
 
-    Nothing is shown with ``--quiet``; with ``--verbose`` each stage is named in a line of its own.
+    ``--quiet`` shows nothing; ``--verbose`` names each stage in a separate line.
     """
     be_quiet(options)
     if not options.quiet:
@@ -174,7 +174,7 @@ def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[st
 
 @cache
 def announce_compilation() -> None:
-    """From now on say that kernels are compiled, and how many are ready: the first run would otherwise be silent."""
+    """Report compilation and the number of compiled kernels, because the first run would be silent."""
     from linkages.kernel.precompiled import tell
 
     due = 0.0
@@ -183,7 +183,7 @@ def announce_compilation() -> None:
         nonlocal due
         now = time.monotonic()
         if not due:
-            _silence.say("compiling, once after an installation: a quarter of a minute or so ...")
+            _silence.say("compiling, once after an installation: about 15 s ...")
         elif now > due:
             _silence.say(f"compiling: {ready} of at most {known} kernels")
         if now > due:

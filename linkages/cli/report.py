@@ -16,12 +16,14 @@ _EXAMPLES = """examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     parser.epilog = _EXAMPLES
-    parser.add_argument("folder", type=Path, metavar="DIR", help="what `linkages simulate` or `linkages wear` wrote")
+    parser.add_argument(
+        "folder", type=Path, metavar="DIR", help="folder written by `linkages simulate` or `linkages wear`"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page; default: DIR/report.html")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the page; returns the exit status."""
+    """Write the page; return the exit status."""
     from linkages.report import CONTENT, load_results, write_report, write_wear_report
 
     path = options.out or options.folder / "report.html"

@@ -43,14 +43,14 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that ``linkages simulate`` and ``run_sevenbar.py`` share."""
     parser.add_argument("--engine", choices=tuple(ENGINES), default=DEFAULT, help="default: %(default)s")
     add_settings(parser)
-    parser.add_argument("--ideal", action="store_true", help="take every joint as ideal, whatever the file says")
+    parser.add_argument("--ideal", action="store_true", help="make every joint ideal")
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
     parser.add_argument(
         "--exaggerate",
         type=float,
         metavar="FACTOR",
-        help="enlarge clearances and deflections in the animation; default: only deflections, until they are seen",
+        help="enlarge clearances and deflections in the animation; default: deflections only, until they are visible",
     )
     parser.add_argument(
         "--no-error-estimate", action="store_true", help="do not repeat the run at a ten times tighter tolerance"
@@ -58,7 +58,7 @@ def add_run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the experiment; returns the exit status."""
+    """Run the experiment; return the exit status."""
     from linkages.cli.endings import report_failures
     from linkages.engines.study import estimate_error, study
     from linkages.model.plausibility import doubts
@@ -103,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
             _animate(result, folder / "animation.html", options.exaggerate)
     say(f"\n{written(out, results.names)}")
     run = runs.pop("the run")
-    report_failures(runs)  # first: where the ideal linkage does not close, the run can hardly go on
+    report_failures(runs)  # first, because the run usually fails if the ideal linkage does not close
     return report_failures({"the run": run})
 
 
@@ -117,7 +117,7 @@ def _draw(result: Study, folder: Path) -> None:
 
 
 def _details(result: Study, summary: dict[str, Any]) -> str:
-    """Say how the run was made."""
+    """Describe the settings of the run."""
     experiment = result.system.experiment
     cut, made = summary["mechanism"]["cut"], summary["provenance"]
     numbers = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in made["run"].items())
@@ -133,13 +133,13 @@ def _details(result: Study, summary: dict[str, Any]) -> str:
 
 
 def _longest_step(result: Study) -> str:
-    """Say how long the steps may be, where more than the accuracy limits them."""
+    """Describe the longest step, if it is limited in addition to the accuracy."""
     step = engine(result.engine).longest_step(result.system)
     return f", steps of at most {step:g} s" if step else ""
 
 
 def _animate(result: Study, path: Path, exaggerate: float | None) -> None:
-    """Write the animation; clearances enlarged beyond what closes are the user's to reduce."""
+    """Write the animation; reject an exaggeration for which the loops do not close."""
     from linkages.plots.animation.recording import write_animation
 
     try:

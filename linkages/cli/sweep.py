@@ -1,4 +1,4 @@
-"""``linkages sweep``: revolution by revolution, over the values of one variable."""
+"""``linkages sweep``: sections of each revolution over the values of one variable."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _EXAMPLES = """examples:
   linkages sweep slider_crank_dry.toml --vary drives.O.speed=100:600:101 --output B.force --output B.ey
 """
 
-_MOST = 1e6  # values
+_MOST = 1e6  # largest number of values
 _STATISTICS = ("min", "max", "peak_mean", "peak_std", "peak_min", "peak_max")
 
 
@@ -35,27 +35,27 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     add_file(parser)
     parser.add_argument("--vary", required=True, metavar="PATH=LO:HI:N", help="N values of a variable, evenly spaced")
     parser.add_argument(
-        "--revolutions", type=int, default=20, metavar="N", help="revolutions to keep; default: %(default)s"
+        "--revolutions", type=int, default=20, metavar="N", help="recorded revolutions; default: %(default)s"
     )
     parser.add_argument(
         "--transient",
         type=int,
         default=10,
         metavar="M",
-        help="revolutions to discard before them; default: %(default)s",
+        help="discarded revolutions before the recorded ones; default: %(default)s",
     )
     parser.add_argument(
         "--drive",
         metavar="JOINT",
-        help="drive whose revolutions, or periods, they are; default: the first that turns at constant speed, else the"
-        " first that repeats its motion",
+        help="drive that defines a revolution; default: the first with constant speed, otherwise the"
+        " first periodic one",
     )
     parser.add_argument(
         "--output",
         action="append",
         metavar="NAME",
-        help="output to look at, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
-        " in joints with play",
+        help="recorded output, see `linkages keys`; may be repeated; default: the experiment's outputs and the forces"
+        " in clearance joints",
     )
     parser.add_argument("--threads", type=int, metavar="N", help="default: as many as processors")
     add_settings(parser)
@@ -63,7 +63,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the sweep; returns the exit status."""
+    """Run the sweep; return the exit status."""
     from linkages.explore.sweep import sweep
     from linkages.model.experiment import value_unit
     from linkages.outputs.registry import unit
@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--threads", str(options.threads), "must be 1 or more")
     path, values = parse_range(options.vary)
     system = load_system(options)
-    system.replaced({path: values[0]}, "--vary")  # a wrong path is said before the folder of results is made
+    system.replaced({path: values[0]}, "--vary")  # reports a wrong path before the folder of results is made
     experiment = system.experiment
     out = output_folder(options, f"{experiment.source.stem}_sweep", "sweep")
     names = options.output or [*experiment.outputs, *(f"{name}.force" for name in experiment.play)]
@@ -109,7 +109,7 @@ def parse_range(text: str) -> tuple[str, list[float]]:
     Raises
     ------
     InputError
-        If it is not of that form.
+        If the text does not have this form.
     """
     import numpy as np
 
@@ -130,9 +130,9 @@ def parse_range(text: str) -> tuple[str, list[float]]:
 
 
 def statistics(point: Point, name: str) -> dict[str, float]:
-    """Extremes of a column over all revolutions; mean, standard deviation and range of the revolutions' peaks.
+    """Compute a column's extremes over all revolutions; mean, deviation and range of the revolutions' peaks.
 
-    What does not exist is nan: everything of a run that failed at once, the deviation of one revolution.
+    Undefined values are NaN: all values of a run that failed at once, the deviation of one revolution.
     """
     import numpy as np
 
@@ -147,7 +147,7 @@ def statistics(point: Point, name: str) -> dict[str, float]:
 
 
 def _write_table(result: Sweep, path: Path) -> None:
-    """Write ``sweep.csv``: one line for each value, numbers that do not exist left empty."""
+    """Write ``sweep.csv``: one line for each value, undefined numbers are empty."""
     head = [f"{name}.{what}" for name in result.names for what in _STATISTICS]
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -160,7 +160,7 @@ def _write_table(result: Sweep, path: Path) -> None:
 
 
 def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
-    """Content of ``sweep.json``: every revolution of every value."""
+    """Return the content of ``sweep.json``: every revolution of every value."""
     points: list[dict[str, Any]] = []
     for point in result.points:
         entry: dict[str, Any] = {"value": point.value, "status": point.status.value, "horizon": point.horizon}
@@ -175,7 +175,7 @@ def _content(result: Sweep, units: dict[str, str]) -> dict[str, Any]:
 
 
 def format_sweep(result: Sweep, units: dict[str, str]) -> str:
-    """Format the peaks of at most a dozen values as lines of text, and say how far the digits reach."""
+    """Format the peaks of at most a dozen values as lines of text, with the horizon of reproducible digits."""
     from linkages.model.experiment import value_unit
 
     count = len(result.points)
@@ -204,8 +204,8 @@ def format_sweep(result: Sweep, units: dict[str, str]) -> str:
     if horizons:
         lines += [
             "",
-            f"runs at this and a ten times looser accuracy stay together for {min(horizons):g} to {max(horizons):g}"
+            f"runs at this and a ten times looser accuracy agree for {min(horizons):g} to {max(horizons):g}"
             " revolutions from the start;",
-            "beyond that no single revolution can be reproduced: what holds are means and spreads",
+            "later only means and standard deviations are reproducible, not single revolutions",
         ]
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""``linkages wear``: how journals and bearings wear over a machine's life."""
+"""``linkages wear``: wear of journals and bearings over the service life."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from linkages.files.writing import json_text
 if TYPE_CHECKING:
     from linkages.explore.wear.stages import Life
 
-HELP = "wear of journals and bearings over many revolutions: profiles, play, forces"
+HELP = "wear of journals and bearings over many revolutions: profiles, clearance, forces"
 
-#: Folder of the blocks, within that of the results.
+#: Subfolder of the blocks in the folder of results.
 BLOCKS = "blocks"
 _EXAMPLES = """examples:
   linkages wear slider_crank_dry.toml --cycles 100000 --set joints.B.wear.coefficient=1e-15
   linkages wear my.toml --cycles 20000 --set joints.B.wear.coefficient=5e-14 --out results/soft
 
-The blocks of simulated cycles are kept in DIR/blocks: a life that was interrupted goes on from them, and gives the
-same numbers. Remove the folder to begin anew.
+The blocks of simulated cycles are kept in DIR/blocks: an interrupted calculation continues from them, with the same
+results. Remove the folder to start again.
 """
 
 
@@ -35,8 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--drive",
         metavar="JOINT",
-        help="whose revolutions, or periods; default: the first that turns at constant speed, else the first that"
-        " repeats its motion",
+        help="drive that defines a cycle; default: the first with constant speed, otherwise the first periodic one",
     )
     parser.add_argument(
         "--tolerance",
@@ -49,16 +48,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--scatter",
         type=float,
         metavar="X",
-        help="relative standard error of the work of all cycles at which a block has cycles enough; default: 0.02",
+        help="relative standard error of the mean work of a cycle at which a block ends; default: 0.02",
     )
-    parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle and never jump")
+    parser.add_argument("--every-cycle", action="store_true", help="simulate every cycle without jumps")
     add_settings(parser)
     parser.add_argument("--no-plots", action="store_true", help="write no figures")
     parser.add_argument("--no-animation", action="store_true", help="write no animation")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Wear the machine; returns the exit status."""
+    """Compute the wear; return the exit status."""
     from linkages.explore.wear.content import content
     from linkages.explore.wear.life import wear_life
 
@@ -101,10 +100,10 @@ def run(options: argparse.Namespace) -> int:
 def format_life(found: dict[str, Any]) -> str:
     """Format the content of ``wear.json`` as lines of text."""
     lines = [f"{found['title'] or found['experiment']}: wear over {found['cycles']:,} cycles"]
-    lines += ["", f"{'joint':12s}{'volume [mm3]':>14s}{'depth [um]':>12s}{'play [um]':>12s}{'new [um]':>10s}"]
+    lines += ["", f"{'joint':12s}{'volume [mm3]':>14s}{'depth [um]':>12s}{'clearance [um]':>16s}{'new [um]':>10s}"]
     for name, joint in found["joints"].items():
         lines.append(
-            f"{name:12s}{1e9 * joint['volume']:14.5g}{1e6 * joint['depth']:12.5g}{1e6 * joint['play']:12.5g}"
+            f"{name:12s}{1e9 * joint['volume']:14.5g}{1e6 * joint['depth']:12.5g}{1e6 * joint['play']:16.5g}"
             f"{1e6 * joint['clearance']:10.5g}"
         )
     first, last = found["blocks"][0]["peaks"], found["blocks"][-1]["peaks"]
@@ -124,11 +123,11 @@ def format_life(found: dict[str, Any]) -> str:
 
 
 def _ending(life: Life, cycles: int) -> int:
-    """Say how a life ended that did not reach its cycles; returns the exit status."""
+    """Report a calculation that ended early; return the exit status."""
     import sys
 
     if life.status is Status.OK:
         return 0
-    where = f"the life ended after {int(life.cycles[-1]):,} of {cycles:,} cycles"
+    where = f"the calculation ended after {int(life.cycles[-1]):,} of {cycles:,} cycles"
     print(f"{where}: {life.status.value}; {life.status.remedy}", file=sys.stderr)
     return 130 if life.status is Status.INTERRUPTED else 1

@@ -1,14 +1,14 @@
-"""What moves a `System`: two engines behind one function, and the runs that belong together.
+"""Simulation of a `System`: two engines behind one function, and groups of related runs.
 
-| module   | responsibility                                                                     |
-|----------|------------------------------------------------------------------------------------|
-| compiled | the compiled engine: milliseconds a run, batches                                   |
-| drake    | the Drake engine: a `MultibodyPlant` with systems for its joints and drives        |
-| budget   | how many steps a run may take                                                      |
-| study    | `simulate`, the ideal linkage beside a run, and how far the run can be trusted     |
-| drop     | the smallest machine, whose impact is known                                        |
-| threads  | independent runs in threads                                                        |
-| precompilation | what the engines are about to call, compiled ahead on an empty cache               |
+| module         | responsibility                                                              |
+|----------------|-----------------------------------------------------------------------------|
+| compiled       | the compiled engine: milliseconds for a run, batches                        |
+| drake          | the Drake engine: a `MultibodyPlant` with systems for its joints and drives |
+| budget         | largest number of steps of a run                                            |
+| study          | `simulate`; a run with its ideal linkage and error estimate                 |
+| drop           | drop test: the smallest mechanism, with a known impact                      |
+| threads        | independent runs in threads                                                 |
+| precompilation | plans to compile the engines' kernels on an empty cache                     |
 
 An engine is a module with ``simulate(system, progress) -> Trajectory`` and ``longest_step(system)``. The engines do not
 know each other.
@@ -21,18 +21,18 @@ from typing import TYPE_CHECKING, Protocol, cast
 
 from linkages.errors import InputError, nearest
 
-if TYPE_CHECKING:  # the command line reads the names of the engines, and must start at once
+if TYPE_CHECKING:  # the command line imports this module for the names of the engines, and must start fast
     from linkages.results.trajectory import Progress, Trajectory
     from linkages.system import System
 
 #: Module of each engine.
 ENGINES = {"drake": "linkages.engines.drake.simulation", "compiled": "linkages.engines.compiled.simulation"}
-#: The engine of runs that name none.
+#: Default engine.
 DEFAULT = "compiled"
 
 
 class Engine(Protocol):
-    """What the module of an engine holds."""
+    """Interface of an engine's module."""
 
     @staticmethod
     def simulate(system: System, progress: Progress | None = None) -> Trajectory:
@@ -44,12 +44,12 @@ class Engine(Protocol):
 
 
 def engine(name: str) -> Engine:
-    """Load the engine of this name.
+    """Import the engine with this name.
 
     Raises
     ------
     InputError
-        If there is no such engine.
+        If the engine is unknown.
     """
     if name not in ENGINES:
         raise InputError("engine", name, f"is unknown; {nearest(name, ENGINES)}")

@@ -1,19 +1,19 @@
-"""How many steps a run may take: one rule for both engines."""
+"""Largest number of steps of a run: one rule for both engines."""
 
 from __future__ import annotations
 
 from linkages.outputs.registry import names
 from linkages.system import System
 
-#: Steps of one run, and the memory that the columns of its trajectory may take [bytes].
+#: Most steps of one run, and largest memory of the trajectory's columns [bytes].
 MOST, ROOM = 5_000_000, 2**30
 
-#: Steps in a row by whose pace a run is judged, and how many times `MOST` it may promise for the whole.
+#: Steps over which the pace of a run is measured, and largest extrapolated number of steps over `MOST`.
 WINDOW, _HOPELESS = 20_000, 1000.0
 
 
 def most(system: System) -> int:
-    """Return how many steps a run of a system may take."""
+    """Return the largest number of steps of a run of a system."""
     return min(MOST, ROOM // (8 * (1 + len(names(system)))))
 
 
@@ -23,14 +23,14 @@ def least_advance(duration: float) -> float:
 
 
 class Budget:
-    """Ends runs that would never end, as of implausible machines: each step is accurate, but the end is out of reach.
+    """Ends runs whose accurate steps are too short to reach the end, as with implausible values.
 
     Parameters
     ----------
     system : System
-        That runs.
+        System of the run.
     limit : int, optional
-        Of steps, instead of `most` of the system.
+        Largest number of steps, instead of `most` of the system.
     """
 
     def __init__(self, system: System, limit: int | None = None) -> None:
@@ -40,7 +40,7 @@ class Budget:
         self._time = 0.0
 
     def spent(self, time: float, steps: int = 1) -> bool:
-        """Whether the run must end, so many steps further and now at a time [s]."""
+        """Add steps at a time [s]; return True if the budget is exhausted."""
         self._steps += steps
         if self._steps - self._judged < min(WINDOW, self._most):
             return False

@@ -1,6 +1,6 @@
-"""The smallest machine: a journal that falls in its bearing. For self-checks, and to compile for without waiting.
+"""Drop test: a journal that falls in its bearing, the smallest mechanism; for self-checks and precompilation.
 
-A centred journal under gravity g meets the wall after sqrt(2 c/g) with the speed sqrt(2 c g). Its largest penetration d
+A centred journal under gravity g hits the wall after sqrt(2 c/g) with the speed sqrt(2 c g). Its largest penetration d
 follows from the energy of an elastic contact of force K d^1.5: m g (c + d) = K d^2.5 / 2.5.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from linkages.system import System, load
 
-GRAVITY, CLEARANCE, MASS, STIFFNESS = 9.81, 1e-3, 1.0, 1e9  # m/s2, m, kg, N/m^1.5
+GRAVITY, CLEARANCE, MASS, STIFFNESS = 9.81, 1e-3, 1.0, 1e9  # [m/s2, m, kg, N/m^1.5]
 
 _SDF = f"""<sdf version="1.9" xmlns:linkages="urn:linkages:sdf"><model name="drop">
 <link name="journal"><inertial><mass>{MASS}</mass>
@@ -33,7 +33,7 @@ accuracy = 1e-12
 
 
 def drop() -> System:
-    """Make the system: a run of 15.5 ms, in which the journal falls, touches and parts."""
+    """Make the system: a run of 15.5 ms, with fall, impact and rebound of the journal."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "drop.sdf").write_text(_SDF, encoding="utf-8")
         (Path(folder) / "drop.toml").write_text(_TOML, encoding="utf-8")
@@ -41,8 +41,8 @@ def drop() -> System:
 
 
 def deepest() -> float:
-    """Depth at which the contact has taken up the energy of the fall [m]."""
+    """Compute the depth at which the contact has absorbed the energy of the fall [m]."""
     depth = 0.0
-    for _ in range(20):  # each brings it forty times closer
+    for _ in range(20):  # each iteration reduces the error forty times
         depth = (2.5 * MASS * GRAVITY * (CLEARANCE + depth) / STIFFNESS) ** 0.4
     return depth

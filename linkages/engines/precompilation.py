@@ -1,7 +1,7 @@
-"""What the engines are about to call: plans for `linkages.kernel.precompiled`, from a run of the smallest machine.
+"""Plans of `linkages.kernel.precompiled` for the kernels that the engines will call, found by a run of the drop test.
 
-Which types kernels are compiled for does not depend on the machine. What needs the linkage assembled, which the process
-that asked is at meanwhile, comes last.
+The compiled types of kernels do not depend on the mechanism. Kernels that need the assembled linkage come last, because
+the calling process assembles it in the meantime.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from linkages.system import System
 
 
 def compiled(implicit: bool) -> list[Callable[[], Any]]:
-    """Jobs for the compiled engine."""
+    """List the jobs for the compiled engine."""
     from linkages.engines.compiled.equations import solve_state
     from linkages.engines.compiled.jacobian import jacobian
     from linkages.engines.compiled.methods import attempt_dormand_prince_5_4, attempt_radau_iia_5
@@ -45,7 +45,7 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
 
 
 def drake() -> list[Callable[[], Any]]:
-    """Jobs for the Drake engine; Drake itself is not asked."""
+    """List the jobs for the Drake engine, without loading Drake."""
     from linkages.engines.drake.joint_forces import drive_forces, joint_forces, placed
 
     system = drop()
@@ -61,7 +61,7 @@ def drake() -> list[Callable[[], Any]]:
 
 
 def _outputs(system: System) -> None:
-    """Compile what computes outputs, for a run of no length."""
+    """Compile the output kernels with a run of zero duration."""
     n, nc = system.tree.size, len(system.ends)
     none = np.zeros((0, n))
     columns(system, np.zeros(0), none, none, none, np.zeros((0, nc, WIDTH)))

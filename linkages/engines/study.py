@@ -1,4 +1,4 @@
-"""Runs that belong together: a run, the ideal linkage beside it, and the run that estimates its error."""
+"""Groups of related runs: a run, its ideal linkage, and the run that estimates its error."""
 
 from __future__ import annotations
 
@@ -19,11 +19,13 @@ from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
-_SHORTER = 0.5  # ratio of their longest steps: steps that both runs share would have errors that nobody sees
+_SHORTER = 0.5  # ratio of their longest steps: common steps would hide their common errors
 
 
 def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = None) -> Trajectory:
     """Run a system.
+
+    Use `study` to also get the ideal linkage and errors of peaks, `simulate_batch` for many runs with different values.
 
     Parameters
     ----------
@@ -32,17 +34,17 @@ def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = 
     engine : str
         "compiled", the default, or "drake".
     progress : callable, optional
-        Called with the simulated time [s] now and then.
+        Called with the simulated time [s] at intervals.
 
     Returns
     -------
     Trajectory
-        Up to the end, or to where the run failed or was interrupted (`Trajectory.status`).
+        Columns up to the end, or until the run failed or was interrupted (`Trajectory.status`).
 
     Raises
     ------
     InputError
-        If there is no such engine.
+        If the engine is unknown.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 
@@ -60,7 +62,7 @@ def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = 
 
 
 def _with_units(system: System, run: Trajectory) -> Trajectory:
-    """Tell a trajectory the units of its columns."""
+    """Add the units of the columns to a trajectory."""
     return replace(run, units={name: "s" if name == "time" else unit(system, name) for name in run.columns})
 
 
@@ -70,7 +72,9 @@ def study(
     error_estimate: bool = True,
     progress: Callable[[str], Progress] | None = None,
 ) -> Study:
-    """Run a system, its ideal counterpart and, if asked, the run at a tighter tolerance.
+    """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
+
+    Use `simulate` if the run alone is needed.
 
     Parameters
     ----------
@@ -90,7 +94,7 @@ def study(
     Raises
     ------
     InputError, AssemblyError
-        As `simulate`.
+        See `simulate`.
 
     Examples
     --------
@@ -109,9 +113,9 @@ def study(
 
 
 def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
-    """Add the run at a ten times tighter tolerance to a study whose own run reached its end.
+    """Add the run at a ten times tighter tolerance to a study whose run reached its end.
 
-    Its longest step is half as long. Links that bend in rigid segments have twice as many of them.
+    Its longest step is half as long. Flexible links get twice as many rigid segments.
     """
     if study.run.status is not Status.OK:
         return study
@@ -128,25 +132,27 @@ def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
 
 
 def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
-    """Move the linkage with every joint ideal: exactly where its drives determine its motion, else by a run.
+    """Compute the motion of the ideal linkage: exactly if its drives determine it, otherwise by a run.
+
+    `IdealMotion` gives the exact motion at any time, without outputs.
 
     Parameters
     ----------
     system : System
     engine : str
-        For the run, where one is needed.
+        Engine of the run, if one is needed.
 
     Returns
     -------
     Trajectory
-        Without the quantities of play. It may end early, at a dead position (`Trajectory.status`).
+        Columns without the quantities of clearances. They may end early, at a dead point (`Trajectory.status`).
 
     Raises
     ------
     AssemblyError
         If the linkage cannot be assembled at t = 0, or cannot leave its start.
     InputError
-        If the motion has more revolutions than positions can be stored for.
+        If the motion has more revolutions than the stored positions support.
 
     Examples
     --------
@@ -173,7 +179,7 @@ def ideal(system: System, engine: str = DEFAULT) -> Trajectory:
 
 
 def _with_exact_motion(system: System) -> System | None:
-    """Return the system itself or with every joint ideal, whichever its drives determine; None if they do not."""
+    """Return the system, or the ideal one, whose motion the drives determine; None if they determine neither."""
     if system.determinate:
         return system
     ideal_system = system.ideal()

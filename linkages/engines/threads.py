@@ -1,4 +1,4 @@
-"""Independent runs in threads: the results do not depend on how many, and an error ends all of them."""
+"""Independent runs in threads: results do not depend on the number of threads; an error ends all of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from linkages.errors import RunError
 
-_LOOK = 1.0  # s between two calls of the function that looks on
+_LOOK = 1.0  # interval between two calls of the observer [s]
 
 Result = TypeVar("Result")
 
@@ -23,19 +23,19 @@ def in_threads(
 ) -> list[Result]:
     """Return work(0), ..., work(count - 1), computed in threads.
 
-    The first error is raised at once; work that has not begun is then dropped.
+    The first error is raised at once; pending work is then dropped.
 
     Parameters
     ----------
     work : callable
     count : int
     threads : int, optional
-        Default: as many as there are processors. One is the calling thread.
+        Number of threads, including the calling one; default: number of processors.
     look : callable, optional
-        Called now and then, at least once a second with several threads, and at the end.
+        Observer, called at intervals (with several threads at least once a second) and at the end.
     stop : callable, optional
-        Called at an error or an interruption: it must end the work that has begun. With it the calling thread does no
-        work, so that interruptions reach it.
+        Called at an error or an interruption to end running work. With it the calling thread does no work, so that
+        interruptions reach it.
 
     Raises
     ------
@@ -48,10 +48,8 @@ def in_threads(
     try:
         try:
             jobs = [pool.submit(work, k) for k in range(count)]
-        except RuntimeError as problem:  # of the interpreter: work raises its errors in `result`
-            raise RunError(
-                f"the threads of {count} runs cannot be started ({problem}): ask for fewer threads"
-            ) from None
+        except RuntimeError as problem:  # raised by the interpreter: errors of the work are raised in `result`
+            raise RunError(f"the threads of {count} runs cannot be started ({problem}): use fewer threads") from None
         pending = set(jobs)
         while pending:
             done, pending = wait(pending, timeout=_LOOK, return_when=FIRST_EXCEPTION)

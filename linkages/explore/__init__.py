@@ -1,4 +1,4 @@
-"""Nonlinear dynamics of driven linkages, and the two engines compared. It may import whatever lies below.
+"""Nonlinear dynamics of driven linkages, and comparison of the two engines. It may import all lower folders.
 
 | module   | responsibility                                                                            |
 |----------|-------------------------------------------------------------------------------------------|
@@ -15,7 +15,7 @@
 | wear     | wear of joints over a machine's life: blocks of cycles, and jumps between them            |
 | compare  | both engines on one system: how far apart, and up to when that means anything             |
 
-A *revolution* is the period of the drive that is named, or of the first that turns at constant speed, else of the first
-that repeats its motion. Sections are taken at its multiples, counted from t = 0, so that the drive is at its start
-angle in all of them. Exponents are natural: 1/s.
+A *revolution* is the period of the named drive; default: the first drive with constant speed, otherwise the first
+periodic one. Sections are taken at multiples of it, counted from t = 0, so that the drive is at its start angle in all
+of them. Exponents are natural: 1/s.
 """

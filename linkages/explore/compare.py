@@ -1,8 +1,8 @@
-"""Both engines on the same experiment: how far apart they are, and how long that is a fair question.
+"""Comparison of both engines on one experiment: differences up to the horizon.
 
-Where joints touch, solutions part: a difference grows by the same factor in every impact, and two runs of *one* engine
-at different tolerances agree up to a horizon and no further. Differences are taken up to the horizon of the engine that
-parts from itself first; beyond it they would say nothing about either.
+With contacts solutions diverge: a difference grows by a constant factor in every impact, and two runs of *one* engine
+at different tolerances agree only up to a horizon. Differences are computed up to the earlier horizon of the two
+engines; beyond it they would be meaningless.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from linkages.system import System
 __all__ = ["PARTED", "Comparison", "Difference", "compare", "differences", "horizon", "looser", "names", "revolutions"]
 
 
-_IMPACTS = 2  # contacts of each joint that are compared one by one
+_IMPACTS = 2  # number of individually compared contacts of each joint
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference in one quantity: the largest over time, when [s], and the quantity's peak in either run."""
+    """Largest difference of one quantity, its time [s], and the quantity's peak in either run."""
 
     max_difference: float
     time: float
@@ -38,18 +38,18 @@ class Difference:
 
     @property
     def relative(self) -> float:
-        """Largest difference in parts of the peak."""
+        """Return the largest difference over the peak."""
         return self.max_difference / self.peak if self.peak > 0.0 else 0.0
 
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Brief):
-    """Two engines on one experiment: runs and horizons by engine, differences by name of the column.
+    """Two engines on one experiment: runs and horizons by engine, differences by column name; made by `compare`.
 
-    An engine's horizon is the time up to which its runs at two tolerances stay together [s]; the run's end if
-    nothing touches. Differences and contacts are those up to `until`; contacts are the first of each joint,
-    in pairs of both engines. Columns that are meaningless, as forces in a singular position, have no difference.
-    Warnings, by engine, are those of its run as in ``summary.json``.
+    An engine's horizon is the time up to which its runs at two tolerances agree [s], or the run's end without contacts.
+    Differences and contacts are limited to `until`; contacts are the first ones of each joint, in pairs of both
+    engines. Meaningless columns, such as forces in a singular position, have no difference. Warnings are taken from
+    ``summary.json``, by engine.
     """
 
     runs: dict[str, Trajectory]
@@ -68,19 +68,19 @@ class Comparison(Brief):
 
     @property
     def until(self) -> float:
-        """Time up to which the engines are compared [s]."""
+        """Return the time up to which the engines are compared [s]."""
         return min(self.horizons.values())
 
     @property
     def parted(self) -> bool:
-        """Whether the horizon lies before the end of the runs."""
+        """Check whether the horizon is before the end of the runs."""
         return bool(self.until < min(run.time[-1] for run in self.runs.values()))
 
 
 def compare(system: System, progress: Callable[[str], Progress] | None = None) -> Comparison:
     """Run an experiment on both engines and compare them.
 
-    Each engine runs a second time, at a ten times looser tolerance, if joints can touch: that gives the horizon.
+    With contacts each engine also runs at a ten times looser tolerance, which gives the horizon.
 
     Parameters
     ----------
@@ -91,12 +91,12 @@ def compare(system: System, progress: Callable[[str], Progress] | None = None) -
     Returns
     -------
     Comparison
-        Both runs, their horizons, the differences up to the earlier one, the first contacts side by side.
+        Both runs, their horizons, the differences up to the earlier one, pairs of the first contacts.
 
     Raises
     ------
     InputError, AssemblyError
-        As `linkages.engines.study.simulate`.
+        See `linkages.engines.study.simulate`.
 
     Examples
     --------
@@ -131,14 +131,14 @@ def looser(system: System) -> System:
 
 
 def names(system: System) -> list[str]:
-    """Name what is compared: outputs, force and eccentricity of joints with play, drive torques."""
+    """Return the compared columns: outputs, force and eccentricity of clearance joints, drive torques."""
     joints, drives = system.experiment.play, system.experiment.drives
     of_joints = [f"{joint}.{what}" for joint in joints for what in ("force", "eccentricity_ratio")]
     return [*system.experiment.outputs, *of_joints, *(f"{drive}.torque" for drive in drives)]
 
 
 def differences(run: Trajectory, other: Trajectory, columns: list[str], until: float) -> dict[str, Difference]:
-    """Largest differences of columns up to a time [s], at the steps of `other`; `run` has dense output."""
+    """Compute the largest differences of columns up to a time [s] at `other`'s steps; `run` has dense output."""
     inside = other.time <= until
     times = other.time[inside]
     exact = dense(run)(times)
@@ -152,7 +152,7 @@ def differences(run: Trajectory, other: Trajectory, columns: list[str], until: f
 
 
 def revolutions(experiment: Experiment, time: float) -> float | None:
-    """Revolutions of the first drive of constant speed in a time; None if there is none."""
+    """Return the revolutions of the first drive with constant speed in a time; None without one."""
     for drive in experiment.drives.values():
         if drive.prescribed and drive.speed:
             return abs(drive.speed) * time / (2.0 * np.pi)

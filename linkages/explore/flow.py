@@ -1,4 +1,4 @@
-"""A run of the compiled engine that stops where it is told and goes on from there."""
+"""A run of the compiled engine that can be paused, continued and moved to another state."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.steady_state import drive_period
 from linkages.system import System
 
-_MOST = 20_000  # steps between two looks at the keyboard
-_LOOKS = 7  # times that a formula is looked at for a period, each for twice as long
+_MOST = 20_000  # steps between two checks for interrupts
+_LOOKS = 7  # attempts to find the period of a formula, each over twice the duration
 
 
 class Flow:
-    """A run that can be stopped, continued, and put elsewhere.
+    """A run that can be paused, continued, and moved to another state.
 
     Attributes
     ----------
@@ -31,14 +31,14 @@ class Flow:
     y : (ny,) array
         State: positions and rates of the free coordinates, then bristles; see `linkages.engines.compiled.model`.
     scale : (ny,) array
-        What an error of each entry of the state is measured by.
+        Error scale of each entry of the state.
     status : Status
-        OK as long as the run can go on.
+        OK as long as the run can continue.
 
     Raises
     ------
     AssemblyError, InputError
-        As `System.assembly`.
+        See `System.assembly`.
     """
 
     def __init__(self, system: System) -> None:
@@ -50,17 +50,17 @@ class Flow:
         self._last: Record | None = None
 
     def advance(self, until: float) -> Steps:
-        """Go on up to a time, or to where the run fails; returns the steps taken."""
+        """Continue up to a time, or until the run fails; return the steps."""
         parts = [self._take(_MOST, until)]
         while parts[-1].status == PAUSED:
             parts.append(self._take(_MOST, until))
         return join(parts)
 
     def follow(self, times: Array, names: Sequence[str]) -> Columns:
-        """Compute the named outputs at times, which increase from call to call; NaN where the run ends before.
+        """Compute outputs at times, which increase from call to call; NaN after the end of the run.
 
-        No step is shortened to end at these times, and the run pauses where `linkages.simulate` pauses: both are the
-        same run.
+        Steps are not shortened for these times, and the run pauses where `linkages.simulate` pauses: both give the same
+        run.
         """
         pieces = [] if self._last is None else [self._last]
         while self.status is Status.OK and self.t < min(times[-1], self.system.experiment.duration):
@@ -73,7 +73,7 @@ class Flow:
         return {name: np.concatenate([found[name], rest]) for name in names}
 
     def _take(self, most: int, until: float | None = None) -> Record:
-        """Take some steps, up to a time or else to the end of the run."""
+        """Take some steps, up to a time or the end of the run."""
         record = self._runner.run(self.t, self.y, self._step, most, until)
         self.t, self.y, self._step = float(record.times[-1]), record.states[-1].copy(), record.next_step
         if record.status not in (DONE, PAUSED):
@@ -81,24 +81,24 @@ class Flow:
         return record
 
     def put(self, y: Array, other: Flow) -> None:
-        """Put the run at the time of another one, into a state close to the other's.
+        """Move the run to the time of another one, into a state close to the other's.
 
-        What contacts remember is taken from the other as it is.
+        The contacts' memory is copied from the other run.
         """
         self.resume(other.t, y, other.memory, other.step)
 
     @property
     def memory(self) -> Array:
-        """What the contacts remember, (nc, 2); see `linkages.planar.contacts.APPROACH`."""
+        """Return the contacts' memory, (nc, 2); see `linkages.planar.contacts.APPROACH`."""
         return self._runner.memory
 
     @property
     def step(self) -> float:
-        """Size of the step to try next [s]."""
+        """Return the size of the next attempted step [s]."""
         return self._step
 
     def resume(self, t: float, y: Array, memory: Array, step: float) -> None:
-        """Put the run into a state, with what its contacts remember and the step to try; they touch where they do."""
+        """Set state, contacts' memory and next step of the run; contacts keep their status."""
         self.t, self.y, self._step = t, y, step
         runner = self._runner
         runner.memory[:] = memory
@@ -107,28 +107,28 @@ class Flow:
         runner.modes[:] = np.where((runner.model.touching == 1) & (depth > 0.0), 1, -1)
 
     def here(self) -> Steps:
-        """Return the state reached as a piece without steps."""
+        """Return the present state as `Steps` without steps."""
         return Steps(np.array([self.t]), self.y[None, :].copy(), self._runner.memory[:, 0][None, :].copy())
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
-        """Compute outputs (see `linkages.outputs.registry`) at times within a piece: all, or those that are named."""
+        """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
         q, v, a, contacts = self._runner.evaluate(piece, times)
         return columns(self.system, times, q, v, a, contacts, names)
 
 
 def period_of(system: System, drive: str | None = None) -> float:
-    """Return the time of a revolution, or of a period of a drive that oscillates [s].
+    """Return the time of a revolution, or the period of an oscillating drive [s].
 
     Parameters
     ----------
     system : System
     drive : str, optional
-        The driven joint; default: the first that turns at constant speed, else the first that repeats its motion.
+        The driven joint; default: the first with constant speed, otherwise the first periodic one.
 
     Raises
     ------
     InputError
-        If that drive, or every drive, does not repeat its motion.
+        If this drive (default: every drive) is not periodic.
 
     Examples
     --------
@@ -146,16 +146,16 @@ def period_of(system: System, drive: str | None = None) -> float:
         for k in range(looks):
             if (period := drive_period(system, name, experiment.duration * 2.0**k)) is not None:
                 return period
-    problem = "does not repeat its motion" if drive else "none turns at constant speed or repeats its motion"
+    problem = "does not repeat its motion" if drive else "no drive has constant speed or is periodic"
     raise InputError(experiment.source, f"drives.{drive}" if drive else "drives", f"{problem}: there is no revolution")
 
 
 def lasting(system: System, revolutions: float, drive: str | None = None) -> System:
-    """Return the same system with the duration of so many revolutions (see `period_of`).
+    """Return the system with a duration of some revolutions (see `period_of`).
 
     Raises
     ------
     InputError
-        As `period_of`, and if a table ends before.
+        See `period_of`; also if a table ends earlier.
     """
     return system.replaced({"duration": revolutions * period_of(system, drive)})

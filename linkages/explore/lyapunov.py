@@ -1,7 +1,7 @@
-"""Largest Lyapunov exponent: how fast two trajectories part that start next to each other.
+"""Largest Lyapunov exponent: rate of divergence of two close trajectories.
 
-Two trajectories are followed; many times in each revolution the second is put back to the first's neighbourhood, along
-the line between them, and the logarithm of what it had moved away by is added up. Benettin, Galgani and Strelcyn,
+Two trajectories are followed. Many times in each revolution the second is moved close to the first, along the line
+between them, and the logarithm of their distance is added. Benettin, Galgani and Strelcyn,
 Kolmogorov entropy and numerical experiments, Phys. Rev. A 14 (1976) 2338-2345.
 """
 
@@ -17,13 +17,13 @@ from linkages.errors import InputError, RunError, Status
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.system import System
 
-_ACCURACY = 1e-4  # of the two trajectories, in parts of their distance
-_BLOCKS = 10  # of revolutions, for the standard error
+_ACCURACY = 1e-4  # accuracy of the two trajectories over their distance
+_BLOCKS = 10  # number of blocks of revolutions for the standard error
 
 
 @dataclass(frozen=True, repr=False)
 class Exponent(Brief):
-    """Largest Lyapunov exponent: natural rate of growth in each revolution (nr,) [1/s]; their period [s]."""
+    """Largest Lyapunov exponent: natural growth rate in each revolution (nr,) [1/s]; period of revolutions [s]."""
 
     growth: Array
     period: float
@@ -34,23 +34,23 @@ class Exponent(Brief):
 
     @property
     def value(self) -> float:
-        """The exponent: the mean over all revolutions [1/s]."""
+        """Return the exponent: the mean over all revolutions [1/s]."""
         return float(self.growth.mean())
 
     @property
     def per_revolution(self) -> float:
-        """Natural logarithm of the growth in one revolution."""
+        """Return the natural logarithm of the growth in one revolution."""
         return self.value * self.period
 
     @property
     def error(self) -> float:
-        """Standard error of the mean, from ten blocks of revolutions, which depend less on each other [1/s]."""
+        """Return the standard error of the mean, from ten nearly independent blocks of revolutions [1/s]."""
         blocks = [block.mean() for block in np.array_split(self.growth, min(_BLOCKS, len(self.growth)))]
         return float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else float("nan")
 
     @property
     def running(self) -> Array:
-        """Mean up to each revolution (nr,) [1/s]: how the exponent settles."""
+        """Return the mean up to each revolution (nr,) [1/s], which shows the convergence."""
         return np.cumsum(self.growth) / np.arange(1, len(self.growth) + 1)
 
 
@@ -62,7 +62,7 @@ def largest_exponent(
     distance: float = 1e-7,
     renormalisations: int = 20,
 ) -> Exponent:
-    """Largest Lyapunov exponent of a driven linkage.
+    """Compute the largest Lyapunov exponent of a driven linkage.
 
     The distance of two states is the root mean square of their entries' differences, each relative to the scale of
     the engine's error control (`Flow.scale`). The trajectories run at an accuracy of 1e-4 times that distance, or the
@@ -73,23 +73,23 @@ def largest_exponent(
     ----------
     system : System
     revolutions, transient : int
-        Revolutions to average over, and before them to discard; the second trajectory starts with them.
+        Averaged revolutions, and discarded ones before them; the second trajectory starts with the former.
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a revolution; default: see `linkages.explore.flow.period_of`.
     distance : float
-        What the trajectories are put back to [1].
+        Distance of the trajectories after each renormalisation [1].
     renormalisations : int
-        Per revolution; more where trajectories part fast.
+        Renormalisations per revolution; use more if trajectories diverge fast.
 
     Returns
     -------
     Exponent
-        Rate of growth in each revolution [1/s], its mean and the standard error of that.
+        Growth rate in each revolution [1/s], its mean, and the standard error of the mean.
 
     Raises
     ------
     InputError, AssemblyError
-        As `linkages.engines.study.simulate`; and if nothing is free to move.
+        See `linkages.engines.study.simulate`; also if the linkage has no free coordinate.
     RunError
         If a trajectory fails.
 
@@ -99,7 +99,7 @@ def largest_exponent(
     >>> system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
     >>> sticky = system.replaced({"joints.B.friction.coefficient": 0.1})
     >>> exponent = linkages.largest_exponent(sticky, revolutions=4, transient=4)
-    >>> exponent.per_revolution < 0.0  # with so much friction the machine forgets its start
+    >>> exponent.per_revolution < 0.0  # with high friction the linkage forgets its start
     True
     """
     experiment = system.experiment
@@ -109,7 +109,7 @@ def largest_exponent(
     tight = lasting(system, total, drive).replaced({"solver.accuracy": accuracy})
     first, second = Flow(tight), Flow(tight)
     if not len(first.y):
-        problem = "they determine the whole motion: nothing is free to part"
+        problem = "they determine the whole motion, so nothing can diverge"
         raise InputError(experiment.source, "drives", problem)
     second.put(first.y + distance * first.scale, first)
     logarithms = np.empty((total, renormalisations))

@@ -1,4 +1,4 @@
-"""How the points of a linkage move in its modes: named points, and the lines that links are drawn by."""
+"""Mode shapes of a linkage at named points, and at the lines that represent its links."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_positions, body_velocities
 from linkages.system.flexible_link import BentLink
 
-_SAMPLES = 25  # of a flexible link, or of a piece of it
+_SAMPLES = 25  # number of samples of a flexible link, or of a substructure
 
 
 class ModeLine(NamedTuple):
-    """A line that a link is drawn by: its name and colour, n points (n, 2) [m], their displacements (m, n, 2)."""
+    """A line of a link: name, colour, n points (n, 2) [m], and displacements (m, n, 2)."""
 
     link: str
     color: str
@@ -86,7 +86,7 @@ class ModeShapes:
                 yield ModeLine(link.name, shape.color, places[list(bar)], ways[:, list(bar)])
 
     def _beam(self, link: str, color: str, piece: BentLink) -> ModeLine:
-        """Sample a beam, or a piece of one."""
+        """Sample a beam, or a substructure."""
         tree, body = self._system.tree, self._system.tree.index[piece.name]
         s = np.linspace(*piece.ends, _SAMPLES)
         along, across = piece.modes.shapes(s)
@@ -103,6 +103,6 @@ class ModeShapes:
 
 
 def _turned(angle: float, vectors: Array) -> Array:
-    """Turn vectors (..., 2) by an angle [rad]."""
+    """Rotate vectors (..., 2) by an angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * vectors[..., 0] - s * vectors[..., 1], s * vectors[..., 0] + c * vectors[..., 1]], axis=-1)

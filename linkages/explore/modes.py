@@ -1,10 +1,10 @@
-"""Natural frequencies and mode shapes of a linkage that stands still, its drives held.
+"""Natural frequencies and mode shapes of a linkage at rest, with fixed drives.
 
 The equations of motion of the compiled engine are linearised about a pose: M x'' + C x' + K x = 0, where x are the
-changes of coordinates that keep the loops closed. K has the stiffness of links that bend and of springs, the change of
-weight and applied loads with the pose, and the geometric stiffness of the forces that all of them cause at rest.
-Prescribed joints are held, joints with clearance are ideal, velocities are zero: there are no gyroscopic and no
-centrifugal terms. Frictions, stops and contacts are left out.
+changes of coordinates that keep the loops closed. K has the stiffness of flexible links and springs, the change of
+weight and applied loads with the pose, and the geometric stiffness of the forces that they cause at rest. Prescribed
+joints are fixed, clearance joints are ideal, velocities are zero: there are no gyroscopic and centrifugal terms.
+Friction, stops and contacts are omitted.
 """
 
 from __future__ import annotations
@@ -23,34 +23,34 @@ from linkages.planar.bodies import ELASTIC, STIFFNESS
 from linkages.system import System
 from linkages.system.static_system import Standing, standing
 
-_ZERO = 1e-13  # of the largest eigenvalue: one below it is that of a free motion
-_SYMMETRIC = 1e-6  # of the stiffness matrix: how far it may be from symmetric
-_AT_REST = 1e-6  # of the linkage's extent: how far it may be from equilibrium
-_SPARE = 4  # modes beyond those that are followed, for crossings
+_ZERO = 1e-13  # relative to the largest eigenvalue: a smaller one belongs to a free motion
+_SYMMETRIC = 1e-6  # relative asymmetry below which the stiffness matrix counts as symmetric
+_AT_REST = 1e-6  # distance from equilibrium over the linkage's extent that counts as rest
+_SPARE = 4  # additional modes for crossings
 
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Modes of a linkage in a pose, by rising frequency; m modes, n free coordinates.
+    """Modes of a linkage in a pose, in increasing frequency; m modes, n free coordinates; made by `modes`.
 
     Attributes
     ----------
     system : Standing
         The linkage in its pose.
     squares : (m,) array
-        Squares p^2 of the angular frequencies [(rad/s)^2], of the undamped linkage: zero of a free motion, negative if
+        Squares p^2 of the angular frequencies [(rad/s)^2], of the undamped linkage: zero for a free motion, negative if
         the pose is unstable.
     damping : (m,) array
-        Damping ratio of each mode [1], couplings between modes left out; nan without a frequency.
+        Damping ratio of each mode [1], without coupling of modes; NaN without a frequency.
     shapes : (n, m) array
-        Changes of the free coordinates, of unit modal mass.
+        Changes of the free coordinates, for unit modal mass.
     mass : (n, n) array
         Mass matrix of the free coordinates.
     conservative : bool
-        Whether the stiffness matrix is symmetric; else the antisymmetric part, of loads that follow their link or a
-        formula, is in the frequencies too, and eigenvalues may be complex: their real parts are given.
+        Whether the stiffness matrix is symmetric. Otherwise the frequencies include the antisymmetric part (loads
+        that follow a link or a formula), and eigenvalues may be complex: then their real parts are given.
     at_rest : bool
-        Whether the linkage is in equilibrium in the pose.
+        Whether the pose is an equilibrium.
     """
 
     system: Standing
@@ -63,19 +63,19 @@ class Modes:
 
     @property
     def frequencies(self) -> Array:
-        """Natural frequencies (m,) [Hz]; zero of a free motion, nan of an unstable one."""
+        """Return the natural frequencies (m,) [Hz]; zero for a free motion, NaN for an unstable mode."""
         with np.errstate(invalid="ignore"):
             found: Array = np.sqrt(self.squares) / (2.0 * np.pi)
         return found
 
     def full(self) -> Array:
-        """Return the changes of all coordinates (number of coordinates, m); those of prescribed joints are zero."""
+        """Return the changes of all coordinates (number of coordinates, m); zero for prescribed joints."""
         found = np.zeros((self.system.tree.size, self.shapes.shape[1]))
         found[self.system.tree.free_dofs] = self.shapes
         return found
 
     def strain(self) -> dict[str, Array]:
-        """Return each flexible link's share in the strain energy of all of them, for each mode (m,)."""
+        """Return each flexible link's share of the total strain energy in each mode (m,)."""
         tree, full = self.system.tree, self.full()
         energy = {}
         for name, pieces in tree.pieces.items():
@@ -96,11 +96,11 @@ class ModesOver:
     Attributes
     ----------
     times : (N,) array
-        At which the drives reach the poses [s].
+        Times at which the drives reach the poses [s].
     frequencies : (N, m) array
-        [Hz]; nan of an unstable mode.
+        Natural frequencies [Hz]; NaN for an unstable mode.
     mac : (N - 1, m) array
-        Least MAC within each step; near 1 where a mode is followed safely.
+        Smallest MAC within each step; close to 1 if a mode is followed reliably.
     """
 
     times: Array
@@ -109,13 +109,15 @@ class ModesOver:
 
 
 def modes(system: System, time: float = 0.0) -> Modes:
-    """Compute the modes of a linkage in the pose at a time, at rest.
+    """Compute the modes of a linkage at rest in the pose at a time.
+
+    For frequencies over the motion use `linkages.explore.modes.modes_over`.
 
     Parameters
     ----------
     system : System
     time : float
-        [s]; other than 0 only where prescribed drives determine the motion.
+        Time of the pose [s]; other than 0 only if prescribed drives determine the motion.
 
     Returns
     -------
@@ -141,18 +143,18 @@ def modes(system: System, time: float = 0.0) -> Modes:
 def modes_over(
     system: System, times: Sequence[float], count: int, progress: Callable[[float], None] | None = None
 ) -> ModesOver:
-    """Follow the lowest modes over the poses of the drives at some times, at rest in each of them.
+    """Follow the lowest modes over the poses at some times, each at rest.
 
     Parameters
     ----------
     system : System
-        Whose prescribed drives determine the motion.
+        System whose prescribed drives determine the motion.
     times : sequence of float
-        Rising [s].
+        Increasing times [s].
     count : int
-        How many modes to follow from the first pose.
+        Number of followed modes.
     progress : callable, optional
-        Called with the part done.
+        Called with the finished fraction.
 
     Returns
     -------
@@ -161,7 +163,7 @@ def modes_over(
     Raises
     ------
     InputError, AssemblyError
-        As `modes`.
+        See `modes`.
     """
 
     def at(pose: Standing) -> ModesAt:
@@ -182,7 +184,7 @@ def modes_over(
 def _modes(pose: Standing) -> Modes:
     matrices = linearised(Runner(pose), pose.time)
     if not matrices.ways.size:
-        problem = "has no modes: no link is flexible, and its drives hold all joints"
+        problem = "has no modes: no link is flexible, and its drives fix all joints"
         raise InputError(pose.experiment.source, "links", f'{problem}; set links.NAME.model = "flexible"')
     inverse = np.linalg.inv(np.linalg.cholesky(matrices.mass))
     standard = inverse @ matrices.stiffness @ inverse.T

@@ -1,4 +1,4 @@
-"""How far a linkage with ideal joints can be moved: travel of its drives, dead points."""
+"""Range of motion of a linkage with ideal joints: limits of its drives, dead points."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from linkages.system.ideal_motion import IdealMotion
 
 @dataclass(frozen=True)
 class Travel:
-    """The way of one drive, the others at rest where they start.
+    """The range of motion of one drive, with the other drives at their start.
 
     Attributes
     ----------
     drive : str
-        The joint.
+        Name of the driven joint.
     values : (n,) array
-        Its coordinate, rising from one end of its way to the other [rad or m].
+        Increasing coordinate of the drive over its range of motion [rad or m].
     pose : (n, nb, 5) array
-        Poses of the bodies of the system's tree, as `linkages.planar.kinematics.body_positions` has them.
+        Poses of the bodies of the system's tree, as in `linkages.planar.kinematics.body_positions`.
     full : bool
-        Whether it turns fully.
+        Whether the drive turns fully.
     ends : (Status, Status)
-        Why it ends below and above: LOCKED at a dead point, OK where it was not followed further.
+        Reasons of both ends: LOCKED at a dead point, OK at the limit of the search.
     transmissions : tuple of Transmission
-        Of the dyads, in the order in which they are solved.
+        Transmission angles of the dyads, in the order of their solution.
     together : tuple of str
-        Links that move in a larger group, for which no transmission angle is defined.
+        Links in a larger group, without a defined transmission angle.
     """
 
     drive: str
@@ -53,27 +53,27 @@ class Travel:
 
 
 def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[str, Gear] | None = None) -> System:
-    """Make a system whose drives determine the motion of the machine with ideal joints.
+    """Make a system with ideal joints whose drives determine the motion.
 
     Parameters
     ----------
     mechanism : Mechanism
     starts : mapping of str to float
-        Joints that are driven, with their coordinates [rad or m]; those that the others already move are left out.
-        Where they are too few, further joints are driven from the drawn pose: such as turn fully before others, joints
-        on the ground before others, revolute ones before prismatic ones.
+        Driven joints with their coordinates [rad or m]; a joint that the others already move is dropped. If they
+        are too few, further joints are driven from the reference configuration, in the order: fully turning, on the
+        ground, revolute, prismatic.
     gears : mapping of str to Gear, optional
         Gears and belts between joints.
 
     Returns
     -------
     System
-        Without loads; its drives are at rest.
+        System without loads, with drives at rest.
 
     Raises
     ------
     AssemblyError
-        If the loops do not close as drawn.
+        If the loops do not close in the reference configuration.
     """
     held = partial(_held, mechanism, gears or {})
     mobility = held({}).assembly.mobility
@@ -90,7 +90,7 @@ def movable(mechanism: Mechanism, starts: Mapping[str, float], gears: Mapping[st
 
 
 def travel(system: System, drive: str) -> Travel:
-    """Move one drive of a system as far as it goes, at most once around or twice the linkage's size either way.
+    """Move one drive of a system to its limits, at most one revolution or twice the linkage's size either way.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def travel(system: System, drive: str) -> Travel:
     Raises
     ------
     AssemblyError
-        If the loops do not close where the drives start.
+        If the loops do not close at the start of the drives.
     """
     turns = system.mechanism.joint[drive].type == "revolute"
     reach = 2.0 * np.pi if turns else 2.0 * system.tree.extent
@@ -109,7 +109,7 @@ def travel(system: System, drive: str) -> Travel:
     up = _way(system, drive, reach)
     full = turns and up.status is Status.OK
     ways = [(up, 1.0)] if full else [(_way(system, drive, -reach), -1.0), (up, 1.0)]
-    parts = [slice(None, 0, -1) if sign < 0.0 else slice(None) for _, sign in ways]  # the start once
+    parts = [slice(None, 0, -1) if sign < 0.0 else slice(None) for _, sign in ways]  # without repeating the start
     values, q, v = (
         np.concatenate(tables)
         for tables in zip(
@@ -125,8 +125,8 @@ def travel(system: System, drive: str) -> Travel:
     spread(bodies, q, v, np.zeros_like(q), pose, vel, acc)
     ends = ways[0][0].status, up.status
     counts = np.ones(len(values), dtype=bool)
-    counts[[0, -1]] = [end is not Status.LOCKED for end in ends]  # rates at a dead point have no bound
-    counts[-1] &= not full  # the end of the turn is its start
+    counts[[0, -1]] = [end is not Status.LOCKED for end in ends]  # rates at a dead point are unbounded
+    counts[-1] &= not full  # the end of a revolution is its start
     return Travel(drive, values, pose, full, ends, *transmissions(system, Motion(values, pose, vel, full, counts)))
 
 
@@ -135,7 +135,7 @@ def _held(mechanism: Mechanism, gears: Mapping[str, Gear], starts: Mapping[str, 
 
 
 def _candidates(mechanism: Mechanism) -> list[str]:
-    """Joints that can be driven, the likeliest first."""
+    """List the joints that can be driven, best candidates first."""
     joints = [joint for joint in mechanism.joints if joint.type != "fixed"]
     rank = {joint.name: ("world" not in (joint.parent, joint.child), joint.type != "revolute") for joint in joints}
     return sorted(rank, key=lambda name: rank[name])
@@ -151,7 +151,7 @@ def _turns_fully(system: System, name: str) -> bool:
 
 
 def _independent(system: System) -> bool:
-    """Whether none of the driven joints is moved by the others."""
+    """Check that no driven joint is moved by the others."""
     try:
         tree, q = system.tree, system.assembly.q
     except (AssemblyError, InputError):

@@ -20,17 +20,16 @@ from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
 
 _HALVINGS = 60
-_LOOKS = 200  # per revolution, at which two runs are compared
-_AT_ONCE = 40  # of them
+_LOOKS = 200  # comparisons of two runs per revolution
+_AT_ONCE = 40  # most comparisons at once
 
 
 @dataclass(frozen=True, repr=False)
 class Section(Brief):
-    """What happened in each of nr revolutions, which last a period [s] and end at the times (nr,) [s].
+    """Values in each of nr revolutions with a period [s] and end times (nr,) [s]; made by `stroboscopic`.
 
-    By name of the column, (nr,) arrays: `strobe` has the value at the end of each revolution, `low` and
-    `high` the extremes within it, over continuous time. The status is how the run ended; revolutions that it
-    did not finish are left out.
+    (nr,) arrays by column name: `strobe` has the value at the end of each revolution, `low` and `high` the extremes
+    within it, over continuous time. The status is the end of the run; unfinished revolutions are omitted.
     """
 
     period: float
@@ -48,7 +47,7 @@ class Section(Brief):
         return line, rows
 
     def peaks(self, name: str) -> Array:
-        """Largest magnitude in each revolution (nr,)."""
+        """Return the largest magnitude in each revolution (nr,)."""
         return np.maximum(np.abs(self.low[name]), np.abs(self.high[name]))
 
 
@@ -60,7 +59,7 @@ def stroboscopic(
     drive: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Section:
-    """Poincare section once per revolution, with the extremes of each revolution.
+    """Compute a Poincaré section once per revolution, with the extremes of each revolution.
 
     Parameters
     ----------
@@ -68,21 +67,21 @@ def stroboscopic(
     names : sequence of str
         Outputs (see `linkages.outputs.registry`).
     revolutions, transient : int
-        Revolutions to keep, and before them to discard.
+        Recorded revolutions, and discarded ones before them.
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a revolution; default: see `linkages.explore.flow.period_of`.
     progress : callable, optional
-        Called with the part of the revolutions that is done, 0 to 1.
+        Called with the finished fraction, 0 to 1.
 
     Returns
     -------
     Section
-        Of each revolution its end [s], and in each output's unit the value there and the extremes within.
+        End of each revolution [s], with each output's value there and extremes within.
 
     Raises
     ------
     InputError, AssemblyError
-        As `linkages.engines.study.simulate`, and if a column or drive does not exist.
+        See `linkages.engines.study.simulate`; also if a column or drive does not exist.
 
     Examples
     --------
@@ -118,27 +117,27 @@ def stroboscopic(
 
 
 def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = True, start: float = 0.0) -> Columns:
-    """Poincare section where a column crosses a level: all columns at the crossings.
+    """Compute a Poincaré section at a level of a column: all columns at the crossings.
 
-    Two crossings between two steps of the integrator are not seen.
+    For sections once per revolution use `stroboscopic`. Two crossings within one integrator step are not detected.
 
     Parameters
     ----------
     run : Trajectory
-        With dense output.
+        Run with dense output.
     name : str
-        The column.
+        Name of the column.
     level : float
-        In the column's unit.
+        Level in the column's unit.
     rising : bool
-        Whether crossings upwards are taken, or those downwards.
+        Whether to take upward crossings; otherwise downward ones.
     start : float
-        Time before which nothing counts [s].
+        Start of the evaluated time range [s].
 
     Returns
     -------
     dict of (n,) arrays
-        Every output at the n crossings, and the times of these as "time" [s].
+        All outputs at the n crossings, and the crossing times as "time" [s].
 
     Raises
     ------
@@ -169,27 +168,27 @@ def crossings(run: Trajectory, name: str, level: float = 0.0, rising: bool = Tru
 
 
 def horizon(system: System, most: float, drive: str | None = None) -> float:
-    """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy stay together.
+    """Count the revolutions for which runs at the experiment's and at a ten times looser accuracy agree.
 
-    Two runs are together while no journal's places differ by more than `linkages.explore.compare.PARTED` clearances.
-    They are compared at 200 times in each revolution. Both are the runs of `linkages.simulate`, so the horizon does
-    not depend on `most`.
+    Two runs agree as long as no eccentricity differs by more than `linkages.explore.compare.PARTED` clearances. They
+    are compared at 200 times in each revolution. Both are runs of `linkages.simulate`, so the horizon does not depend
+    on `most`.
 
     Parameters
     ----------
     system : System
     most : float
-        Revolutions after which to stop looking, and to return.
+        Largest number of compared revolutions, returned if the runs still agree.
 
     Returns
     -------
     float
-        [revolutions], a multiple of 1/200; `most` if the runs stay together up to there.
+        Horizon [revolutions], a multiple of 1/200; `most` if the runs agree up to there.
 
     Raises
     ------
     InputError, AssemblyError
-        As `stroboscopic`.
+        See `stroboscopic`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Spectra of runs."""
+"""Power spectral densities of columns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from linkages.results.trajectory import Trajectory
 class Spectrum(Brief):
     """One-sided power spectral density of a column: frequencies [Hz] and the density at them, (nf,) arrays.
 
-    The unit of the density is that of the column squared, per Hz; its integral is the column's variance.
+    The unit of the density is the column's unit squared, per Hz; its integral is the column's variance.
     """
 
     name: str
@@ -34,35 +34,35 @@ class Spectrum(Brief):
 def spectrum(
     run: Trajectory, name: str, start: float = 0.0, samples: int = 8192, segments: int = 1, window: str = "hann"
 ) -> Spectrum:
-    """Power spectral density by Welch's method, from even samples of the dense output.
+    """Compute the power spectral density by Welch's method, from equidistant samples of the dense output.
 
-    What happens above half the sampling rate, samples/(2 (end - start)), is folded into what is below: contacts last
-    tens of microseconds and need as fine samples.
+    Frequencies above half the sampling rate, samples/(2 (end - start)), alias to lower ones: contacts last tens of
+    microseconds and need equally fine samples.
 
     Parameters
     ----------
     run : Trajectory
-        With dense output.
+        Run with dense output.
     name : str
-        The column; its mean is removed.
+        Name of the column; its mean is removed.
     start : float
-        Time before which nothing counts [s].
+        Start of the evaluated time range [s].
     samples : int
-        Even samples from there to the end of the run.
+        Number of equidistant samples from the start to the end of the run.
     segments : int
-        Segments, overlapping by half, over which the density is averaged: more are smoother, and resolve less.
+        Averaged segments, overlapping by half: more give a smoother density with less resolution.
     window : str
-        As of `scipy.signal.get_window`.
+        Window of `scipy.signal.get_window`.
 
     Returns
     -------
     Spectrum
-        Frequencies [Hz] and the density at them [unit of the column squared, per Hz], (nf,) arrays.
+        Frequencies [Hz] and densities [unit of the column squared, per Hz], (nf,) arrays.
 
     Raises
     ------
     InputError
-        If there is no such time span, column or number of samples.
+        If the time range, the column or the number of samples is invalid.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def spectrum(
     if segments < 1 or samples < 8 * segments:
         raise InputError("argument", "samples", f"{samples} are too few for {segments} segments; 8 for each")
     times = np.linspace(start, end, samples, endpoint=False)
-    _ = run[name]  # raises if there is no such column
+    _ = run[name]  # raises if the column is unknown
     values = dense(run)(times)[name]
     length = samples if segments == 1 else 2 * samples // (segments + 1)
     rate = samples / (end - start)

@@ -22,8 +22,8 @@ from linkages.system import System
 class Point:
     """One value of the variable; no section if the linkage could not be assembled.
 
-    The horizon is that of `linkages.explore.sections.horizon`: revolutions from the start for which two
-    tolerances agree; None where nothing touches, or if it was not asked for.
+    The horizon (`linkages.explore.sections.horizon`) is the number of revolutions from the start for which two
+    tolerances agree; None without contacts, or if not requested.
     """
 
     value: float
@@ -34,7 +34,7 @@ class Point:
 
 @dataclass(frozen=True, repr=False)
 class Sweep(Brief):
-    """Sections of the named outputs at every value of the variable `path`, in the order of the values.
+    """Sections of outputs at every value of the variable `path`, in the order of the values.
 
     `transient` revolutions were discarded before each.
     """
@@ -65,9 +65,9 @@ def sweep(
     progress: Callable[[float], None] | None = None,
     origin: str = ARGUMENT,
 ) -> Sweep:
-    """Take a stroboscopic section at every value of a variable, in threads; the result does not depend on how many.
+    """Take a stroboscopic section at every value of a variable, in threads; their number has no effect.
 
-    Every run starts from the experiment's initial state: branches that coexist are not followed.
+    Use `simulate_batch` for statistics without sections. Every run starts from the experiment's initial state.
 
     Parameters
     ----------
@@ -76,19 +76,19 @@ def sweep(
         Dotted path of the variable, of the experiment or, with ``sdf.``, of the machine.
     values : sequence of float
     names : sequence of str
-        Outputs to look at; see `linkages.outputs.registry`.
+        Recorded outputs; see `linkages.outputs.registry`.
     revolutions, transient : int
-        Revolutions to keep, and before them to discard.
+        Recorded revolutions, and discarded ones before them.
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a revolution; default: see `linkages.explore.flow.period_of`.
     horizons : bool
-        Whether to find the horizon of each value, where joints can touch.
+        Whether to compute the horizon of each value (joints with contact only).
     threads : int, optional
-        Default: as many as there are processors.
+        Number of threads; default: number of processors.
     progress : callable, optional
-        Called with the part that is done, 0 to 1.
+        Called with the finished fraction, 0 to 1.
     origin : str
-        Name of the place where the values come from, for errors.
+        Origin of the values, named in errors.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def sweep(
     Raises
     ------
     InputError
-        If path, a value or a name is not valid; before anything runs.
+        If path, a value or a name is not valid; raised before any run.
 
     Examples
     --------
@@ -118,12 +118,12 @@ def sweep(
         lasting(case, transient + revolutions, drive)
         pack(case, names)
 
-    part = np.zeros(len(cases))  # of each value that is done
+    part = np.zeros(len(cases))  # finished fraction of each value
 
     def work(k: int) -> Point:
         value, case = float(values[k]), cases[k]
         wanted = horizons and case.touching.any()
-        share = 0.5 if wanted else 1.0  # a horizon takes about as long again
+        share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
 
         def section_done(done: float) -> None:
             part[k] = share * done

@@ -1,14 +1,14 @@
 """Transmission angles of linkages with any number of loops.
 
-A linkage is solved dyad by dyad where that is possible. A *dyad* is a pair of links that are joined to each other, and
-by one further joint each to links whose motion is known already: the ground, links that the drives move, earlier dyads.
-If a pin joins the two links, their *transmission angle* is the acute angle between their lines of force. The line of a
-link passes through its two pins; if the outer joint is a slide, it is the normal of the slide. At 90 degrees the pin's
-position follows best from the positions of the outer joints; at 0 the dyad is singular. For the coupler and the rocker
-of a four-bar, and for the rod and the slider of a slider-crank, this is the angle of the textbooks.
+A linkage is solved dyad by dyad if possible. A *dyad* is a pair of links that are joined to each other, and by one
+further joint each to links with known motion: the ground, driven links, earlier dyads. If a pin joins the two links,
+their *transmission angle* is the acute angle between their lines of force. The line of force of a link passes through
+its two pins; if the outer joint is prismatic, it is the normal of the slide. At 90 degrees the pin's position depends
+least on errors of the outer joints; at 0 the dyad is singular. For coupler and rocker of a four-bar, and for rod and
+slider of a slider-crank, this is the textbook angle.
 
-Links that cannot be reached by dyads move together in a larger group, for which no such angle is defined. Nor is it
-defined for a dyad whose links slide on each other.
+Links that cannot be reached by dyads move in a larger group, for which the angle is not defined. It is also undefined
+for a dyad whose links slide on each other.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from linkages.model.gear import Gear
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.system import System
 
-_STILL = 1e-6  # of the fastest body, or of the size: slower points, and shorter lines, have no direction
+_STILL = 1e-6  # relative to the fastest body, or to the size: slower points and shorter lines have no direction
 
 
 @dataclass(frozen=True)
 class Transmission:
-    """The transmission angle of a dyad; see the head of this module.
+    """The transmission angle of a dyad; see the module's docstring.
 
     Attributes
     ----------
     link, other : str
-        Links of the dyad. If one of them is joined to the ground, it is the second.
+        Links of the dyad; a link joined to the ground is the second.
     joint : str
-        Pin between the two.
+        Pin between the links.
     grounded : bool
-        Whether the second link is joined to the ground, so that the first one moves the joint along its path.
+        Whether the second link is joined to the ground, so that the joint has a fixed path.
     angle : (n,) array
-        Transmission angle, from 0 to pi/2 [rad]. NaN where the pins of a link coincide.
+        Transmission angle, from 0 to pi/2 [rad]. NaN if the pins of a link coincide.
     turns : tuple of float
-        If `grounded`, values of the drive at which the joint turns back: the dead centres of what it moves [rad or m].
+        If `grounded`: drive values at which the joint reverses, its dead centres [rad or m].
     """
 
     link: str
@@ -55,7 +55,7 @@ class Transmission:
 
 
 class Dyad(NamedTuple):
-    """Two links on links whose motion is known: the joint between them, and the outer joint of each."""
+    """Two links on links with known motion: the joint between them, and the outer joint of each."""
 
     inner: Joint
     links: tuple[str, str]
@@ -63,9 +63,9 @@ class Dyad(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """How a linkage moves with one drive: values of the drive (n,), poses (n, nb, 5) and velocities (n, nb, 3).
+    """Motion of a linkage with one drive: drive values (n,), poses (n, nb, 5) and velocities (n, nb, 3).
 
-    `full` says whether the drive turns fully, `counts` (n,) where velocities count.
+    `full`: the drive turns fully; `counts` (n,): the velocities are valid.
     """
 
     values: Array
@@ -91,7 +91,7 @@ def dyads(
     -------
     found : list of Dyad
     rest : tuple of str
-        Links that no dyad contains and that are not moved by drives, gears or other dyads.
+        Links that are neither in a dyad nor moved by drives, gears or dyads.
     """
     known = {joint.name for joint in mechanism.joints if joint.type == "fixed" or joint.name in driven}
     pairs = [gear.joints for gear in gears]
@@ -108,7 +108,7 @@ def dyads(
             if body["world"] in inside and len(inside) == 2:
                 (moving,) = inside - {body["world"]}
                 outer.setdefault(moving, []).append(joint)
-        if twice := [joints for joints in outer.values() if len(joints) > 1]:  # a redundant link
+        if twice := [joints for joints in outer.values() if len(joints) > 1]:  # redundant link
             known |= {joint.name for joint in twice[0]}
             continue
         for joint in mechanism.joints:
@@ -123,7 +123,7 @@ def dyads(
 
 
 def _rigid(mechanism: Mechanism, known: Collection[str]) -> dict[str, str]:
-    """Name for each link the group of links that it moves with as one body, if these joints are known."""
+    """Map each link to its group of links that move as one body, if these joints are known."""
     group = {name: name for name in ("world", *mechanism.link)}
     for joint in mechanism.joints:
         if joint.name in known:
@@ -133,7 +133,7 @@ def _rigid(mechanism: Mechanism, known: Collection[str]) -> dict[str, str]:
 
 
 def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, ...], tuple[str, ...]]:
-    """Compute the transmission angles of all dyads along a motion; return also the links that are in none.
+    """Compute the transmission angles of all dyads along a motion; also return the remaining links.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, .
 
 
 def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion) -> Array:
-    """Directions (n, 2) of a link's line of force, of any length; zero where its pins coincide."""
+    """Compute directions (n, 2) of a link's line of force, not normalised; zero if its pins coincide."""
     if outer.type == "prismatic":
         body = system.tree.index[outer.parent]
         cosine, sine = motion.pose[:, body, 3], motion.pose[:, body, 4]
@@ -176,7 +176,7 @@ def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion)
 
 
 def _dead_centres(system: System, joint: Joint, motion: Motion) -> tuple[float, ...]:
-    """Find where a joint turns back on its path."""
+    """Find the drive values at which a joint reverses on its path."""
     rate = _followed(system, joint.child, joint.on_child, motion)[1]
     fastest = np.abs(motion.vel[:, :, 1:]).max(axis=(1, 2))
     moves = motion.counts & (np.linalg.norm(rate, axis=1) > _STILL * fastest)
@@ -184,7 +184,7 @@ def _dead_centres(system: System, joint: Joint, motion: Motion) -> tuple[float, 
 
 
 def _turns_back(values: Array, rate: Array, full: bool) -> tuple[float, ...]:
-    """Values at which a point that moves at these rates (n, 2) turns back, over a full turn or between its ends."""
+    """Find values at which a point with these rates (n, 2) reverses, over a revolution or between its ends."""
     if full:
         values, rate = np.append(values, values[0] + 2.0 * np.pi), np.append(rate, rate[:1], axis=0)
     speed = np.linalg.norm(rate, axis=1)
@@ -193,7 +193,7 @@ def _turns_back(values: Array, rate: Array, full: bool) -> tuple[float, ...]:
 
 
 def _followed(system: System, link: str, point: Array, motion: Motion) -> tuple[Array, Array]:
-    """Positions and velocities (n, 2) of a point drawn on a link."""
+    """Compute positions and velocities (n, 2) of a reference point on a link."""
     body, x, y = system.tree.marker(link, point)
     pose, vel = motion.pose[:, body], motion.vel[:, body]
     cosine, sine = pose[:, 3], pose[:, 4]

@@ -1,37 +1,37 @@
-"""Files: SDFormat and TOML read, shipped ones found, results written whole or not at all.
+"""Files: reading of SDFormat and TOML, shipped files, atomic writing of results.
 
 It may import errors and `flexible`.
 
-| module         | responsibility                                                          |
-|----------------|-------------------------------------------------------------------------|
-| xml            | elements of a file, as lenient as other readers                         |
-| models         | the one model of an SDFormat file, without models in it                 |
-| places         | where its numbers stand, by dotted path                                 |
-| sdf            | the part of SDFormat that describes a mechanism                         |
-| raw_model      | what a machine's file says, in world coordinates                        |
-| elements       | numbers of elements, and of annotations                                 |
-| beams          | the beam of a link, and the mass that follows from it                   |
-| rigid          | links moved, and links that are fixed to one another made into one      |
-| urdf           | URDF in the terms of SDFormat                                           |
-| importing      | machines of other programs, and what was left out of them               |
-| foreign        | elements that change the motion: entries of an experiment, refusals     |
-| constraints    | welds, ball joints and springs between links                            |
-| sdf_text       | a machine written as SDFormat                                           |
-| description    | a machine in a few lines: points, links, parameters                     |
-| described_beam | the beam of a described link: ends, section, material                   |
-| shorthand      | one entry for many links, values with units, written out                |
-| angles         | its angles need a unit                                                  |
-| drafting       | its points found, its links weighed                                     |
-| formula        | arithmetic on names, parsed and never executed                          |
-| unit_conversion | values with units, in SI units                                          |
-| toml           | typed tables, comments as sources, values replaced by dotted path       |
-| table_keys     | what the keys of tables take, in which units                            |
-| magnitudes     | which numbers of a file are plausible, how they are written for readers |
-| table_formats  | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF     |
-| shipped        | the machines and experiments that come with the package                 |
-| archives       | NumPy archives, read safely                                             |
-| reading        | files of the user's, read whole                                         |
-| writing        | files and folders that are written whole or not at all                  |
-| lock           | one process at a time                                                   |
-| versions       | of the packages that determine the numbers                              |
+| module          | responsibility                                                      |
+|-----------------|---------------------------------------------------------------------|
+| xml             | tolerant reader of XML                                              |
+| models          | the single model of an SDFormat file, without nested models         |
+| places          | places of the numbers in an SDFormat file, by dotted path           |
+| sdf             | the part of SDFormat that describes a mechanism                     |
+| raw_model       | content of a mechanism's file, in world coordinates                 |
+| elements        | numbers in elements and annotations                                 |
+| beams           | beam of a link, and the mass that follows from it                   |
+| rigid           | move links; merge links that are fixed to each other                |
+| urdf            | conversion of URDF to SDFormat                                      |
+| importing       | import of mechanisms of other programs                              |
+| foreign         | elements that change the motion: converted or rejected              |
+| constraints     | welds, ball joints and springs between links                        |
+| sdf_text        | write a mechanism as SDFormat                                       |
+| description     | a mechanism in a few lines: points, links, parameters               |
+| described_beam  | beam of a described link: ends, section, material                   |
+| shorthand       | expansion of shorthand: one entry for many links, values with units |
+| angles          | angles in descriptions need a unit                                  |
+| drafting        | geometry and mass of a described mechanism                          |
+| formula         | arithmetic on names, parsed and never executed                      |
+| unit_conversion | values with units -> SI units                                       |
+| toml            | typed tables, comments as sources, values replaced by dotted path   |
+| table_keys      | keys of tables: allowed values, units                               |
+| magnitudes      | plausible magnitudes, numbers as text                               |
+| table_formats   | columns with units for other programs: CSV, MATLAB, Parquet, NetCDF |
+| shipped         | mechanisms and experiments of the package                           |
+| archives        | safe reading of NumPy archives                                      |
+| reading         | complete text of a user's file                                      |
+| writing         | atomic writing of files and folders                                 |
+| lock            | one process at a time                                               |
+| versions        | versions of the packages that determine the results                 |
 """

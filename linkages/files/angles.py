@@ -24,7 +24,7 @@ def check_angles(data: Mapping[str, Any]) -> None:
     Raises
     ------
     DraftError
-        With the path of the first other angle, and two right ways to write it.
+        If an angle has no unit: the path of the first one, and two correct notations.
     """
     parameters, points = data.get("parameters", {}), data.get("points", {})
     for name, value in points.items():
@@ -48,7 +48,7 @@ def _check(value: Any, parameters: Mapping[str, Any], where: str) -> None:
 
 
 def _is_angle(value: Any, parameters: Mapping[str, Any], asked: tuple[str, ...]) -> bool:
-    """Tell whether a value is an angle; of values that are wrong in themselves the drawing says so, not this check."""
+    """Check whether a value is an angle; drafting reports values that are wrong for other reasons."""
     if not isinstance(value, str):
         return isinstance(value, bool) or not isinstance(value, int | float) or value == 0
 
@@ -73,7 +73,7 @@ def _turns(quantity: str) -> bool:
 
 
 def _of_terms(function: str, angles: list[bool]) -> bool:
-    """Tell whether a function or an operator gives an angle, from which of its arguments are angles."""
+    """Check whether a function or operator gives an angle, given which arguments are angles."""
     if function in _INVERSE:
         return True
     if function in _SUMS:

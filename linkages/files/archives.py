@@ -1,4 +1,4 @@
-"""NumPy archives (``.npz``), read safely: whatever is wrong with a file is one error."""
+"""NumPy archives (``.npz``), read safely: any defect of a file raises one error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The beam of a link in its file, and the rule of its mass: a link with a beam has the mass of its beam."""
+"""The beam of a link in an SDFormat file; the beam determines the link's mass."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ SECTIONS = {
     "section": {"area": "m2", "second_moment": "m4", "height": "m"},
 }
 MATERIAL = {"youngs_modulus": "Pa", "density": "kg/m3", "poisson": "1"}
-#: Poisson's ratio of metals; nothing that Euler-Bernoulli's beam does depends on it.
+#: Poisson's ratio of metals; the Euler-Bernoulli beam does not depend on it.
 POISSON = 0.3
-FOLLOWS = "follows from the link's beam; replace its section, its density or the place of its ends instead"
+FOLLOWS = "follows from the link's beam; replace its section, its density or the positions of its ends instead"
 
-_AGREES = 0.01  # part by which <inertial> may miss the beam
+_AGREES = 0.01  # largest relative difference of <inertial> from the beam
 
 
 def written_beam(path: Path, link: ET.Element) -> LinkBeam | None:
-    """Read the beam of a link, if it has one; its ends are not placed yet.
+    """Read the beam of a link, if it has one; its end positions are not yet set.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     link : Element
 
     Raises
     ------
     InputError
-        With file, element and reason.
+        If the beam is invalid: file, element and reason.
     """
     element, where = annotation(link, "beam"), f"{label(link)}/<linkages:beam>"
     if element is None:
@@ -72,7 +72,7 @@ def written_beam(path: Path, link: ET.Element) -> LinkBeam | None:
 
 
 def beam_text(beam: LinkBeam) -> Iterator[str]:
-    """Lines of an element ``<linkages:beam>``."""
+    """Yield the lines of an element ``<linkages:beam>``."""
     names = "".join(map(_element, ("from", "to"), beam.frames))
     section = "".join(_element(key, repr(value)) for key, value in beam.sizes.items())
     material = "".join(_element(key, repr(getattr(beam, key))) for key in MATERIAL)
@@ -92,33 +92,33 @@ def of_beam(link: Link, beam: LinkBeam) -> Link:
 
 
 def check_inertial(path: Path, written: RawLink, link: RawLink) -> None:
-    """Refuse an <inertial> that other readers would take for a body other than the beam.
+    """Reject an <inertial> that describes another body than the beam, as other readers would use it.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     written : RawLink
-        As <inertial> has it; of the moments about the two axes normal to the beam the better one counts.
+        Link with the values of <inertial>; of the moments about both axes normal to the beam, the closer one counts.
     link : RawLink
-        With its beam (`of_beam`).
+        Link with the values of the beam (`of_beam`).
     """
     assert link.beam is not None
     length, inertia = link.beam.length, link.beam.inertia
-    _, axes = np.linalg.eigh(link.inertia_local)  # the beam's own axis, whose moment is zero, comes first
+    _, axes = np.linalg.eigh(link.inertia_local)  # the beam's axis, with zero moment, comes first
     moments = np.linalg.eigvalsh(axes[:, 1:].T @ written.inertia_local @ axes[:, 1:])
     moment = float(moments[np.argmin(np.abs(moments - inertia))])
     off = float(np.linalg.norm(written.com_local - link.com_local))
     problem = ""
     if abs(written.mass - link.mass) > _AGREES * link.mass:
-        problem = f"<mass> is {written.mass:g} kg, that of its <linkages:beam> {link.mass:g} kg"
+        problem = f"<mass> is {written.mass:g} kg, but the mass of its <linkages:beam> is {link.mass:g} kg"
     elif off > _AGREES * length:
         place = " ".join(f"{round(x, 9) + 0.0:g}" for x in link.com_local)
         problem = f"the mass centre is {off:g} m from the middle of its <linkages:beam>, which is at {place}"
     elif abs(moment - inertia) > _AGREES * inertia:
-        problem = f"<inertia> is {moment:g} kg m2 across the <linkages:beam>, the beam's {inertia:g} kg m2"
+        problem = f"<inertia> is {moment:g} kg m2 about the normal, but the <linkages:beam> has {inertia:g} kg m2"
     if problem:
-        rule = "write the beam's, and what else the link carries as a link of its own that is fixed to it"
+        rule = "write the beam's value, and put further mass into another link that is fixed to this one"
         raise InputError(path, f'<link name="{link.name}">/<inertial>', f"{problem}; {rule}")
 
 

@@ -1,4 +1,4 @@
-"""Constraints and springs of other programs between links, made into joints, frames and entries of an experiment."""
+"""Constraints and springs of other programs between links, converted to joints, frames and entries of an experiment."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from linkages.files.raw_model import Chains, Pose, RawJoint, RawModel
 from linkages.files.rigid import moved
 from linkages.files.xml import label
 
-_NEAR = 1e-9  # gap [m] or turn [rad] of frames that are one
+_NEAR = 1e-9  # gap [m] or rotation [rad] below which frames coincide
 
 
 def joined(foreign: Foreign, raw: RawModel) -> RawModel:
-    """Return a machine with the joints and frames that its constraints and springs ask for; adds entries and notes."""
+    """Return the mechanism with joints and frames for its constraints and springs; adds entries and notes."""
     for element in foreign.constraints:
         raw = _MADE[element.tag](foreign, raw, element)
     return raw
 
 
 def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
-    """Fix two links to one another so that a frame of each becomes one; the second moves with all fixed to it."""
+    """Fix two links together so that two frames coincide; the second moves with all links fixed to it."""
     path, where = foreign.path, label(element)
     poses = {"world": ("world", Pose())} | {link.name: (link.name, link.pose) for link in raw.links} | raw.frames
     (one, to), (other, of) = (poses[name] for name in _named(path, element, ("parent", "child"), poses))
@@ -50,7 +50,7 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
         for joint in raw.joints:
             crossing = (joint.parent in group) != (joint.child in group)
             if crossing and joint.type == "revolute" and np.abs(way.rotation @ joint.axis - joint.axis).max() > _NEAR:
-                raise InputError(path, where, f'turns "{other}" out of the plane of joint "{joint.name}"')
+                raise InputError(path, where, f'rotates "{other}" out of the plane of joint "{joint.name}"')
         raw = moved(raw, dict.fromkeys(group, way))
     nowhere = np.zeros(3)
     name = _free(raw, "weld_constraint")
@@ -60,7 +60,7 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
 
 
 def _ball(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
-    """Join two points by a revolute joint: all that a ball joint is in the plane."""
+    """Join two points by a revolute joint, the planar equivalent of a ball joint."""
     (one, at), (other, here) = _points(foreign.path, raw, element)
     name, normal = _free(raw, "ball_constraint"), _normal(foreign.path, raw, element)
     foreign.notes.append(f"{label(element)}: revolute joint {name} between {one} and {other}")
@@ -69,7 +69,7 @@ def _ball(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
 
 
 def _spring(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
-    """Put a frame at each end of a spring, which is an entry of the experiment."""
+    """Put a frame at each end of a spring; the spring becomes an entry of the experiment."""
     path, where = foreign.path, label(element)
     ends, normal = _points(path, raw, element), _normal(path, raw, element)
     if abs((ends[1][1] - ends[0][1]) @ normal) > _NEAR:
@@ -101,7 +101,7 @@ def _named(path: Path, element: ET.Element, keys: tuple[str, ...], known: Mappin
 
 
 def _points(path: Path, raw: RawModel, element: ET.Element) -> list[tuple[str, Array]]:
-    """Read the two links of a constraint, and where its points are drawn in the world [m]."""
+    """Read the two links of a constraint, and the reference positions of its points in the world [m]."""
     poses = {"world": Pose()} | {link.name: link.pose for link in raw.links}
     found = []
     for body, point in (("body_A", "p_AP"), ("body_B", "p_BQ")):
@@ -118,11 +118,11 @@ def _normal(path: Path, raw: RawModel, element: ET.Element) -> Array:
     for joint in raw.joints:
         if joint.type == "revolute":
             return joint.axis
-    raise InputError(path, label(element), "is in a machine without revolute joints, which would show its plane")
+    raise InputError(path, label(element), "is in a mechanism without revolute joints, so its plane is unknown")
 
 
 def _free(raw: RawModel, name: str) -> str:
-    """Return the name, or the name with a number if it is taken."""
+    """Return the name, with a number if the name is taken."""
     taken = {link.name for link in raw.links} | {joint.name for joint in raw.joints} | set(raw.frames)
     ends = ("", "_A", "_B")
     names = (name if not count else f"{name}_{count + 1}" for count in range(len(taken) + 1))

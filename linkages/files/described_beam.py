@@ -13,9 +13,9 @@ from linkages.files.drafting import Array, DraftError
 from linkages.files.raw_model import LinkBeam
 from linkages.files.toml import Table
 
-_BESIDE = 1e-6  # distance of a point over the beam's length up to which the point lies on the beam
+_BESIDE = 1e-6  # distance of a point over the beam's length below which the point lies on the beam
 
-#: Units of a beam's quantities by key; those of a section are in a table of their own.
+#: Units of a beam's quantities by key; sections have a separate table.
 UNITS = {key: unit for kind in (*SECTIONS.values(), MATERIAL) for key, unit in kind.items() if unit != "1"}
 
 
@@ -24,7 +24,7 @@ class BeamTable(Table):
 
     points: str = Field("", description="first and last end; default: the points of the link that are farthest apart")
     rectangle: dict[str, Any] | None = Field(
-        None, description="width across the plane, height in it [m]; default: the section of the link's bars"
+        None, description="width normal to the plane, height in the plane [m]; default: the section of the link's bars"
     )
     circle: dict[str, Any] | None = Field(None, description="diameter [m]")
     tube: dict[str, Any] | None = Field(None, description="outer and inner diameter [m]")
@@ -32,7 +32,7 @@ class BeamTable(Table):
         None, description="area [m2], second_moment [m4], height in the plane [m], of any other section"
     )
     youngs_modulus: Any = Field(description="Young's modulus [Pa]")
-    density: Any = Field(None, description="instead of the link's [kg/m3]")
+    density: Any = Field(None, description="density instead of the link's [kg/m3]")
     poisson: Any = Field(None, description=f"Poisson's ratio; default {POISSON:g} [1]")
 
 
@@ -52,36 +52,36 @@ def described_beam(
     ----------
     table : BeamTable
     where : str
-        Its key, for errors.
+        Key named in errors.
     places : mapping of str to (2,) array
-        The link's points [m].
+        Positions of the link's points [m].
     pins : sequence of str
-        Those that joints use.
+        Points with joints.
     frames : mapping of str to str
         Name of the frame at each point.
     bar : (float, float)
-        Section of the link's bars: width in the plane, thickness across it [m].
+        Section of the link's bars: width in the plane, thickness normal to it [m].
     density : float, str or None
-        The link's [kg/m3].
+        Density of the link [kg/m3].
     positive : callable
-        Gives the number that a value at a key stands for, and refuses others than positive ones.
+        Function that evaluates the value of a key and rejects numbers that are not positive.
 
     Raises
     ------
     DraftError
-        With key and reason.
+        If the beam is invalid: key and reason.
     """
     first, last = _ends(table, where, places)
     start, end = places[first], places[last]
     length = float(np.linalg.norm(end - start))
     if not length:
-        raise DraftError(where, f"has no length; {first} and {last} are one place")
+        raise DraftError(where, f"has no length; {first} and {last} coincide")
     for point in pins:
         along = (places[point] - start) @ (end - start) / length**2
         off = float(np.linalg.norm(places[point] - start - np.clip(along, 0.0, 1.0) * (end - start)))
         if off > _BESIDE * length:
-            problem = f"{point} lies {off:g} m beside the beam from {first} to {last}"
-            raise DraftError(where, f"{problem}; a flexible link is straight: join {point} to a link of its own")
+            problem = f"{point} lies {off:g} m off the beam from {first} to {last}"
+            raise DraftError(where, f"{problem}; a flexible link is straight: put {point} on another link")
     kinds = [kind for kind in SECTIONS if getattr(table, kind) is not None]
     if len(kinds) > 1:
         raise DraftError(where, f"has {len(kinds)} sections, {' and '.join(kinds)}; give one of them")
@@ -118,7 +118,7 @@ def _ends(table: BeamTable, where: str, places: Mapping[str, Array]) -> tuple[st
         return ends[0], ends[1]
     apart = {(a, b): float(np.linalg.norm(places[b] - places[a])) for k, a in enumerate(names) for b in names[k + 1 :]}
     if not apart:
-        raise DraftError(where, "is that of a link with one point; a beam needs two")
+        raise DraftError(where, "belongs to a link with one point; a beam needs two")
     first, last = max(apart, key=lambda pair: apart[pair])
     along = (places[last] - places[first]) / (apart[first, last] or 1.0)
     for point, place in places.items():

@@ -1,6 +1,6 @@
-"""A machine in a few lines of TOML: points, links, sliders, parameters and formulas with units.
+"""A mechanism described in a few lines of TOML: points, links, sliders, parameters and formulas with units.
 
-A file of an experiment that, instead of naming a machine, describes it by the keys of `Description`.
+The description is part of an experiment file and replaces the name of an SDFormat file; its keys are `Description`'s.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ _Pair = Annotated[list[Any], Field(min_length=2, max_length=2)]
 
 
 class LinkTable(Table):
-    """A link with values of its own."""
+    """A link with values that differ from the mechanism's defaults."""
 
-    points: str = Field(description="as a link's text")
-    section: _Pair | None = Field(None, description="of its bars, instead of the machine's [m]")
-    density: Any = Field(None, description="instead of the machine's [kg/m3]")
-    mass: Any = Field(None, description="instead of that of its bars, whose shape it keeps [kg]")
-    inertia: Any = Field(None, description="about the mass centre, instead of that of its bars [kg m2]")
-    beam: BeamTable | None = Field(None, description="of a flexible link, instead of its bars")
+    points: str = Field(description="points of the link, as in its short form")
+    section: _Pair | None = Field(None, description="section of its bars, instead of the default [m]")
+    density: Any = Field(None, description="density instead of the default [kg/m3]")
+    mass: Any = Field(None, description="mass instead of the bars', with the same distribution [kg]")
+    inertia: Any = Field(None, description="moment of inertia about the mass centre, instead of the bars' [kg m2]")
+    beam: BeamTable | None = Field(None, description="beam of a flexible link, instead of bars")
 
 
 _Link = Annotated[
@@ -48,31 +48,33 @@ _Link = Annotated[
 
 
 class Description(Table):
-    """A machine in a few lines. Values are numbers (SI), quantities such as "0.1 mm", or formulas of parameters."""
+    """A mechanism in a few lines. Values are numbers (SI), quantities such as "0.1 mm", or formulas of parameters."""
 
-    parameters: dict[str, Any] = Field({}, description="names for formulas; they can be replaced, and optimised")
+    parameters: dict[str, Any] = Field(
+        {}, description="values for formulas by name; they can be replaced, and optimised"
+    )
     points: dict[str, list[Any]] = Field(
-        description="places in the drawing [m]: [x, y]; [point, distance, angle, or point to go towards];"
-        " [point, distance, point, distance], on the left of the way from the first point to the second"
+        description="positions [m]: [x, y]; [point, distance, angle]; [point, distance, point in this direction];"
+        " [point, distance, point, distance], to the left of the line from the first point to the second"
     )
     links: dict[str, _Link] = Field(
-        description='points that a link joins, "A B C"; those in parentheses lie on it, joined to nothing;'
+        description='points of a link, "A B C"; points in parentheses have no joint;'
         ' a slider: "A along LINK", or "A along LINK at ANGLE" from the link\'s first two points (x on the ground);'
-        f' the link "{GROUND}" stands still'
+        f' the link "{GROUND}" is fixed'
     )
-    section: _Pair = Field(description="of all bars: width in the plane, thickness across it [m]")
-    density: Any = Field(None, description="of all bars; needed by links that give no mass [kg/m3]")
+    section: _Pair = Field(description="section of all bars: width in the plane, thickness normal to it [m]")
+    density: Any = Field(None, description="density of all bars; required for links without mass [kg/m3]")
     bearing: _Pair | None = Field(
-        None, description="radius and length of all pins; default: a quarter of the width, the thickness [m]"
+        None, description="radius and length of all pins; default: a quarter of the width, and the thickness [m]"
     )
 
 
-#: Keys that describe the machine; the other keys are those of an experiment.
+#: Keys that describe the mechanism; the other keys belong to the experiment.
 KEYS = tuple(Description.model_fields)
 
 
 class Described(NamedTuple):
-    """A described machine.
+    """A described mechanism.
 
     Attributes
     ----------
@@ -80,7 +82,7 @@ class Described(NamedTuple):
     text : str
         The description in SI units and without repetitions, which `redrawn` reads.
     parameters : dict of str to float
-        By dotted path, in SI units.
+        Parameters by dotted path, in SI units.
     """
 
     model: RawModel
@@ -89,23 +91,23 @@ class Described(NamedTuple):
 
 
 def described(path: Path, name: str, data: Mapping[str, Any], stored: bool = False) -> Described:
-    """Draw a machine from its description.
+    """Make a mechanism from its description.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     name : str
-        Of the machine.
+        Name of the mechanism.
     data : mapping
         Values of the keys `KEYS`.
     stored : bool
-        Whether they come from a machine's file, whose angles are numbers in rad.
+        Whether the values come from an SDFormat file, whose angles are numbers in rad.
 
     Raises
     ------
     InputError
-        With file, key and reason.
+        If the description is invalid: file, key and reason.
     """
     try:
         plain = written_out(validate(Description, data, path).model_dump(exclude_unset=True), stored)
@@ -116,25 +118,25 @@ def described(path: Path, name: str, data: Mapping[str, Any], stored: bool = Fal
     except DraftError as problem:
         raise InputError(path, *problem.args) from None
     except RecursionError:
-        raise InputError(path, "parameters and points", "refer to one another in a chain that is too long") from None
+        raise InputError(path, "parameters and points", "refer to each other in a chain that is too long") from None
     return Described(model, tomlkit.dumps(plain), values)
 
 
 def redrawn(
     path: Path, model: ET.Element, text: str, overrides: Mapping[str, float]
 ) -> tuple[ET.Element, dict[str, float]]:
-    """Draw a machine's model anew with other parameters.
+    """Make a described mechanism again with other parameters.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     model : Element
-        As the file has it; it must be what its description draws.
+        Model of the file; it must agree with its description.
     text : str
-        Its description.
+        Description of the mechanism.
     overrides : mapping of str to float
-        By the paths ``parameters.NAME``.
+        Parameters by the paths ``parameters.NAME``.
 
     Returns
     -------
@@ -144,7 +146,7 @@ def redrawn(
     Raises
     ------
     InputError
-        If there is no such parameter, nothing can be drawn with it, or the file has been changed since.
+        If a parameter is unknown, gives no valid mechanism, or the model was edited after it was written.
     """
     name, data = model.get("name", ""), tomlkit.parse(text).unwrap()
     drawn = described(path, name, data, stored=True)
@@ -154,7 +156,7 @@ def redrawn(
     if not overrides:
         return model, drawn.parameters
     if _content(_element(path, drawn)) != _content(model):
-        problem = "the machine was changed since it was drawn; make it anew with `linkages new --from`"
+        problem = "the model no longer agrees with its description; write it again with `linkages new --from`"
         raise InputError(path, "<linkages:description>", f"{problem}, or replace values of its links instead")
     own = {key.partition(".")[2]: value for key, value in overrides.items()}
     drawn = described(path, name, data | {"parameters": data.get("parameters", {}) | own}, stored=True)
@@ -166,7 +168,7 @@ def _element(path: Path, drawn: Described) -> ET.Element:
 
 
 def _content(element: ET.Element) -> tuple[Any, ...]:
-    """Return what an element holds, however it is set out."""
+    """Return the content of an element without its formatting."""
     return element.tag, element.attrib, (element.text or "").split(), [_content(part) for part in element]
 
 
@@ -174,7 +176,7 @@ def _content(element: ET.Element) -> tuple[Any, ...]:
 
 
 class _Points(NamedTuple):
-    """A link's text, read: points that pins may join, points that only lie on it, the link that it slides on, angle."""
+    """Parsed short form of a link: points with pins, other points, the link that it slides along, angle."""
 
     pins: list[str]
     others: list[str]
@@ -211,12 +213,10 @@ class _Drawing:
             for key, link in description.links.items()
         }
         if GROUND not in self.links and not any(link.rail == GROUND for link in self.links.values()):
-            raise DraftError("links", f'has no "{GROUND}"; name the points that stand still')
+            raise DraftError("links", f'has no "{GROUND}"; name the fixed points')
         ground = description.links.get(GROUND, "")
         if not isinstance(ground, str) and ground.beam is not None:
-            raise DraftError(
-                f"links.{GROUND}.beam", "stands still; give the beam to a link that moves, fixed to it by a drive"
-            )
+            raise DraftError(f"links.{GROUND}.beam", "is fixed; give the beam to a moving link")
         self.turning: list[str] = []
 
     def model(self) -> RawModel:
@@ -227,7 +227,7 @@ class _Drawing:
         return np.array(self.numbers.place(point, where))
 
     def _angle(self, name: str) -> float:
-        """Angle of a link's x axis: from its first point to its second; a slider's that of its way [rad]."""
+        """Return the angle of a link's x axis: from its first to its second point; for a slider its direction [rad]."""
         if name == GROUND and name not in self.links:
             return 0.0
         where = f"links.{name}"
@@ -266,12 +266,12 @@ class _Drawing:
         if table.beam is not None:
             return self._flexible(name, table, upright(angle, points[0]), density)
         if density is None and table.mass is None:
-            raise DraftError(where, "has no mass; give density, or a mass of its own")
+            raise DraftError(where, "has no mass; give density, or mass")
         weighed = body(
             points, angle, self._section(name), self._positive(1.0 if density is None else density, "density")
         )
         if not weighed.mass:
-            raise DraftError(where, "has no length; its points are one place")
+            raise DraftError(where, "has no length; its points coincide")
         weighed = self._given(weighed, table, where)
         pose = upright(angle, points[0])
         turn, centre = pose.rotation, np.array([*weighed.centre, 0.0])
@@ -279,14 +279,12 @@ class _Drawing:
         return RawLink(name, weighed.mass, turn, pose.translation, *local, (), None)
 
     def _flexible(self, name: str, table: LinkTable, pose: Pose, density: Any) -> RawLink:
-        """Return a link with a beam, whose mass and inertia it has."""
+        """Return a link with a beam, which determines its mass and inertia."""
         where, link = f"links.{name}", self.links[name]
         assert table.beam is not None
         for key in ("mass", "inertia"):
             if getattr(table, key) is not None:
-                raise DraftError(
-                    f"{where}.{key}", "does not go with a beam, which gives the link its own; leave it out"
-                )
+                raise DraftError(f"{where}.{key}", "cannot be given with a beam, which determines it; remove it")
         places = {point: self._place(point, where) for point in link.points}
         frames = {point: self._frame(name, point) for point in link.points}
         shape = places, link.pins, frames, self._section(name)
@@ -295,7 +293,7 @@ class _Drawing:
         return of_beam(RawLink(name, 0.0, pose.rotation, pose.translation, none, np.zeros((3, 3)), (), None), beam)
 
     def _given(self, weighed: Body, table: LinkTable, where: str) -> Body:
-        """Return a body with the mass and the moment of inertia that are given."""
+        """Return a body with the mass and the moment of inertia given in the table."""
         mass, inertia = weighed.mass, weighed.inertia
         if table.mass is not None:
             mass = self._positive(table.mass, f"{where}.mass")
@@ -305,7 +303,7 @@ class _Drawing:
         return Body(mass, weighed.centre, inertia)
 
     def _pins(self) -> Iterator[RawJoint]:
-        """Join all links that share a point to the first of them, the ground before all."""
+        """Join all links that share a point to the first of them; the ground comes first."""
         order = sorted(self.links, key=lambda name: name != GROUND)
         used = {point for link in self.links.values() for point in link.points}
         for point in self.description.points:
@@ -336,7 +334,7 @@ class _Drawing:
             yield RawJoint(f"{name}_guide", "prismatic", rail, name, axis, place, place, None, slot)
 
     def _frames(self) -> Iterator[tuple[str, tuple[str, Any]]]:
-        """Name the points of links: LINK_POINT, or POINT alone where no other link has it."""
+        """Name the points of links: LINK_POINT, or POINT if no other link has it."""
         for name, link in self.links.items():
             for point in link.points if name != GROUND else ():
                 if (frame := self._frame(name, point)) != name:

@@ -1,4 +1,4 @@
-"""A described machine drawn: its points found, its links given mass, its pins and guides placed."""
+"""Geometry and mass of a described mechanism: positions of points, mass of links."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from linkages.files.raw_model import Pose, rotation
 
 
 class DraftError(Exception):
-    """A dotted path of the description, and what is wrong there."""
+    """An invalid value of a description: dotted path and reason."""
 
 
 class Numbers:
@@ -28,8 +28,8 @@ class Numbers:
     parameters : mapping of str to number or str
         A text is a formula.
     points : mapping of str to list
-        ``[x, y]``; ``[from, distance, angle or the point that it lies towards]``; or ``[from, distance, from,
-        distance]``, on the left of the way from the first to the second. Numbers, formulas and names of points.
+        ``[x, y]``; ``[point, distance, angle]``, where a point may stand for the direction; or ``[first, distance,
+        second, distance]``, to the left of the line from first to second. Numbers, formulas and names of points.
     """
 
     def __init__(self, parameters: Mapping[str, Any], points: Mapping[str, Sequence[Any]]) -> None:
@@ -53,11 +53,11 @@ class Numbers:
         return result
 
     def named(self, name: str, where: str) -> float:
-        """Return the number that a name stands for."""
+        """Return the number with a name."""
         owner, dot, part = name.partition(".")
         if name not in self.found:
             if name in self.asked:
-                raise DraftError(where, f"is made of itself ({' -> '.join([*self.asked, name])}); break the circle")
+                raise DraftError(where, f"depends on itself ({' -> '.join([*self.asked, name])}); break the circle")
             self.asked.append(name)
             if dot and owner in self.points and part in ("x", "y"):
                 self.found[name] = self.place(owner, where)["xy".index(part)]
@@ -70,14 +70,14 @@ class Numbers:
         return self.found[name]
 
     def place(self, point: str, asked_by: str) -> tuple[float, float]:
-        """Return where a point is drawn [m]."""
+        """Return the position of a point [m]."""
         if point not in self.points:
             raise DraftError(asked_by, f'there is no point "{point}"; {nearest(point, self.points)}')
         where, key = f"points.{point}", f"at {point}"
         if f"{point}.x" in self.found and f"{point}.y" in self.found:
             return self.found[f"{point}.x"], self.found[f"{point}.y"]
         if key in self.asked:
-            raise DraftError(where, "is placed by itself; break the circle")
+            raise DraftError(where, "depends on itself; break the circle")
         self.asked.append(key)
         match list(self.points[point]):
             case [x, y]:
@@ -102,7 +102,7 @@ class Numbers:
         return x + distance * math.cos(angle), y + distance * math.sin(angle)
 
     def _between(self, first: str, one: float, second: str, other: float, where: str) -> tuple[float, float]:
-        """Return where two circles meet on the left of the way between their centres."""
+        """Return the intersection of two circles to the left of the line between their centres."""
         a, b = np.array(self.place(first, where)), np.array(self.place(second, where))
         apart = float(np.linalg.norm(b - a))
         along = (apart**2 + one**2 - other**2) / (2.0 * apart) if apart else math.inf
@@ -124,21 +124,21 @@ class Body:
 
 
 def body(points: Array, angle: float, section: tuple[float, float], density: float) -> Body:
-    """Weigh a link made of straight bars of rectangular section.
+    """Compute mass, mass centre and inertia of a link made of straight bars of rectangular section.
 
-    From each point to the next, and from the last to the first where three or more do not lie on a line. A link of
-    one point is a block, twice as long as the section is wide.
+    Bars join successive points, and the last to the first if three or more points are not on a line. A link with one
+    point is a block, twice as long as the section is wide.
 
     Parameters
     ----------
     points : (n, 2) array
-        [m]
+        Positions of the points [m].
     angle : float
-        Of a block's length [rad].
+        Direction of a block's length [rad].
     section : (float, float)
-        Width in the plane, thickness across it [m].
+        Width in the plane, thickness normal to it [m].
     density : float
-        [kg/m3]
+        Density [kg/m3].
     """
     width, thick = section
     if len(points) == 1:

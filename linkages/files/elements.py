@@ -1,4 +1,4 @@
-"""Numbers of elements, and of annotations: elements of ours in a file that other programs read too."""
+"""Numbers in elements, and in annotations (the package's elements, with the prefix ``linkages``)."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ _UNITS = {"m": "metres"}
 
 
 def numbers(path: Path, element: ET.Element, count: int, where: str) -> Array:
-    """Read as many numbers as an element must have.
+    """Read the required count of numbers of an element.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     element : Element
     count : int
     where : str
-        The element in an error.
+        Name of the element in errors.
 
     Raises
     ------
     InputError
-        If they are not so many, or no numbers.
+        If the element has another count, or text that is not a number.
     """
     words = (element.text or "").split()
     try:
@@ -46,7 +46,7 @@ def numbers(path: Path, element: ET.Element, count: int, where: str) -> Array:
 
 
 def number(path: Path, parent: ET.Element, key: str, where: str, default: float | None = None) -> float:
-    """Read the number in the child `key` of an element, which may be missing if there is a default; as `numbers`."""
+    """Read the number in the child `key` of an element, optional if there is a default; errors as `numbers`."""
     element = parent.find(key)
     if element is None:
         if default is None:
@@ -61,7 +61,7 @@ def annotation(element: ET.Element, kind: str) -> ET.Element | None:
 
 
 def parts(path: Path, element: ET.Element, where: str, keys: Iterable[str]) -> dict[str, ET.Element]:
-    """Find what stands in an annotation, by its name; `keys` are the names that are known."""
+    """Return the elements of an annotation by name; `keys` are the known names."""
     found = {child.tag.rpartition(":")[2]: child for child in element}
     for key, child in found.items():
         if key not in keys:
@@ -78,12 +78,12 @@ def sizes(
     units: Mapping[str, str],
     defaults: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, float]:
-    """Read the positive numbers of an annotation: one for each key of `units` that has no default.
+    """Read the positive numbers of an annotation; keys of `units` without a default are mandatory.
 
     Raises
     ------
     InputError
-        If one is missing, unknown or not positive.
+        If a number is missing, unknown or not positive.
     """
     found, values = parts(path, element, where, units), dict(defaults)
     for key, unit in units.items():

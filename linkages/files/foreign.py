@@ -1,4 +1,4 @@
-"""Elements of other programs that change the motion: made into joints or entries of an experiment, or refused."""
+"""Elements of other programs that change the motion: converted to joints or entries, or rejected."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from linkages.files.xml import label
 
 _MIMICS = ("mimic", "drake:mimic")
 
-#: Elements between links, which `linkages.files.constraints` makes into joints and frames.
+#: Elements between links, converted by `linkages.files.constraints` to joints and frames.
 CONSTRAINTS = ("drake:weld_constraint", "drake:ball_constraint", "drake:linear_spring_damper")
 
-#: Elements of Drake without influence on the motion of a linkage whose links touch in joints alone.
+#: Elements of Drake without influence on the motion of a linkage without contact outside joints.
 _HARMLESS = ("drake:collision_filter_group", "drake:controller_gains", "drake:gear_ratio", "drake:visual")
 
 _REFUSED = {
@@ -29,16 +29,16 @@ _REFUSED = {
 
 
 class Entry(NamedTuple):
-    """An entry of an experiment, which stands for an element that a machine's file cannot hold.
+    """An entry of an experiment for an element that the mechanism's file cannot contain.
 
     Attributes
     ----------
     element : str
-        The element, for readers.
+        Name of the element in messages.
     table, name : str
-        Such as "gears" and "A_mimic".
+        Table and name of the entry, such as "gears" and "A_mimic".
     values : dict of str to (str, float or tuple of str)
-        By key, in SI units; coordinates of joints are zero where the machine is drawn.
+        Values by key, in SI units; joint coordinates are zero in the reference configuration.
     """
 
     element: str
@@ -48,12 +48,12 @@ class Entry(NamedTuple):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The joints that it names."""
+        """Return the joints of the entry."""
         found = self.values.get("joints", self.values.get("joint", ()))
         return found if isinstance(found, tuple) else (str(found),)
 
     def redrawn(self, at: Mapping[str, float]) -> Entry:
-        """Return the entry of a machine that is drawn anew, where its joints were at these coordinates."""
+        """Return the entry for a new reference configuration at these old joint coordinates."""
         values, here = dict(self.values), [at[name] for name in self.joints]
         if self.table == "gears":
             values["offset"] += values["ratio"] * here[0] - here[1]
@@ -63,23 +63,23 @@ class Entry(NamedTuple):
 
     @property
     def note(self) -> str:
-        """A line for readers."""
+        """Return a line for users."""
         shown = ", ".join(f"{key} = {_toml(value)}" for key, value in self.values.items())
         return f'{self.element} left out; write it into the experiment as {self.table}."{self.name}" = {{{shown}}}'
 
 
 @dataclass
 class Foreign:
-    """What an imported model holds beside links, joints and frames.
+    """Elements of an imported model other than links, joints and frames.
 
     Attributes
     ----------
     constraints : list of Element
         Constraints and springs between links.
     entries : list of Entry
-        For the experiment.
+        Entries of the experiment.
     notes : list of str
-        A line on each joint that a constraint became.
+        One line per constraint that became a joint.
     """
 
     path: Path
@@ -89,12 +89,12 @@ class Foreign:
 
 
 def take_foreign(path: Path, model: ET.Element) -> Foreign:
-    """Take out of a model every element that changes the motion and stands for something else here.
+    """Remove from a model all elements that change the motion and have another form in this package.
 
     Raises
     ------
     InputError
-        If an element changes the motion and has no counterpart here.
+        If an element changes the motion and has no counterpart.
     """
     found = Foreign(path)
     for element in list(model):
@@ -129,7 +129,7 @@ def _refuse(path: Path, element: ET.Element, where: str) -> None:
         value = inertia.text if inertia.get("value") is None else inertia.get("value")
         if _is_zero(value):
             return
-        where, problem = at, "adds the rotor's inertia to the joint; remove it, and add it to the link that it turns"
+        where, problem = at, "adds the rotor's inertia to the joint; remove it, and add it to the driven link"
     elif problem is not None:
         where = f"{where}/<{element.tag}>"
     if problem is not None:
@@ -137,7 +137,7 @@ def _refuse(path: Path, element: ET.Element, where: str) -> None:
 
 
 def _check_link(path: Path, link: ET.Element) -> None:
-    """Refuse a link that moves by other laws than those of its weight and its joints."""
+    """Reject a link with forces other than weight and joint forces."""
     for key, usual in (("gravity", ("true", "1")), ("kinematic", ("false", "0"))):
         value = (link.findtext(key) or usual[0]).strip()
         if value not in usual:
@@ -160,7 +160,7 @@ def _is_zero(text: str | None) -> bool:
 
 
 def _gear(path: Path, model: ET.Element, joint: ET.Element, element: ET.Element) -> Entry:
-    """Make a gear of a joint that follows another: multiplier (q - reference) + offset."""
+    """Convert a joint that mimics another to a gear: multiplier (q - reference) + offset."""
     name, where = joint.get("name", ""), f"{label(joint)}/<{element.tag}>"
     leader = element.get("joint", "")
     names = [other.get("name", "") for other in model.findall("joint") if other is not joint]
@@ -179,14 +179,14 @@ def _gear(path: Path, model: ET.Element, joint: ET.Element, element: ET.Element)
 
 
 def _dynamics(path: Path, joint: ET.Element, element: ET.Element) -> Iterator[Entry]:
-    """Make friction and a torsion spring of the <dynamics> of a joint."""
+    """Convert the <dynamics> of a joint to friction and a torsion spring."""
     name, where = joint.get("name", ""), f"{label(joint)}/<axis>/<dynamics>"
     keys = ("damping", "friction", "spring_stiffness", "spring_reference")
     damping, friction, stiffness, free = (number(path, element, key, where, 0.0) for key in keys)
     turns = joint.get("type") in ("revolute", "continuous")
     said = f"<dynamics> of joint {name}"
     if stiffness and not turns:
-        problem = "is a spring in a sliding joint; remove it, and write a spring between two points in the experiment"
+        problem = "is a spring in a prismatic joint; remove it, and write a spring between two points in the experiment"
         raise InputError(path, f"{where}/<spring_stiffness>", problem)
     if turns and (stiffness or damping):
         spring = {"joint": name, "stiffness": stiffness, "free_angle": free, "damping": damping}

@@ -11,9 +11,9 @@ from typing import TypeVar
 
 from linkages.errors import nearest
 
-_LONGEST = 200_000  # characters: formulas of controllers are written by programs
-_DEEPEST = 60  # levels of nesting, of which a sum or a product of many terms is one: evaluation recurses
-_SHOWN = 80  # characters of a formula in an error
+_LONGEST = 200_000  # most characters of a formula (controllers are often generated)
+_DEEPEST = 60  # levels of nesting (evaluation recurses); a sum or product counts as one
+_SHOWN = 80  # most characters of a formula in an error
 
 _OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
     ast.Add: operator.add,
@@ -51,9 +51,9 @@ class Formula:
     Attributes
     ----------
     text : str
-        As written.
+        Text of the file.
     names : frozenset of str
-        The names it needs, `CONSTANTS` aside.
+        Names in the formula, without `CONSTANTS`.
     """
 
     text: str
@@ -61,7 +61,7 @@ class Formula:
     _tree: ast.expr
 
     def __call__(self, values: Mapping[str, float]) -> float:
-        """Evaluate with these values of its names; NaN where it is undefined or too large."""
+        """Evaluate with these values of its names; NaN if the result is undefined or too large."""
         try:
             result = self.fold(float, values.__getitem__, lambda name, given: _COMPUTED[name](*given))
         except (ValueError, ZeroDivisionError, OverflowError):
@@ -69,14 +69,14 @@ class Formula:
         return result if math.isfinite(result) else math.nan
 
     def fold(self, number: Callable[[float], T], name: Callable[[str], T], apply: Callable[[str, list[T]], T]) -> T:
-        """Work the formula out from its innermost parts.
+        """Evaluate the formula recursively, from its innermost parts.
 
         Parameters
         ----------
         number, name : callable
-            What a number, and a name of `names`, stand for.
+            Results for a number, and for a name of `names`.
         apply : callable
-            What a function makes of its arguments; operators are functions too, by their names in `operator`.
+            Result of a function for its arguments; operators have their names in `operator`.
         """
 
         def value(node: ast.expr) -> T:
@@ -97,7 +97,7 @@ class Formula:
                     return result
                 case ast.Call(func=ast.Name(id=function), args=arguments):
                     return apply(function, [value(argument) for argument in arguments])
-            raise AssertionError(ast.dump(node))  # `_check` let nothing else through
+            raise AssertionError(ast.dump(node))  # excluded by `_check`
 
         return value(self._tree)
 
@@ -109,12 +109,12 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
     ----------
     text : str
     parts : collection of str
-        What can stand behind a name's dot.
+        Allowed names after a dot.
 
     Raises
     ------
     ValueError
-        One sentence: what is wrong, and what would be right.
+        If the formula is invalid: one sentence with the error and the remedy.
     """
     if len(text) > _LONGEST:
         raise ValueError(f"is longer than {_LONGEST:,} characters; give a table instead, or several loads")
@@ -132,7 +132,7 @@ def parse(text: str, parts: Collection[str] = ("x", "y")) -> Formula:
 
 
 def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int = 0) -> None:
-    """Collect names; refuse whatever is not arithmetic."""
+    """Collect names; reject everything that is not arithmetic."""
     if depth > _DEEPEST:
         raise ValueError("is nested too deeply")
     match node:
@@ -146,7 +146,7 @@ def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int =
         case ast.Attribute(value=ast.Name(id=owner), attr=part) if part in parts:
             names.add(f"{owner}.{part}")
         case ast.Attribute(value=ast.Name(id=owner), attr=part):
-            raise ValueError(f'"{owner}.{part}" is not arithmetic: behind a dot, {nearest(part, parts)}')
+            raise ValueError(f'"{owner}.{part}" is not arithmetic: after a dot, {nearest(part, parts)}')
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATORS:
             _check(operand, names, parts, depth + 1)
         case ast.BinOp(op=op) if type(op) in _OPERATORS:
@@ -167,7 +167,7 @@ def _check(node: ast.expr, names: set[str], parts: Collection[str], depth: int =
 
 
 def _terms(node: ast.expr) -> tuple[ast.expr, list[tuple[ast.operator, ast.expr]]]:
-    """Split ``a + b - c`` into its first term, and the operators with the other ones: its left side nests deep."""
+    """Split ``a + b - c`` into its first term, and pairs of operator and term, because the left side nests deeply."""
     others: list[tuple[ast.operator, ast.expr]] = []
     while isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
         others.append((node.op, node.right))

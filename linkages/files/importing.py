@@ -1,4 +1,4 @@
-"""Machines that others wrote for other programs, as machines of ours, and a line on all that was changed or dropped."""
+"""Import of mechanisms of other programs, with a line for every change and omission."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ _CARRIED = {
     "frame": ("pose",),
 }
 _WHY = {
-    "collision": "links touch one another in joints with play only",
-    "limit": "a joint ends at stops of the experiment only",
+    "collision": "links touch each other in clearance joints only",
+    "limit": "only stops of the experiment limit a joint",
 }
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "ellipsoid")
-_SAME_PLACE = 1e-6  # of the size of the machine
+_SAME_PLACE = 1e-6  # relative to the size of the mechanism: closer places coincide
 
 
 class Imported(NamedTuple):
-    """A machine of another program.
+    """An imported mechanism of another program.
 
     Attributes
     ----------
     model : RawModel
     limits : dict of str to (float, float)
-        Lowest and highest coordinate of a joint, zero where it is drawn [rad or m].
+        Lowest and highest coordinate of a joint, zero in the reference configuration [rad or m].
     notes : list of str
-        A line on each thing that was changed or left out.
+        One line for every change and omission.
     entries : list of Entry
-        What belongs to the experiment.
+        Entries of the experiment.
     """
 
     model: RawModel
@@ -59,9 +59,10 @@ class Imported(NamedTuple):
 def import_model(path: Path) -> Imported:
     """Read an SDFormat or URDF file that was written for another program.
 
-    Elements that change the motion become joints or entries of an experiment, or are refused. Models in models and
-    included local files become one model; links that are fixed to one another become one link, what stands on nothing
-    is fixed to the world, and revolute joints about one axis between the same two links become one joint.
+    Use `linkages.load_mechanism` for files of this package. Elements that change the motion become joints or entries of
+    an experiment, or are rejected. Nested models and included local files become one model. Links that are fixed to
+    each other become one link, one link of each floating group is fixed to the world, and revolute joints on one axis
+    between the same two links become one joint.
 
     Parameters
     ----------
@@ -74,7 +75,7 @@ def import_model(path: Path) -> Imported:
     Raises
     ------
     InputError
-        With file, element and reason.
+        If the file cannot be imported: file, element and reason.
     """
     model = _model(path, ())
     limits = {joint.get("name", ""): ends for joint in model.findall("joint") if (ends := _limits(path, joint))}
@@ -86,18 +87,18 @@ def import_model(path: Path) -> Imported:
         raw = change(path, raw, notes)
     raw = without_massless(path, raw)
     if not raw.links:
-        raise InputError(path, label(model), "has nothing that moves: every link is fixed to the world")
+        raise InputError(path, label(model), "has no moving link: every link is fixed to the world")
     names = {joint.name for joint in raw.joints}
     for entry in foreign.entries:
         for name in entry.joints:
             if name not in names:
-                problem = f'joint "{name}" is one with another, or holds nothing; name a joint that stays'
+                problem = f'joint "{name}" was merged with another, or removed; name a joint that is kept'
                 raise InputError(path, entry.element, problem)
     return Imported(raw, {name: ends for name, ends in limits.items() if name in names}, notes, foreign.entries)
 
 
 def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
-    """Read the one <model> of a file, those that it includes in it."""
+    """Read the single <model> of a file, with its included models."""
     here = path.resolve()
     if here in passed or len(passed) > DEEPEST:
         raise InputError(passed[-1], f"<include> {path.name}", "includes itself; break the circle")
@@ -122,24 +123,24 @@ def _model(path: Path, passed: tuple[Path, ...]) -> ET.Element:
     model = find_model(path, root)
     for element in world if world is not None else ():
         if element is not model:
-            element.tag = f"world/{element.tag}"  # which is left out, with a line
+            element.tag = f"world/{element.tag}"  # left out, with a note
             model.append(element)
     return flattened(path, model, follow)
 
 
 def _included(path: Path, include: ET.Element) -> Path:
-    """Find the file of an <include>: beside the file that names it, or beside the folder of that."""
+    """Find the file of an <include>: in the folder of the including file, or in its parent folder."""
     uri = include.findtext("uri", "").strip()
     scheme, _, name = uri.rpartition("://")
     if scheme not in ("", "file", "model", "package") or not name:
-        raise InputError(path, f"<include> {uri}", "is no local file; download it, and write its path")
+        raise InputError(path, f"<include> {uri}", "is not a local file; download it, and write its path")
     for folder in (path.parent, path.parent.parent):
         file = folder / name
-        if os.path.isdir(file):  # unlike Path's, false for names that no file can have
+        if os.path.isdir(file):  # unlike Path.is_dir, returns False for invalid names
             file = file / "model.sdf"
         if os.path.isfile(file):
             return file
-    raise InputError(path, f"<include> {uri}", f"is neither in {path.parent} nor beside it")
+    raise InputError(path, f"<include> {uri}", f"is neither in {path.parent} nor in its parent folder")
 
 
 def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
@@ -153,13 +154,13 @@ def _limits(path: Path, joint: ET.Element) -> tuple[float, float] | None:
     except ValueError:
         low, high = np.nan, np.nan
     if not low <= high:
-        problem = f"from {' to '.join(words)} is no range; write two numbers, or remove it"
+        problem = f"from {' to '.join(words)} is not a range; write two numbers, or remove it"
         raise InputError(path, f"{label(joint)}/<axis>/<limit>", problem)
     return low, high
 
 
 def _leave_out(model: ET.Element) -> list[str]:
-    """Remove what cannot be carried over; returns a line on each kind."""
+    """Remove elements that cannot be converted; return one line per kind."""
     owners: dict[tuple[str, str], list[str]] = {}
     notes = []
     for owner in [model, *model]:
@@ -184,7 +185,7 @@ def _is_mesh(element: ET.Element) -> bool:
 
 
 def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
-    """Fix to the world one link of what is joined to nothing that stands still."""
+    """Weld one link of each floating group to the world."""
     chains = Chains(link.name for link in model.links)
     for joint in model.joints:
         chains.join(joint)
@@ -197,25 +198,25 @@ def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
         ground = RawJoint(f"{link.name} to world", "fixed", "world", link.name, nowhere, nowhere, nowhere, None, None)
         chains.join(ground)
         joints.append(ground)
-        notes.append(f"link {link.name} was joined to nothing that stands still: fixed to the world where it is drawn")
+        notes.append(f"link {link.name} was not connected to the world: fixed to it in its drawn pose")
     return replace(model, joints=tuple(joints))
 
 
 def _rigid(path: Path, model: RawModel, notes: list[str]) -> RawModel:
-    """Make one link of those that are fixed to one another, the parent's; a frame has the name of the other.
+    """Merge links that are fixed to each other into the parent; the name of the other becomes a frame.
 
-    A link with a beam stays one of its own: what is fixed to it moves with one of its sections.
+    A link with a beam is kept: links fixed to it move with one of its sections.
     """
     beams = {link.name for link in model.links if link.beam is not None}
     while joint := next((j for j in model.joints if j.type == "fixed" and beams.isdisjoint((j.parent, j.child))), None):
         gone, stays = (joint.parent, joint.child) if joint.child == "world" else (joint.child, joint.parent)
-        notes.append(f"link {gone} is fixed to {stays}: one link with it, and a frame of that name")
+        notes.append(f"link {gone} is fixed to {stays}: merged into it, as a frame of that name")
         model = fixed_into(path, model, joint, gone)
     return model
 
 
 def _coaxial(path: Path, model: RawModel, notes: list[str]) -> RawModel:
-    """Keep one of the revolute joints about one axis between the same two links: in the plane they are one joint."""
+    """Merge revolute joints on one axis between the same two links, which are one joint in the plane."""
     places = np.array([joint.position for joint in model.joints])
     near = _SAME_PLACE * float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
     kept: list[RawJoint] = []
@@ -225,7 +226,7 @@ def _coaxial(path: Path, model: RawModel, notes: list[str]) -> RawModel:
             kept.append(joint)
         else:
             notes.append(
-                f"joint {joint.name} has the axis of {twin.name} between the same links: the two are one, {twin.name}"
+                f"joint {joint.name} has the axis of {twin.name} between the same links: merged into {twin.name}"
             )
     return replace(model, joints=tuple(kept))
 

@@ -13,7 +13,7 @@ from linkages.errors import InputError
 
 @contextmanager
 def locked(path: Path, content: Path) -> Iterator[None]:
-    """Hold a lock to the end of the block; a process that dies holds it no longer.
+    """Hold a lock until the end of the block; it ends with the process.
 
     Parameters
     ----------

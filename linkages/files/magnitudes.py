@@ -1,14 +1,14 @@
-"""Which numbers of a file are plausible, and how numbers are written for readers."""
+"""Plausible magnitudes of numbers in files, and numbers as text."""
 
 from __future__ import annotations
 
-#: Magnitudes that a number other than zero may have: what is made of six such factors is still finite, and a fifth
-#: power still has a reciprocal.
+#: Magnitudes of nonzero numbers in files: a product of six such factors is finite, and the reciprocal of a fifth power
+#: too.
 SMALLEST, LARGEST = 1e-50, 1e50
 
 
 def implausible(value: float) -> str:
-    """Say what is wrong with a number of any kind; nothing if it is zero or of a plausible magnitude.
+    """Describe the error of a number; empty if it is zero or of a plausible magnitude.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def implausible(value: float) -> str:
         return ""
     if abs(value) < SMALLEST:
         return f"is {value:g}; a number other than zero must be at least {SMALLEST:g} in magnitude"
-    shown = f"{value:g}" if isinstance(value, float) else "too large"  # the digits may be too many to be written
+    shown = f"{value:g}" if isinstance(value, float) else "too large"  # the integer may have too many digits to print
     return f"is {shown}; a number must be finite, and at most {LARGEST:g} in magnitude"
 
 

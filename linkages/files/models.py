@@ -1,4 +1,4 @@
-"""The one model of an SDFormat file, without models in it, in the terms of SDFormat 1.7 and newer."""
+"""The single model of an SDFormat file, without nested models, in the form of SDFormat 1.7 and newer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from linkages.errors import InputError
 from linkages.files.xml import label
 
-#: What gives the model of an ``<include>``.
+#: Type of a function that returns the model of an ``<include>``.
 Follow = Callable[[ET.Element], ET.Element]
 
 _NAMING = ("relative_to", "attached_to", "expressed_in", "canonical_link")
@@ -31,7 +31,7 @@ def find_model(path: Path, root: ET.Element) -> ET.Element:
         If there is none, or more than one.
     """
     if root.tag == "robot":
-        raise InputError(path, "<robot>", f"is URDF; `linkages import {path.name}` makes a machine's file of it")
+        raise InputError(path, "<robot>", f"is URDF; `linkages import {path.name}` converts it to SDFormat")
     if root.tag != "sdf":
         raise InputError(path, f"<{root.tag}>", "is not SDFormat; the root must be <sdf>")
     _update(root)
@@ -42,27 +42,27 @@ def find_model(path: Path, root: ET.Element) -> ET.Element:
 
 
 def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET.Element:
-    """Return a model without models in it: what a nested model ``m`` holds is called ``m::NAME``.
+    """Return a model without nested models; an element of a nested model ``m`` is renamed ``m::NAME``.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     model : Element
-        A ``<model>``; it stays as it is.
+        The ``<model>``; it is not changed.
     follow : callable, optional
-        Gives the model of an ``<include>``; default: they are refused.
+        Function that returns the model of an ``<include>``; default: an ``<include>`` is rejected.
 
     Raises
     ------
     InputError
-        If a nested model has no name or a placement frame, or an ``<include>`` is refused.
+        If a nested model has no name or a placement frame, or an ``<include>`` is rejected.
     """
     flat = ET.Element("model", model.attrib)
     nested = []
     for element in model:
         if element.tag == "include" and follow is None:
-            problem = "other files are not followed here; `linkages import` makes one file of them"
+            problem = "included files are not supported here; `linkages import` merges them into one file"
             raise InputError(path, "<include>", problem)
         if element.tag in ("model", "include"):
             nested.append(follow(element) if follow and element.tag == "include" else element)
@@ -74,7 +74,7 @@ def flattened(path: Path, model: ET.Element, follow: Follow | None = None) -> ET
 
 
 def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]:
-    """Rename what a nested model holds, relative to a frame that has the model's name."""
+    """Rename the elements of a nested model, and place them relative to a frame with the model's name."""
     name = model.get("name", "")
     if not name:
         raise InputError(path, "<model>", 'has no name; write name="..."')
@@ -116,7 +116,7 @@ def _scoped(path: Path, model: ET.Element, flat: ET.Element) -> list[ET.Element]
 
 
 def _update(root: ET.Element) -> None:
-    """Say what older files say as newer ones do: poses ``frame``, axes in the frame of the model."""
+    """Convert notations of older versions: ``frame`` of poses, axes in the frame of the model."""
     version = [int(word) if word.isdecimal() else 99 for word in root.get("version", "1.7").split(".")]
     if version >= [1, 7]:
         return

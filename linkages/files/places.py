@@ -1,4 +1,4 @@
-"""Where the numbers of an SDFormat file stand, by the dotted paths that replace them."""
+"""Places of the numbers in an SDFormat file, by the dotted paths that replace them."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _POSE_KEYS = ("x", "y", "z", "roll", "pitch", "yaw")
 
 @dataclass(frozen=True)
 class Place:
-    """Where a number stands in the file: alone in an element, or as one of a <pose>, which may be empty."""
+    """Place of a number in the file: the text of an element, or one word of a <pose>, which may be empty."""
 
     element: ET.Element
     index: int | None = None
 
     @property
     def value(self) -> float:
-        """The number, angles in radians; NaN where the text is none."""
+        """Return the number, angles in radians; NaN if the text is not a number."""
         try:
             number = float(self._words()[self.index or 0])
         except (ValueError, IndexError):
@@ -31,7 +31,7 @@ class Place:
     def put(self, value: float) -> None:
         """Replace the number."""
         words, index = [""] if self.index is None else self._words(), self.index or 0
-        if index < len(words):  # else the <pose> has too few numbers, which is said when it is read
+        if index < len(words):  # otherwise the <pose> is too short; reading it reports this
             words[index] = str(math.degrees(value) if self._in_degrees() else value)
             self.element.text = " ".join(words)
 
@@ -43,17 +43,17 @@ class Place:
 
 
 def places(element: ET.Element) -> Iterator[tuple[str, Place]]:
-    """Find every number that a dotted path can name; where a <pose> was left out, an empty one is added.
+    """Find every number that a dotted path can name; adds an empty <pose> where it is missing.
 
     Parameters
     ----------
     element : Element
-        A link, joint or frame; the mass of a link with a beam stands nowhere, it follows from the beam.
+        A link, joint or frame. The mass of a link with a beam has no place, as it follows from the beam.
 
     Yields
     ------
     (str, Place)
-        The end of the path (``pose.x``), and where the number stands.
+        The end of the path (``pose.x``), and the place of the number.
     """
     inertial = None if annotation(element, "beam") is not None else element.find("inertial")
     holders = (element, "pose", _POSE_KEYS), (inertial, "com", _POSE_KEYS[:3])
@@ -77,10 +77,10 @@ def places(element: ET.Element) -> Iterator[tuple[str, Place]]:
 
 
 def is_quaternion(pose: ET.Element) -> bool:
-    """Whether a <pose> gives its rotation as a quaternion."""
+    """Check whether a <pose> gives its rotation as a quaternion."""
     return pose.get("rotation_format", "euler_rpy") == "quat_xyzw"
 
 
 def is_in_degrees(pose: ET.Element) -> bool:
-    """Whether a <pose> gives its angles in degrees."""
+    """Check whether a <pose> gives its angles in degrees."""
     return pose.get("degrees", "false") in ("true", "1")

@@ -1,4 +1,4 @@
-"""What a machine's file says, resolved into world coordinates of the drawn configuration."""
+"""Content of a mechanism's file, in world coordinates of the reference configuration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from linkages.flexible.beam import Beam
 
 
 def rotation(angles: Array) -> Array:
-    """Rotation matrix (3, 3) of roll, pitch, yaw (3,) [rad], about the fixed axes x, y, z in this order."""
+    """Compute the rotation matrix (3, 3) of roll, pitch, yaw (3,) [rad], about fixed x, y, z in this order."""
     (a, b, c), (u, v, w) = np.cos(angles), np.sin(angles)
     return np.array(
         [
@@ -36,21 +36,21 @@ class Pose:
 
     @classmethod
     def of(cls, text: str) -> Pose:
-        """Read the numbers that `text` wrote."""
+        """Read the numbers written by `text`."""
         numbers = np.array([float(word) for word in text.split()])
         return cls(rotation(numbers[3:]), numbers[:3])
 
     def inverse(self) -> Pose:
-        """Transform back."""
+        """Return the inverse transform."""
         return Pose(self.rotation.T, -self.rotation.T @ self.translation)
 
     def text(self) -> str:
-        """Numbers of a ``<pose>``: x y z [m] roll pitch yaw [rad]; those of rounding alone are zero."""
+        """Write the numbers of a ``<pose>``: x y z [m] roll pitch yaw [rad], without rounding errors."""
         turn = self.rotation
         level = float(np.hypot(turn[0, 0], turn[1, 0]))
         if level > 1e-9:
             roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
-        else:  # x upwards or downwards: roll and yaw turn about one axis
+        else:  # gimbal lock: roll and yaw rotate about the same axis
             roll, yaw = np.arctan2(-turn[1, 2], turn[1, 1]), 0.0
         numbers = (*self.translation, roll, np.arctan2(-turn[2, 0], level), yaw)
         return " ".join(repr(round(float(number), 15) + 0.0) for number in numbers)
@@ -79,16 +79,16 @@ class LinkBeam:
     Attributes
     ----------
     frames : (str, str)
-        Their names, from start to end.
+        Names of the frames, from start to end.
     start, end : (3,) arrays
-        Drawn positions of the frames in the world; in a `linkages.model.mechanism.Link` (2,) in the plane [m].
+        Reference positions of the frames in the world; in a `linkages.model.mechanism.Link` (2,), in plane axes [m].
     section : str
         "rectangle", "circle", "tube" or "section".
     sizes : mapping of str to float
-        Those of the section: width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer and
-        inner diameter of a tube; or area, second moment of area and full height in the plane [m, m2, m4].
+        Sizes of the section: width (normal to the plane) and height (in the plane) of a rectangle; diameter; outer
+        and inner diameter of a tube; or area, second moment of area and full height in the plane [m, m2, m4].
     youngs_modulus, density, poisson : float
-        [Pa, kg/m3, 1]
+        Young's modulus [Pa], density [kg/m3], Poisson's ratio [1].
     """
 
     frames: tuple[str, str]
@@ -107,17 +107,17 @@ class LinkBeam:
 
     @property
     def area(self) -> float:
-        """Area of the section [m2]."""
+        """Return the area of the section [m2]."""
         return self._section[0]
 
     @property
     def second_moment(self) -> float:
-        """Second moment of area about the normal of the plane, through the centroid [m4]."""
+        """Return the second moment of area about the normal of the plane, through the centroid [m4]."""
         return self._section[1]
 
     @property
     def height(self) -> float:
-        """Full height of the section in the plane [m]: a bending moment M stresses its edges by M height / (2 I)."""
+        """Return the full height of the section in the plane [m]; M height / (2 I) is the bending stress."""
         return self._section[2]
 
     @property
@@ -127,16 +127,16 @@ class LinkBeam:
 
     @property
     def inertia(self) -> float:
-        """Moment of inertia about an axis through the middle and normal to the beam, that of a thin rod [kg m2]."""
+        """Compute the moment of inertia of a thin rod about the normal axis through its middle [kg m2]."""
         return self.mass * self.length**2 / 12.0
 
     def part(self, first: float, last: float) -> LinkBeam:
-        """Return the part of it between two places from its start [m]."""
+        """Return the part of the beam between two distances from its start [m]."""
         way = (self.end - self.start) / self.length
         return replace(self, start=self.start + first * way, end=self.start + last * way)
 
     def elastic(self) -> Beam:
-        """Euler-Bernoulli's beam between the frames, without rotary inertia."""
+        """Return the Euler-Bernoulli beam between the frames, without rotary inertia."""
         stiffness = self.youngs_modulus * self.area, self.youngs_modulus * self.second_moment
         return Beam(self.length, *stiffness, self.density * self.area)
 
@@ -153,20 +153,20 @@ class LinkBeam:
 
 @dataclass(frozen=True)
 class RawLink:
-    """A rigid body as written.
+    """A rigid body with the data of the file.
 
     Attributes
     ----------
     mass : float
-        [kg]
+        Mass [kg].
     rotation, translation : (3, 3), (3,) arrays
-        Drawn pose of the link frame in the world [m].
+        Reference pose of the link frame in the world [m].
     com_local, inertia_local : (3,), (3, 3) arrays
         Mass centre [m] and inertia tensor about it [kg m2], in link axes.
     visuals : tuple of str
-        ``<visual>`` elements, as written but for their poses: each begins with one, in link axes.
+        ``<visual>`` elements of the file; the pose comes first, in link axes.
     beam : LinkBeam or None
-        What it is made of if it can bend; its mass, mass centre and inertia are the link's.
+        Beam of a link that can be flexible; it determines the link's mass, mass centre and inertia.
     """
 
     name: str
@@ -180,13 +180,13 @@ class RawLink:
 
     @property
     def pose(self) -> Pose:
-        """Drawn pose of the link frame in the world."""
+        """Return the reference pose of the link frame in the world."""
         return Pose(self.rotation, self.translation)
 
 
 @dataclass(frozen=True)
 class RawJoint:
-    """A joint as written.
+    """A joint with the data of the file.
 
     Attributes
     ----------
@@ -195,10 +195,10 @@ class RawJoint:
     parent, child : str
         Link names, or "world".
     axis, position, position_on_parent : (3,) arrays
-        Drawn axis, and position on the child and on the parent, in the world [m].
+        Axis, and positions on the child and on the parent, in the world [m].
     bearing : Bearing or None
     slot : Slot or None
-        What a revolute, or a prismatic, joint is made of if it may have play.
+        Geometry of a revolute or a prismatic joint that can have clearance.
     """
 
     name: str
@@ -214,9 +214,9 @@ class RawJoint:
 
 @dataclass(frozen=True)
 class RawModel:
-    """Everything the file says.
+    """The complete content of the file.
 
-    `frames` has the link that carries each named frame, and its pose; `values` the numbers as written, by the
+    `frames` has the link that carries each named frame, and its pose; `values` the numbers of the file, by the
     dotted paths that `linkages.files.sdf.read_sdf` replaces.
     """
 
@@ -228,13 +228,13 @@ class RawModel:
 
 
 class Chains:
-    """Links joined by joints so far; `of` has the set of those that each link is joined to, itself among them."""
+    """Connected sets of links, grown joint by joint; `of` has each link's set."""
 
     def __init__(self, links: Iterable[str]) -> None:
         self.of = {name: {name} for name in ("world", *links)}
 
     def join(self, joint: RawJoint) -> bool:
-        """Join the two links of a joint; returns whether they were not joined before."""
+        """Connect the two links of a joint; return False if they were connected before."""
         if joint.child in self.of[joint.parent]:
             return False
         together = self.of[joint.parent] | self.of[joint.child]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from linkages.errors import InputError, unreadable
 
-_MOST = 10_000_000  # bytes; a machine or an experiment has thousands
+_MOST = 10_000_000  # largest file size [bytes]; typical files have thousands
 
 
 def read_whole(path: Path) -> bytes:
@@ -15,7 +15,7 @@ def read_whole(path: Path) -> bytes:
     Raises
     ------
     InputError
-        If it cannot be read, or has no end (`/dev/zero`).
+        If the file cannot be read, or is too large (`/dev/zero`).
     """
     try:
         with open(path, "rb") as file:
@@ -25,7 +25,5 @@ def read_whole(path: Path) -> bytes:
     except ValueError as problem:  # a name with a null character
         raise InputError(path, "", f"cannot be read ({problem})") from None
     if len(data) > _MOST:
-        raise InputError(
-            path, "", f"is larger than {_MOST // 1_000_000} MB; give the text of a machine or an experiment"
-        )
+        raise InputError(path, "", f"is larger than {_MOST // 1_000_000} MB; give a mechanism or an experiment")
     return data

@@ -1,4 +1,4 @@
-"""Links of a model moved, and links that are fixed to one another made into one."""
+"""Rigid operations on a model: move links, merge links that are fixed to each other."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from linkages.files.xml import parse_xml
 
 
 def without_massless(path: Path, model: RawModel) -> RawModel:
-    """Make frames of the links that have no mass and are fixed to another link, or to the world.
+    """Convert massless links that are fixed to another link, or to the world, to frames.
 
     Raises
     ------
@@ -35,27 +35,27 @@ def without_massless(path: Path, model: RawModel) -> RawModel:
 
 
 def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawModel:
-    """Let the link on one side of a fixed joint take in that on the other, which becomes a frame of it.
+    """Merge the two links of a fixed joint; one becomes a frame of the other.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     model : RawModel
     joint : RawJoint
-        The fixed joint; it goes.
+        The fixed joint; it is removed.
     name : str
         The link that becomes a frame.
 
     Returns
     -------
     RawModel
-        Joints of the link are joints of the other at the same places; so are frames.
+        Joints and frames of the merged link belong to the other link, at the same places.
 
     Raises
     ------
     InputError
-        If another joint lets the two move.
+        If another joint connects the two links.
     """
     stays = joint.parent if joint.child == name else joint.child
     gone = next(link for link in model.links if link.name == name)
@@ -67,7 +67,7 @@ def fixed_into(path: Path, model: RawModel, joint: RawJoint, name: str) -> RawMo
         if moved.parent != moved.child:
             joints.append(moved)
         elif moved.type != "fixed":
-            problem = f'joins "{other.parent}" and "{other.child}", which are fixed to one another'
+            problem = f'joins "{other.parent}" and "{other.child}", which are fixed to each other'
             raise InputError(path, f'<joint name="{other.name}">', problem)
     frames = {key: (stays if link == name else link, pose) for key, (link, pose) in model.frames.items()}
     return replace(model, links=links, joints=tuple(joints), frames={**frames, name: (stays, gone.pose)})
@@ -80,7 +80,7 @@ def moved(model: RawModel, moves: Mapping[str, Pose]) -> RawModel:
     ----------
     model : RawModel
     moves : mapping of str to Pose
-        Rigid motion of a link from its drawn pose, in world axes; links that are not named stay.
+        Displacement of each named link from its reference pose, in world axes; other links stay.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def moved(model: RawModel, moves: Mapping[str, Pose]) -> RawModel:
 
 
 def _together(link: RawLink, other: RawLink) -> RawLink:
-    """Return a link with the mass, inertia and shapes of another, in its own axes."""
+    """Return a link with the mass, inertia and shapes of another, in the first link's axes."""
     pose = link.pose.inverse() @ other.pose
     mass = link.mass + other.mass
     centres = link.com_local, pose.rotation @ other.com_local + pose.translation

@@ -1,9 +1,9 @@
 """Reads the part of SDFormat that describes a mechanism: links, joints, frames and their poses.
 
-Poses follow the standard: ``relative_to`` names any link, joint or frame of the model (nested to any
-depth); by default a link's pose is relative to the model, a frame's to what it is attached to and a
-joint's to its child. What cannot be honoured is refused, never ignored silently, except elements that
-only a picture or a contact sensor needs.
+Poses follow the standard: ``relative_to`` names any link, joint or frame of the model (nested to any depth). By
+default a link's pose is relative to the model, a frame's pose to the link or frame it is attached to, and a joint's
+pose to its child. Unsupported elements are rejected, never ignored, except elements that only pictures or contact
+sensors need.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Part = TypeVar("Part", Bearing, Slot)
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
-_HARMLESS = ("linkages", "collision_filter_group")  # elements with a prefix, by either part of their names
+_HARMLESS = ("linkages", "collision_filter_group")  # ignored elements with a prefix, by prefix or name
 
 
 def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawModel:
@@ -41,29 +41,29 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
     Parameters
     ----------
     path : Path
-        The file.
+        The SDFormat file.
     overrides : mapping of str to float, optional
-        Values that replace those of the file, by dotted path: ``links.NAME.mass`` [kg],
+        Values that override the file, by dotted path: ``links.NAME.mass`` [kg],
         ``links.NAME.com.x|y|z`` [m], ``links|joints|frames.NAME.pose.x|y|z|roll|pitch|yaw`` [m, rad],
         ``joints.NAME.bearing.radius|length`` and ``joints.NAME.slot.length|height`` [m],
         ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
-        ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; of a machine that was written from a description,
+        ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a description,
         ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
 
     Raises
     ------
     InputError
-        With file, element and reason.
+        If the file is invalid: file, element and reason.
     """
     return read_root(path, read_xml(path), overrides)
 
 
 def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
-    """Read what stands in an SDFormat file, as `read_sdf`."""
+    """Read the elements of an SDFormat file, as `read_sdf`."""
     model, values = flattened(path, find_model(path, root)), dict(overrides or {})
     parameters: dict[str, float] = {}
     if (description := model.findtext("linkages:description")) is not None:
-        from linkages.files.description import redrawn  # which few files need
+        from linkages.files.description import redrawn  # needed by few files
 
         own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
         model, parameters = redrawn(path, model, description, own)
@@ -72,7 +72,7 @@ def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | Non
 
 
 def read_model(path: Path, model: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
-    """Read a ``<model>`` without models in it, as `read_sdf`; links may be without a mass, which is zero then."""
+    """Read a ``<model>`` without nested models, as `read_sdf`; a missing mass of a link is zero."""
     return _Reader(path, model, overrides or {}).read()
 
 
@@ -138,7 +138,7 @@ class _Reader:
         raise self.error(where, f'"{key}" is unknown; {nearest(key, known)}')
 
     def _check_beams(self) -> None:
-        """Check that each <inertial> is that of the link's beam, before any value is replaced."""
+        """Check that each <inertial> agrees with the link's beam, before any value is replaced."""
         for name, element in self._tagged("link").items():
             if (beam := self._beam(name, element)) is not None:
                 written = self._written(name, element)
@@ -158,9 +158,9 @@ class _Reader:
         self.elements[name] = element
 
     def _refuse_unknown(self, element: ET.Element, where: str) -> None:
-        """Refuse what only some other reader knows, where it can change the motion."""
+        """Reject an unknown element that can change the motion."""
         if ":" in element.tag and not any(part in _HARMLESS for part in element.tag.split(":", 1)):
-            problem = "is not known here; remove it, or let `linkages import` make a file without it"
+            problem = "is unknown; remove it, or use `linkages import` to write a file without it"
             raise self.error(f"{where}/<{element.tag}>", problem)
 
     def _tagged(self, tag: str) -> dict[str, ET.Element]:
@@ -173,7 +173,7 @@ class _Reader:
         return self.elements[name]
 
     def _pose(self, name: str, asked_by: str = "") -> Pose:
-        """World pose of a link, joint or frame, of the model, or of the world."""
+        """Return the world pose of a link, joint, frame, the model, or the world."""
         if name == "world":
             return Pose()
         if name == "__model__":
@@ -186,7 +186,7 @@ class _Reader:
             chain = " -> ".join([*self.resolving[self.resolving.index(name) :], name])
             raise self.error(where, f"its pose is relative to itself ({chain}); break the circle")
         if len(self.resolving) == DEEPEST:
-            raise self.error(where, f"its pose is the last of more than {DEEPEST} relative to one another")
+            raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
         self.resolving.append(name)
         pose = element.find("pose")
         base = pose.get("relative_to", "") if pose is not None else ""
@@ -203,14 +203,14 @@ class _Reader:
         values = numbers(self.path, pose, 7 if quaternion else 6, f"{where}/<pose>")
         if quaternion:
             if abs(np.linalg.norm(values[3:]) - 1.0) > 1e-6:
-                raise self.error(f"{where}/<pose>", "its quaternion is not of length one")
-            from scipy.spatial.transform import Rotation  # takes half a second to import
+                raise self.error(f"{where}/<pose>", "its quaternion does not have length one")
+            from scipy.spatial.transform import Rotation  # half a second of import time
 
             return Pose(Rotation.from_quat(values[3:]).as_matrix(), values[:3])
         return Pose(rotation(np.radians(values[3:]) if is_in_degrees(pose) else values[3:]), values[:3])
 
     def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
-        """Name of the link that a link, frame or joint name stands for."""
+        """Return the link that carries the link, frame or joint with this name."""
         if name == "world":
             return name
         if name == "__model__":
@@ -221,7 +221,7 @@ class _Reader:
         if name in passed:
             raise self.error(label(found), "is attached to itself; break the circle")
         if len(passed) == DEEPEST:
-            raise self.error(label(found), f"is the last of more than {DEEPEST} attached to one another")
+            raise self.error(label(found), f"is the last of more than {DEEPEST} frames that are attached to each other")
         return self._carrier(_attached_to(found), label(found), (*passed, name))
 
     # -- elements ----------------------------------------------------------------------------------
@@ -231,7 +231,7 @@ class _Reader:
         return link if beam is None else of_beam(link, beam)
 
     def _beam(self, name: str, element: ET.Element) -> LinkBeam | None:
-        """Read the beam of a link, and where its ends are."""
+        """Read the beam of a link, with the positions of its ends."""
         beam = written_beam(self.path, element)
         if beam is None:
             return None
@@ -242,11 +242,11 @@ class _Reader:
                 raise self.error(f"{where}/<linkages:{key}>", problem)
         start, end = (self._pose(frame).translation for frame in beam.frames)
         if np.linalg.norm(end - start) < 1e-9:
-            raise self.error(where, f'has no length: "{beam.frames[0]}" and "{beam.frames[1]}" are one place')
+            raise self.error(where, f'has no length: "{beam.frames[0]}" and "{beam.frames[1]}" coincide')
         return replace(beam, start=start, end=end)
 
     def _written(self, name: str, element: ET.Element) -> RawLink:
-        """Read a link as its <inertial> has it."""
+        """Read a link with the values of its <inertial>."""
         where = label(element)
         pose = self._pose(name)
         visuals = tuple(self._visual(visual, pose, where) for visual in element.findall("visual"))
@@ -269,8 +269,8 @@ class _Reader:
         slack = 1e-9 * max(abs(principal[-1]), 1e-300)
         if principal[0] < -slack or principal[-1] > principal[0] + principal[1] + slack:
             moments = ", ".join(f"{moment:g}" for moment in principal)
-            rule = "none may be negative and none larger than the sum of the others"
-            raise self.error(spot, f"no body has the principal moments {moments} kg m2; {rule}")
+            rule = "none may be negative or larger than the sum of the others"
+            raise self.error(spot, f"the principal moments {moments} kg m2 are impossible; {rule}")
         rotated = centre.rotation @ matrix @ centre.rotation.T
         return RawLink(name, mass, pose.rotation, pose.translation, centre.translation, rotated, visuals, None)
 
@@ -304,8 +304,8 @@ class _Reader:
         if parent == child:
             raise self.error(where, f'joins "{parent}" to itself; parent and child must differ')
         pose = self._pose(name)
-        # A parent given as a *frame* says where the joint sits on the parent; the standard's own
-        # reading (the joint's drawn position) is the same thing whenever the drawing closes.
+        # A parent given as a *frame* defines the joint's place on the parent; the standard's place
+        # (the joint's reference position) is the same if the file's pose closes the loops.
         on_parent = self._pose(ends["parent"]) if ends["parent"] in self._tagged("frame") else pose
         axis = np.zeros(3) if JOINT_TYPES[kind] == "fixed" else self._axis(element, where, pose)
         bearing, slot = self._annotation(element, Bearing), self._annotation(element, Slot)
@@ -343,7 +343,7 @@ class _Reader:
 
 
 def _attached_to(element: ET.Element) -> str:
-    """Name of what a link, frame or joint is attached to, and what its pose is relative to by default."""
+    """Return the name of the element that a link, frame or joint is attached to (default of ``relative_to``)."""
     if element.tag == "joint":
         return element.findtext("child", "").strip()
     return (element.tag == "frame" and element.get("attached_to")) or "__model__"

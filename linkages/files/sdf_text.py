@@ -1,4 +1,4 @@
-"""A machine written as SDFormat."""
+"""Write a mechanism as SDFormat."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from linkages.files.raw_model import Pose, RawJoint, RawLink, RawModel
 
 
 def sdf_text(model: RawModel, remarks: Sequence[str] = (), description: str = "") -> str:
-    """Write a machine, every pose in world axes, so that `linkages.files.sdf.read_sdf` reads the same again.
+    """Write a mechanism with all poses in world axes; `linkages.files.sdf.read_sdf` reads the same model back.
 
     Parameters
     ----------
     model : RawModel
     remarks : sequence of str
-        For the comment at its head, an item each.
+        Items of the comment at the head of the file.
     description : str
-        What the machine is drawn from, if it is kept (`linkages.files.description`).
+        Description to store in the file (`linkages.files.description`); empty: none.
 
     Returns
     -------
     str
-        The text of a file.
+        Text of the file.
     """
     comment = [line for remark in remarks for line in textwrap.wrap(f"- {remark}".replace("--", "- -"), 116)]
     body = [line for link in model.links for line in _link(link)]

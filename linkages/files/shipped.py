@@ -1,4 +1,4 @@
-"""Finds the machines and experiments that come with the package."""
+"""Find the mechanisms and experiments of the package."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from linkages.errors import unreadable
 
 
 def data_folder() -> Path:
-    """Folder of the shipped ``.sdf`` and ``.toml`` files."""
+    """Return the folder of the shipped ``.sdf`` and ``.toml`` files."""
     packaged = Path(str(files("linkages"))) / "sdf"
     return packaged if packaged.is_dir() else Path(__file__).resolve().parents[2] / "sdf"
 
 
 def find_file(name: str | Path, *suffixes: str) -> Path:
-    """Return the file as given if it exists, else a shipped file of that name.
+    """Return the given file if it exists, otherwise the shipped file with this name.
 
     Parameters
     ----------
     name : str or Path
     *suffixes : str
-        Ends of names, such as ".toml", that may be left out; the first that leads to a file counts.
+        Optional suffixes of names, such as ".toml"; the first that gives an existing file is used.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def find_file(name: str | Path, *suffixes: str) -> Path:
     Raises
     ------
     InputError
-        If there is neither; it names the nearest of the files that are there.
+        If neither exists; the message names the most similar existing file.
 
     Examples
     --------
@@ -44,7 +44,7 @@ def find_file(name: str | Path, *suffixes: str) -> Path:
     bare = path.parent in (Path(), Path("sdf"))
     for end in ("", *suffixes):
         for place in (f"{path}{end}", data_folder() / f"{path.name}{end}")[: 1 + bare]:
-            # unlike Path's, false for names that no file can have; without its suffix a name may be a folder's
+            # unlike Path.is_file, False for invalid names; a name without suffix may be a folder
             if os.path.exists(place) and not (suffixes and os.path.isdir(place)):
                 return Path(place)
     if os.path.exists(path):

@@ -1,4 +1,4 @@
-"""Shorthand of descriptions written out: one entry for many links, values with units."""
+"""Expansion of shorthand in descriptions: one entry for many links, values with units."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from linkages.files.formula import CONSTANTS, FUNCTIONS, parse
 from linkages.files.unit_conversion import without_units
 
 _RANGE = re.compile(r"\{(\w+)=(-?\d+)\.\.(-?\d+)\}")
-_MOST = 1000  # names that one line stands for
+_MOST = 1000  # most names that one line defines
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_INDEXED = re.compile(r"\{([^{}]*)\}(?=(\s*\*\*)?)")  # and the power that it may be raised to
-_EXACT = 2.0**53  # up to which every integer is a float
+_INDEXED = re.compile(r"\{([^{}]*)\}(?=(\s*\*\*)?)")  # and an optional power
+_EXACT = 2.0**53  # every smaller integer is exact as a float
 
 
-#: Unit of each key's quantities; a point's third value of three is an angle.
+#: Unit of each key's quantities; the third of a point's three values is an angle.
 _UNITS = {"points": "m", "section": "m", "bearing": "m", "density": "kg/m3"}
 _OF_LINK = {"section": "m", "mass": "kg", "inertia": "kg m2", **BEAM_UNITS}
 
 
 def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
-    """Write out repetitions, and replace quantities by numbers in SI units.
+    """Expand repetitions, and replace quantities by numbers in SI units.
 
     Parameters
     ----------
     data : dict
         A description.
     stored : bool
-        Whether it comes from a machine's file, whose angles are numbers in rad.
+        Whether the description comes from an SDFormat file, whose angles are numbers in rad.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
             for name in data[kind]:
                 if not _NAME.fullmatch(name) or name in CONSTANTS or name in FUNCTIONS or name == "world":
                     raise DraftError(
-                        f"{kind}.{name}", "cannot be a name; use letters, digits and _, no word of formulas"
+                        f"{kind}.{name}", "cannot be a name; use letters, digits and _, no name of formulas"
                     )
     names = set(data.get("parameters", {}))
     if both := names & set(data["points"]):
@@ -60,7 +60,7 @@ def written_out(data: dict[str, Any], stored: bool = False) -> dict[str, Any]:
 
 
 def _link(value: Any, names: set[str], where: str) -> Any:
-    """Replace quantities of a link, and of the tables within it, by numbers; names of points stay as they are."""
+    """Replace quantities in a link and its tables by numbers; names of points are unchanged."""
     if not isinstance(value, dict):
         return value
     found = {}
@@ -73,7 +73,7 @@ def _link(value: Any, names: set[str], where: str) -> Any:
 
 
 def _repeated(where: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Write out ``"P{k=0..6}" = ...{k}...`` as one entry for each k."""
+    """Expand ``"P{k=0..6}" = ...{k}...`` into one entry for each k."""
     for key, value in table.items():
         found = _RANGE.search(key)
         if found is None:
@@ -93,9 +93,9 @@ def _counted(value: Any, index: str, count: int, where: str) -> Any:
         try:
             result = parse(found[1])({index: float(count)})
         except (ValueError, KeyError):
-            raise DraftError(where, f'"{found[0]}" is no formula of {index}') from None
+            raise DraftError(where, f'"{found[0]}" is not a formula of {index}') from None
         if math.isnan(result):
-            raise DraftError(where, f'"{found[0]}" has no finite value where {index} is {count}')
+            raise DraftError(where, f'"{found[0]}" has no finite value for {index} = {count}')
         text = str(int(result)) if result.is_integer() and abs(result) < _EXACT else repr(result)
         return f"({text})" if found[2] and result < 0.0 else text  # -2**2 is -4
 

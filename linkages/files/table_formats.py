@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from linkages.errors import InputError
 
-if TYPE_CHECKING:  # the command line reads the names of the formats, and must start at once
+if TYPE_CHECKING:  # the command line imports this module for the names of the formats, and must start fast
     from linkages.arrays import Array
 
     Columns = Mapping[str, Array]
 
-_LONGEST = 63  # name in MATLAB
+_LONGEST = 63  # most characters of a name in MATLAB
 
 
 def needed(package: str, asked: str) -> Any:
@@ -25,7 +25,7 @@ def needed(package: str, asked: str) -> Any:
     Raises
     ------
     InputError
-        If it is not installed; it says how to install it for what was `asked`.
+        If the package is not installed; the message has the command that installs it for the feature `asked`.
     """
     try:
         return importlib.import_module(package)
@@ -54,7 +54,7 @@ def _unit(units: Mapping[str, str], name: str) -> dict[str, str]:
 
 
 def write_csv(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write comma-separated values; heads are ``name [unit]``, numbers read back exactly."""
+    """Write comma-separated values; headings are ``name [unit]``; numbers are exact."""
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(f"{name} [{units[name]}]" if name in units else name for name in columns)
@@ -62,7 +62,7 @@ def write_csv(path: Path, columns: Columns, units: Mapping[str, str], attributes
 
 
 def write_mat(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write a MATLAB file: ``A.force`` is a field of the structure ``A``; ``units`` and ``about`` stand beside."""
+    """Write a MATLAB file: ``A.force`` is a field of the structure ``A``; also ``units`` and ``about``."""
     from scipy.io import savemat
 
     content: dict[str, Any] = {}
@@ -74,7 +74,7 @@ def write_mat(path: Path, columns: Columns, units: Mapping[str, str], attributes
 
 
 def _put(content: dict[str, Any], parts: list[str], value: Any) -> None:
-    """Put a value into nested structures; a name that is taken gets an underscore."""
+    """Put a value into nested structures; a duplicate name gets an underscore."""
     name = _field(parts[0])
     last = len(parts) == 1
     while name in content and (last or not isinstance(content[name], dict)):
@@ -86,13 +86,13 @@ def _put(content: dict[str, Any], parts: list[str], value: Any) -> None:
 
 
 def _field(name: str) -> str:
-    """Make a name that MATLAB takes."""
+    """Make a valid MATLAB name."""
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     return (plain if plain[:1].isalpha() else f"x{plain}")[:_LONGEST]
 
 
 def write_parquet(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write Apache Parquet; each column's field has its unit as metadata."""
+    """Write Apache Parquet; the metadata of each field has the unit."""
     pyarrow, parquet = needed("pyarrow", "--to parquet"), needed("pyarrow.parquet", "--to parquet")
     fields = [pyarrow.field(name, pyarrow.float64(), metadata=_unit(units, name) or None) for name in columns]
     schema = pyarrow.schema(fields, metadata=dict(attributes))
@@ -100,14 +100,14 @@ def write_parquet(path: Path, columns: Columns, units: Mapping[str, str], attrib
 
 
 def write_netcdf(path: Path, columns: Columns, units: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-    """Write NetCDF (version 3, which every reader knows) as `dataset` has it; its names have no slash."""
+    """Write NetCDF (version 3, which all readers support) of `dataset`; names have no slash."""
     needed("xarray", "--to netcdf")
     made = dataset(columns, units, attributes)
     made = made.rename({name: str(name).replace("/", "_") for name in made if "/" in str(name)})
     made.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
 
 
-#: How each format is written, and the end of its files' names.
+#: Function and file suffix of each format.
 FORMATS: dict[str, tuple[Callable[[Path, Columns, Mapping[str, str], Mapping[str, str]], None], str]] = {
     "csv": (write_csv, ".csv"),
     "mat": (write_mat, ".mat"),

@@ -1,4 +1,4 @@
-"""Keys of tables: what each takes, in which unit; values with units replaced by numbers."""
+"""Keys of tables: allowed values and units; conversion of values with units to numbers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from linkages.files.unit_conversion import read, read_either
 
 @dataclass(frozen=True)
 class OneOf:
-    """Validates a name against those of a registry, as it is then: what is registered later can be named too."""
+    """Validates a name against a registry at the time of use, so that later entries are valid too."""
 
     registry: Mapping[str, object]
 
@@ -33,18 +33,18 @@ class OneOf:
 
 
 def table_keys(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Every key of a table and of the tables in it, by dotted path, with its meaning and unit."""
+    """Yield every key of a table and its inner tables, by dotted path, with meaning and unit."""
     return ((path, info.description or "") for path, info in _fields(model, prefix))
 
 
 def described_keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
-    """Every key with its meaning, whether it is required, its default, and the values that it takes."""
+    """Yield every key with its meaning, whether it is required, default, and allowed values."""
     for path, info in _fields(model):
         yield path, "; ".join(filter(None, [info.description, *_rules(info)]))
 
 
 def taken_keys(model: type[BaseModel], data: Any) -> Mapping[str, FieldInfo]:
-    """Keys that a table with these values takes: some depend on a value, as parameters do on the law."""
+    """Return the allowed keys of a table with these values: parameters, for example, depend on the law."""
     added = getattr(model, "added_keys", None)
     if added is None or not isinstance(data, Mapping):
         return model.model_fields
@@ -52,7 +52,7 @@ def taken_keys(model: type[BaseModel], data: Any) -> Mapping[str, FieldInfo]:
 
 
 def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """Fields of a table and of the tables in it by dotted path."""
+    """Yield the fields of a table and its inner tables by dotted path."""
     declared = getattr(model, "declared_keys", tuple)
     for name, info in (*model.model_fields.items(), *declared()):
         inner = inner_table(info)
@@ -64,7 +64,7 @@ def _fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Fie
 
 
 def _rules(info: FieldInfo) -> Iterator[str]:
-    """Say what a key takes."""
+    """Describe the allowed values of a key."""
     if choices := names_taken(info):
         yield f"one of {', '.join(choices)}"
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -84,7 +84,7 @@ def _rules(info: FieldInfo) -> Iterator[str]:
 
 
 def names_taken(info: FieldInfo) -> list[str]:
-    """Names that a key takes; none if it takes others too."""
+    """Return the allowed names of a key; empty if it also allows others."""
     kinds, found = [info.annotation], []
     while kinds:
         kind = kinds.pop(0)
@@ -94,9 +94,9 @@ def names_taken(info: FieldInfo) -> list[str]:
 
 
 def _metadata(info: FieldInfo) -> Iterator[Any]:
-    """Find what is asked of a key's values, of one among other kinds too."""
+    """Yield the constraints on a key's values, including alternatives."""
     kinds: list[Any] = [*info.metadata, info.annotation]
-    for kind in kinds:  # which becomes longer meanwhile
+    for kind in kinds:  # grows during the iteration
         if isinstance(kind, FieldInfo):
             kinds += kind.metadata
         elif get_origin(kind) is Annotated:
@@ -108,7 +108,7 @@ def _metadata(info: FieldInfo) -> Iterator[Any]:
 
 
 def inner_table(info: Any) -> type[BaseModel] | None:
-    """Find the table that a key holds, or holds a list or table of, if it does."""
+    """Find the table type of a key, of its list items or of its named tables; None without one."""
     kinds = [info.annotation]
     while kinds:
         kind = kinds.pop(0)
@@ -119,11 +119,11 @@ def inner_table(info: Any) -> type[BaseModel] | None:
 
 
 class UnitError(Exception):
-    """A dotted path, and what is wrong with the unit there."""
+    """An invalid unit: dotted path and reason."""
 
 
 def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Replace what is written with a unit by its number, in a table and the tables in it."""
+    """Convert values with units to SI numbers, in a table and its inner tables."""
     found, keys = dict(data), taken_keys(model, data)
     for key, value in data.items():
         info, path = keys.get(key), f"{prefix}{key}"
@@ -146,20 +146,20 @@ def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> 
 
 
 def _is_number(info: FieldInfo) -> bool:
-    """Whether a key takes numbers, or lists of them, and no text."""
+    """Check whether a key allows numbers, or lists of numbers, and no text."""
     kinds: list[Any] = [info.annotation]
-    for kind in kinds:  # which becomes longer meanwhile
+    for kind in kinds:  # grows during the iteration
         kinds += get_args(kind)[:1] if get_origin(kind) is Annotated else get_args(kind)
     return (float in kinds or int in kinds) and str not in kinds
 
 
 def is_named(info: FieldInfo) -> bool:
-    """Whether a key holds tables by names of the user's."""
+    """Check whether a key holds tables with user-defined names."""
     return str(info.annotation).startswith("dict")
 
 
 def unit_of(info: FieldInfo) -> str:
-    """Return the unit that a key's description has in brackets; empty without one."""
+    """Return the bracketed unit in a key's description; empty without one."""
     return bracketed(info.description or "")
 
 

@@ -23,22 +23,22 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
-_DEEPEST = 20  # levels of nesting: reading recurses
-_LONGEST = 80  # characters of a wrong value that are shown
+_DEEPEST = 20  # most levels of nesting (reading recurses)
+_LONGEST = 80  # most characters of a wrong value in a message
 
 
 class Table(BaseModel):
-    """A table of a TOML file: unknown keys are errors, values keep their types and do not change.
+    """A table of a TOML file: unknown keys are errors, values are not coerced and are immutable.
 
-    Numbers may be written with a unit, in quotes, where the key's description gives one in brackets.
+    A number may be a quoted text with a unit if the key's description has a bracketed unit.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)  # built when first used
-    of_any_joint: ClassVar[bool] = False  # whether what has rad in its unit may be of a sliding joint, in m
+    of_any_joint: ClassVar[bool] = False  # whether units with rad also allow m (prismatic joints)
 
     @classmethod
     def unknown(cls, key: str, data: Mapping[str, Any]) -> str:
-        """Say what is wrong with a key that the table does not take."""
+        """Describe the error of an unknown key."""
         return f"unknown key; {nearest(key, taken_keys(cls, data))}"
 
 
@@ -46,7 +46,7 @@ AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Read a file: its values, and by dotted path the comment beside each value.
+    """Read a file: its values, and the comment after each value by dotted path.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
         If the file cannot be read or is not TOML.
     """
     if path.suffix == ".sdf":
-        raise InputError(path, "", "is a machine; give the file (.toml) that says what is done with it")
+        raise InputError(path, "", "is a mechanism; give the experiment file (.toml) that names it")
     data = io.BytesIO(read_whole(path))
     try:
         document = tomlkit.parse(io.TextIOWrapper(data, "utf-8").read())
@@ -98,12 +98,12 @@ def value_at(table: Table, path: str, source: Path) -> float:
 def validate(
     model: type[AnyTable], data: Mapping[str, Any], source: Path, origins: Mapping[str, str] | None = None
 ) -> AnyTable:
-    """Build a table from its values; `origins` has by dotted path where those not of the file came from.
+    """Build a table from its values; `origins` has the origin of overrides by dotted path.
 
     Raises
     ------
     InputError
-        For the first value that is wrong: file (or origin), dotted path, what is wrong and what would be right.
+        For the first invalid value: file (or origin), dotted path, error and remedy.
     """
     for where, problem in _implausible(data):
         raise InputError((origins or {}).get(where, source), where, problem)
@@ -113,7 +113,7 @@ def validate(
         where = problem.args[0]
         raise InputError((origins or {}).get(where, source), where, problem.args[1]) from None
     except ValidationError as problem:
-        # a misspelt key often leaves another one missing: name the misspelt one
+        # a misspelt key often causes a missing key: report the misspelt one
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
         raise InputError((origins or {}).get(where, source), where, _explain(model, data, first)) from None
@@ -134,7 +134,7 @@ def check_history(times: list[float] | None, values: Sized | None, name: str) ->
 
 
 def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Values of nested tables by dotted path."""
+    """Yield the values of nested tables by dotted path."""
     for key, value in data.items():
         if isinstance(value, Mapping):
             yield from leaves(value, f"{prefix}{key}.")
@@ -143,7 +143,7 @@ def leaves(data: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
 
 
 def parse_value(text: str) -> Any:
-    """Read one value as TOML would; what is not TOML, or too long or too deep for its reader, is a string."""
+    """Parse one TOML value; text that is not TOML, or too long or deep for the parser, is a string."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
@@ -151,7 +151,7 @@ def parse_value(text: str) -> Any:
 
 
 def _implausible(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
-    """Find by dotted path what no table can use, whatever it is for: nesting, and numbers out of all proportion."""
+    """Yield values that no table allows, by dotted path: deep nesting and implausible numbers."""
     if len(path) > _DEEPEST:
         yield ".".join(path), f"is nested more than {_DEEPEST} levels deep"
     elif isinstance(data, Mapping):
@@ -165,7 +165,7 @@ def _implausible(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, s
 
 
 def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
-    """Find the comment beside each value of a TOML document."""
+    """Yield the comment after each value of a TOML document."""
     for key in table:
         # indexing would unwrap booleans, and lose their comment; tables written in several places have no item()
         item = table.item(key) if hasattr(table, "item") else table[key]
@@ -177,7 +177,7 @@ def _comments(table: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
-    """One sentence for a validation error."""
+    """Write one sentence for a validation error."""
     loc, kind, value = error["loc"], error["type"], error["input"]
     table, values = _table_at(model, data, loc[:-1])
     if kind == "extra_forbidden":
@@ -189,7 +189,7 @@ def _explain(model: type[Table], data: Mapping[str, Any], error: Any) -> str:
         return f"is missing{meaning}" + (f"; give one of {', '.join(choices)}" if choices else "")
     if kind == "value_error":
         return str(error["ctx"]["error"])
-    # what pydantic says, in the words of TOML
+    # pydantic's message in TOML terms
     message = re.sub(r"^(Input|List) should", "it should", error["msg"])
     message = re.sub(r"a valid dictionary( or instance of \w+)?", "a table", message)
     message = message.replace("be a valid ", "be a ").replace(" after validation", "")
@@ -201,10 +201,10 @@ def _table_at(model: type[Table], data: Any, loc: tuple[Any, ...]) -> tuple[type
     """Find the table that a validation error's location lies in, and its values."""
     for part in loc:
         info = taken_keys(model, data).get(str(part))
-        if info is not None:  # else a name in a table of names
+        if info is not None:  # otherwise a name in a table of names
             model = cast(type[Table], inner_table(info) or model)
         if isinstance(data, Mapping):
-            data = data.get(part, data)  # but for tags of unions
+            data = data.get(part, data)  # except tags of unions
         elif isinstance(data, list) and isinstance(part, int):
             data = data[part]
     return model, data

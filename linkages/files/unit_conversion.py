@@ -1,4 +1,4 @@
-"""Values with units, "0.1 mm" or "300 r/min", in SI units; pint is imported where a file has one, and not before."""
+"""Values with units, "0.1 mm" or "300 r/min", in SI units; pint is imported only for such a value."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-_UNSIGNED = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"  # whole: 2e-4 is no 2 of the unit e-4
+_UNSIGNED = r"(?>(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"  # atomic: 2e-4 is not a 2 with the unit e-4
 _FRACTION = rf"(?:{_UNSIGNED}\s*/\s*)?{_UNSIGNED}"  # 1/2 mm is half a millimetre
 _NUMBER = rf"[-+]?{_FRACTION}"
 _NAME = r"[A-Za-zµμ°%]+"
@@ -15,12 +15,12 @@ _FACTOR = rf"{_NAME}(?:\^?-?\d)?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*((?:1\s*/\s*)?{_FACTOR}(?:\s*[ */·]\s*{_FACTOR})*)\s*")
 _IN_FORMULA = re.compile(rf"(?<![\w.])({_FRACTION})\s*({_FACTOR})(?![\w.(])")
 
-#: What a sliding joint has where a turning one has this.
+#: Units of a prismatic joint by the corresponding units of a revolute one.
 SLIDING = {"rad": "m", "rad/s": "m/s", "N m": "N", "N m s/rad": "N s/m"}
 
 
 def is_quantity(text: str) -> bool:
-    """Tell whether a text is a number with a unit behind it.
+    """Check whether a text is a number followed by a unit.
 
     Examples
     --------
@@ -37,20 +37,20 @@ def si(text: str, unit: str = "") -> float:
     Parameters
     ----------
     text : str
-        Such as "0.1 mm", "1/2 mm", "300 r/min", "7850 kg/m3"; a division is by the next number or unit alone.
+        Such as "0.1 mm", "1/2 mm", "300 r/min", "7850 kg/m3"; a division applies to the next number or unit alone.
     unit : str
-        What the number must be measured in, such as "rad/s"; default: whatever it is, in SI units. Angles are no
-        pure numbers here: "50 Hz" is no speed of rotation, "50 r/s" is one.
+        Unit in which the result is expressed, such as "rad/s"; default: SI units of any dimension. Angles are not
+        pure numbers here: "50 Hz" is not an angular velocity, "50 r/s" is one.
 
     Returns
     -------
     float
-        In `unit`.
+        The number in `unit`.
 
     Raises
     ------
     ValueError
-        One sentence: what is wrong, and what would be right.
+        If the text is invalid: one sentence with the error and the remedy.
 
     Examples
     --------
@@ -67,23 +67,23 @@ def si(text: str, unit: str = "") -> float:
         given = units.Quantity(float(above) / float(below or "1"), units.parse_units(_for_pint(found[2])))
     except ZeroDivisionError:
         raise ValueError(f'is "{text}"; nothing can be divided by 0') from None
-    except AttributeError:  # pint's for a unit that it does not know
+    except AttributeError:  # raised by pint for an unknown unit
         raise ValueError(f'is "{text}"; the unit "{found[2]}" is unknown') from None
     try:
         return float((given.to(units.parse_units(_for_pint(unit))) if unit else given.to_base_units()).magnitude)
-    except (TypeError, ValueError, AttributeError):  # pint's for other dimensions, and for what is no unit to it
+    except (TypeError, ValueError, AttributeError):  # raised by pint for other dimensions and invalid units
         raise ValueError(f'is "{text}"; it must be measured in {unit}, or a unit of the same kind') from None
 
 
 def read(value: Any, unit: str) -> Any:
-    """Replace every quantity in a value, or in a list of them, by its number in `unit`; the rest stays as it is."""
+    """Convert every quantity in a value or list to its number in `unit`; other items are unchanged."""
     if isinstance(value, list):
         return [read(item, unit) for item in value]
     return si(value, unit) if isinstance(value, str) and is_quantity(value) else value
 
 
 def read_either(value: Any, unit: str) -> Any:
-    """Read as `read`, of a turning joint or of a sliding one: m where `unit` has rad, N for N m."""
+    """Convert like `read`, for revolute or prismatic joints: also m instead of rad, N instead of N m."""
     try:
         return read(value, unit)
     except ValueError as problem:
@@ -101,18 +101,18 @@ def without_units(formula: str, names: set[str], write: Callable[[str], str] | N
     Parameters
     ----------
     formula : str
-        With single units only, such as "2*a + 5 mm".
+        A formula with single units only, such as "2*a + 5 mm".
     names : set of str
         Names of the formula's values: "2 a" lacks a ``*`` if there is a value ``a``; it is not two years.
     write : callable, optional
-        Text that replaces a quantity; default: its number in SI units.
+        Function that writes the replacement of a quantity; default: its number in SI units.
     unit : str
         Unit in which a text that is one quantity must be measured, such as "m"; default: any.
 
     Raises
     ------
     ValueError
-        If a unit is unknown or of another kind, a ``*`` is missing, or a quantity beside ``/`` or ``**`` can be read
+        If a unit is unknown or of another kind, a ``*`` is missing, or a quantity next to ``/`` or ``**`` can be read
         in two ways.
 
     Examples
@@ -137,14 +137,14 @@ def without_units(formula: str, names: set[str], write: Callable[[str], str] | N
 
 
 def _for_pint(unit: str) -> str:
-    """Write ``m2`` as ``m**2``."""
+    """Convert ``m2`` to ``m**2``."""
     return re.sub(rf"({_NAME})\^?(-?\d)", r"\1**\2", unit.replace("·", " "))
 
 
 @cache
 def _registry() -> Any:
-    """Make the units known; the radian is a dimension of its own, so that no frequency passes for a speed."""
-    import pint  # takes a second to import
+    """Make the registry of units; the radian is a separate dimension, so that frequencies are not speeds."""
+    import pint  # a second of import time
 
     units: Any = pint.UnitRegistry(on_redefinition="ignore")
     for line in (

@@ -1,6 +1,6 @@
-"""URDF in the terms of SDFormat: the same links, joints and poses, said by elements instead of attributes.
+"""Conversion of URDF to SDFormat: the same links, joints and poses, as elements instead of attributes.
 
-What SDFormat has no place for is passed on as it is, so that what reads the model can say that it was left out.
+Elements without an SDFormat equivalent are passed on unchanged, so that the reader of the model can report them.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _joint(element: ET.Element) -> ET.Element:
 
 
 def _loop_joint(element: ET.Element) -> Iterator[ET.Element]:
-    """Frames on both links, and the joint between them; its axis is that of the first."""
+    """Yield frames on both links, and the joint between them with the first frame's axis."""
     name = element.get("name", "")
     joint = ET.Element("joint", name=name, type=element.get("type", ""))
     for tag, side in (("parent", "link1"), ("child", "link2")):
@@ -130,7 +130,7 @@ _OF_AXIS = ("axis", "limit", "dynamics", "mimic")
 
 
 def _axis(element: ET.Element) -> ET.Element:
-    """Make the <axis> of a joint; URDF keeps beside it what SDFormat keeps in it."""
+    """Make the <axis> of a joint; URDF has limits and dynamics outside the axis, SDFormat inside."""
     axis = ET.Element("axis")
     own = element.find("axis")
     _add(axis, "xyz", own.get("xyz", "1 0 0") if own is not None else "1 0 0")
@@ -140,7 +140,7 @@ def _axis(element: ET.Element) -> ET.Element:
 
 
 def _of_attributes(element: ET.Element) -> ET.Element:
-    """Make elements of attributes."""
+    """Convert attributes to elements."""
     result = ET.Element(element.tag)
     for key, value in element.attrib.items():
         _add(result, key, value)

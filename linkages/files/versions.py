@@ -1,4 +1,4 @@
-"""Versions of what determines the numbers."""
+"""Versions of the packages that determine the numerical results."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import platform
 
 
 def versions(*more: str) -> dict[str, str]:
-    """Version of Python, of each package that determines the numbers and of `more`; or "not installed"."""
+    """Return the versions of Python, of the numerical packages and of `more`, or "not installed"."""
     found = {"python": platform.python_version()}
     for package in sorted({"linkages", "drake", "numba", "numpy", "scipy", *more}):
         try:

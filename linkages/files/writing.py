@@ -1,4 +1,4 @@
-"""Files and folders that are written whole or not at all."""
+"""Atomic writing of files and folders."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
 
 
 def file_name(name: str) -> str:
-    """Write a name of a link, a joint or an output so that it can be that of a file; `urllib.parse.unquote` reads it.
+    """Encode the name of a link, joint or output as a file name; decode with `urllib.parse.unquote`.
 
     Examples
     --------
@@ -35,14 +35,14 @@ def file_name(name: str) -> str:
 
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """Give a name to write to; what was written there takes the place of `path` at the end.
+    """Provide a temporary file that replaces `path` at the end of the block.
 
     Raises
     ------
     InputError
-        If it cannot be written there.
+        If the place is not writable.
     RunError
-        If there is no room.
+        If the disk is full.
     """
     with errors_of_writing(path), disk.whole(path) as partial:
         yield partial
@@ -50,7 +50,7 @@ def whole(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def errors_of_writing(path: Path) -> Iterator[None]:
-    """Raise an OSError of a place that is written to as an InputError, or a RunError if there is no room."""
+    """Convert an OSError of writing to an InputError, or to a RunError if the disk is full."""
     try:
         yield
     except OSError as problem:
@@ -58,20 +58,20 @@ def errors_of_writing(path: Path) -> Iterator[None]:
 
 
 def _refusal(path: Path, problem: OSError) -> InputError | RunError:
-    """Tell a place that cannot be written to from one without room."""
+    """Distinguish a place that is not writable from a full disk."""
     text = f"cannot be written ({problem.strerror or problem})"
     return RunError(f"{path}: {text}") if problem.errno in _NO_ROOM else InputError("--out", str(path), text)
 
 
 def json_text(content: Any, indent: int | None = None) -> str:
-    """Return JSON and a line's end; numbers that are not finite, which JSON does not have, become null.
+    """Return JSON with a final newline; non-finite numbers, which JSON lacks, become null.
 
     Parameters
     ----------
     content : dict, list, str, number or None
-        What JSON has, and tuples.
+        Content of JSON types, and tuples.
     indent : int, optional
-        Spaces for each level; default all in one line.
+        Spaces for each level; default: one line.
     """
     return json.dumps(_finite(content), indent=indent, allow_nan=False) + "\n"
 
@@ -91,19 +91,19 @@ class OutputFolder:
     ----------
     out : Path
     stale : sequence of str
-        Patterns of files that an earlier run may have left there: they are removed where this one writes none.
+        Patterns of files of an earlier run, which are removed unless the current run writes them.
 
     Attributes
     ----------
     names : list of str
-        What was written, in the order of the alphabet; known at the end.
+        Names of the written files in alphabetical order; set at the end.
 
     Raises
     ------
     InputError
         If the folder cannot be written.
     RunError
-        If there is no room.
+        If the disk is full.
     """
 
     def __init__(self, out: Path, stale: Sequence[str] = ()) -> None:

@@ -1,6 +1,6 @@
-"""XML as other readers of SDFormat and URDF take it: hyphens in comments, and prefixes that nothing declares.
+"""Tolerant XML reader for SDFormat and URDF: accepts hyphens in comments, and undeclared prefixes.
 
-Tags keep the prefix they are written with, as in ``drake:joint``; ours is ``linkages``, whatever the file declares.
+Tags keep the prefix of the file, as in ``drake:joint``; the package's prefix is always ``linkages``.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from xml.parsers import expat
 from linkages.errors import InputError
 from linkages.files.reading import read_whole
 
-#: Levels of elements, of poses relative to one another and of models in models: reading recurses.
+#: Most levels of elements, of relative poses and of nested models (reading recurses).
 DEEPEST = 100
 _OURS = "urn:linkages:sdf"
-_ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # that every XML reader knows, or their common part
+_ENCODINGS = ("utf-8", "utf-16", "us-ascii", "iso-8859-1")  # supported by every XML reader, or their common subset
 _COMMENT = re.compile(
     rb"<!\[CDATA\[.*?(?:\]\]>|\Z)|<!--.*?(?:-->|\Z)", re.DOTALL
-)  # to the end, so that it takes no second look
+)  # matches to the end, to avoid backtracking
 
 
 def read_xml(path: Path) -> ET.Element:
@@ -28,14 +28,14 @@ def read_xml(path: Path) -> ET.Element:
     Raises
     ------
     InputError
-        If it cannot be read, is no well-formed XML, nests too deep, declares a document type or an encoding that not
-        every reader knows.
+        If the file cannot be read, is not well-formed, is nested too deeply, declares a document type or an
+        unsupported encoding.
     """
     return parse_xml(path, read_whole(path))
 
 
 def parse_xml(path: Path, text: bytes) -> ET.Element:
-    """Make elements of the text of a file, named in errors; as `read_xml`."""
+    """Parse the text of a file, which errors name; as `read_xml`."""
     builder, depth = ET.TreeBuilder(), 0
     ours: set[str] = set()
 
@@ -44,7 +44,7 @@ def parse_xml(path: Path, text: bytes) -> ET.Element:
         return f"linkages:{rest}" if colon and prefix in ours else name
 
     def refuse(*_: object) -> None:
-        problem = "document types and entities are refused; remove the declaration"
+        problem = "document types and entities are rejected; remove the declaration"
         raise InputError(path, "<!DOCTYPE>", problem)
 
     def declared(_: str, encoding: str | None, __: int) -> None:
@@ -81,6 +81,6 @@ def label(element: ET.Element) -> str:
 
 
 def _blank(found: re.Match[bytes]) -> bytes:
-    """Keep no more of a comment than its lines, so that errors name the right ones."""
+    """Replace a comment by its line breaks, so that line numbers in errors stay correct."""
     whole = found[0].startswith(b"<!--") and found[0].endswith(b"-->")
     return b"\n" * found[0].count(b"\n") if whole else found[0]

@@ -1,4 +1,4 @@
-"""Elastic bodies in the plane, no machine among them; imports nothing of the package but `errors` and `kernel`.
+"""Elastic bodies in the plane, without mechanisms; imports only `errors` and `kernel` of the package.
 
 | module          | responsibility                                                                                |
 |-----------------|-----------------------------------------------------------------------------------------------|

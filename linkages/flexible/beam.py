@@ -54,16 +54,16 @@ class Beam:
 
     @property
     def pinned_frequency(self) -> float:
-        """First frequency of bending with both ends pinned, of Euler-Bernoulli's beam [rad/s]."""
+        """Compute the first bending frequency of the Euler-Bernoulli beam with both ends pinned [rad/s]."""
         return float((np.pi / self.length) ** 2 * np.sqrt(self.bending / self.line_density))
 
     @property
     def held_frequency(self) -> float:
-        """First frequency of stretching with one end held [rad/s]."""
+        """Compute the first axial frequency with one end fixed [rad/s]."""
         return float(0.5 * np.pi / self.length * np.sqrt(self.axial / self.line_density))
 
     def piece(self, count: int) -> Beam:
-        """One of `count` equal parts."""
+        """Return one of `count` equal parts."""
         return replace(self, length=self.length / count)
 
     @property

@@ -1,10 +1,10 @@
 """Craig-Bampton modes of a straight uniform beam, and the integrals by which it moves with a floating frame.
 
 The frame's origin lies on the beam, its first axis along it; s is the abscissa from the origin. With modal
-coordinates eta a section is at (s + a eta - eta' H eta / 2, b eta) and turned by b' eta: a(s) and b(s) are the shapes
-along and across the beam, H(s) the integral of b' b'^T from 0 to s, what turned sections lose along the axis. Thus
-the strain is a' eta, the curvature b'' eta, and the stiffness constant. Euler-Bernoulli's beam: no shear, no rotary
-inertia.
+coordinates eta a section is at (s + a eta - eta' H eta / 2, b eta) and rotated by b' eta: a(s) and b(s) are the shapes
+along and across the beam, H(s) is the integral of b' b'^T from 0 to s, the axial shortening by rotated sections. Thus
+the strain is a' eta, the curvature b'' eta, and the stiffness is constant. The beam is Euler-Bernoulli's: no shear, no
+rotary inertia.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from linkages.errors import InputError
 from linkages.flexible.beam import Beam
 from linkages.flexible.modes import dense_modes
 
-_SAME = 1e-9  # of the beam's length: nodes closer than this are one
-_SPARE = 8  # polynomials in a piece beyond two per fixed-interface mode: frequencies converge to 1e-11
-_SAMPLES = 400  # in a piece, where a shape's largest value is looked for
+_SAME = 1e-9  # relative to the beam's length: closer nodes coincide
+_SPARE = 8  # polynomials per interval in addition to two per fixed-interface mode: frequencies converge to 1e-11
+_SAMPLES = 400  # samples per interval in the search for a shape's largest value
 _NODAL = {1: (0, (0, 3)), 2: (1, (1, 2, 4, 5))}  # component and nodal displacements of `Beam.shapes`, by order
 
 
@@ -34,7 +34,7 @@ class _Series:
     terms: Array
 
     def __call__(self, s: Array, derivative: int = 0) -> Array:
-        """Values (len(s), functions) of a derivative; at a node, where it may jump, those of the piece after it."""
+        """Evaluate a derivative (len(s), functions); at a node, where it may jump, the following interval's value."""
         piece = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
         half = 0.5 * np.diff(self.nodes)[piece]
         terms = legendre.legder(self.terms, derivative, axis=1)
@@ -57,21 +57,21 @@ class ComponentModes:
     names : tuple of str
         "bending1", ..., "axial1", ..., each kind by rising frequency.
     frequencies : (nf,) array
-        Of each mode alone, sqrt(k / m0) [rad/s].
+        Frequency of each mode alone, sqrt(k / m0) [rad/s].
     mass, first_moment, second_moment : float
-        Of the undeformed beam about the origin [kg, kg m, kg m2].
+        Mass moments of the undeformed beam about the origin [kg, kg m, kg m2].
     sa, sb, ca, cb : (nf,) arrays
         Integrals of a and b [kg], and of s a and s b [kg m], times the line density.
     m0, k : (nf,) arrays
         Modal masses [kg] and stiffnesses [N/m]: the modes are orthogonal in both.
     g : (nf, nf) array
-        Integral of b a^T - a b^T, antisymmetric: Coriolis and Euler forces between stretching and bending [kg].
+        Integral of b a^T - a b^T, antisymmetric: Coriolis and Euler forces between axial deformation and bending [kg].
     c, d : (nf, nf) arrays
         Integrals of H [kg/m] and of s H [kg]; zero without stiffening.
 
     Notes
     -----
-    Shapes are dimensionless, 1 where they are largest: coordinates are displacements [m] of those points.
+    Shapes are dimensionless with the largest value 1: coordinates are displacements [m] of the points of largest value.
     """
 
     names: tuple[str, ...]
@@ -100,7 +100,7 @@ class ComponentModes:
     def shapes(self, s: Array, derivative: int = 0) -> tuple[Array, Array]:
         """Shapes along and across, (n, nf) each, at abscissas s (n,) [m], or their derivatives [1/m^derivative].
 
-        The first derivatives are the strains and the turns of the sections, the second of b the curvatures, per unit
+        The first derivatives are the strains and section rotations, the second of b the curvatures, per unit
         of each coordinate.
         """
         s = np.asarray(s, dtype=float)
@@ -108,14 +108,14 @@ class ComponentModes:
         return np.hstack([np.zeros_like(across), along]), np.hstack([across, np.zeros_like(along)])
 
     def moments(self) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array], Array, Array]:
-        """Split a, b and H over the mass: their means, what is linear in s, and integrals of the rest.
+        """Split a, b and H over the mass: means, parts linear in s, and integrals of the remainders.
 
         Returns
         -------
         mean, linear : tuples of (nf,), (nf,) and (nf, nf) arrays
             Of a, b and H; the second ones multiply the distance from the middle over the radius of gyration.
         rest, twist : (nf, nf) arrays
-            Integrals of a a^T + b b^T and of b a^T - a b^T for what is left of a and b [kg].
+            Integrals of a a^T + b b^T and of b a^T - a b^T for the remainders of a and b [kg].
         """
         middle = self.first_moment / self.mass
         spread = np.sqrt(self.mass * self.second_moment - self.first_moment**2)
@@ -153,27 +153,27 @@ def component_modes(
     axial: int | None = None,
     stiffening: bool = True,
 ) -> ComponentModes:
-    """Modes of a beam that is held and loaded at some of its points.
+    """Compute the modes of a beam with joints and loads at some points.
 
-    The space is that of Craig and Bampton (1968): the shapes that follow from displacements and, in bending,
-    rotations of the interfaces, exact for any static loads there, and the lowest modes with all interfaces clamped.
-    Within it the modes are those of the beam whose frame is held. Cubics with higher polynomials between the nodes
-    take the place of a fine mesh: their frequencies converge exponentially.
+    The space is Craig and Bampton's (1968): the shapes that follow from displacements and, in bending, rotations of the
+    interfaces, exact for any static loads there, and the lowest modes with all interfaces clamped. The modes are the
+    natural modes within this space for a fixed frame. Cubics with higher polynomials between the nodes replace a fine
+    mesh: their frequencies converge exponentially.
 
     Parameters
     ----------
     beam : Beam
-        The whole beam, from start to end; Euler-Bernoulli's.
+        The whole Euler-Bernoulli beam, from start to end.
     start, end : float
-        Abscissas of its ends, start <= 0 <= end [m].
+        Abscissas of the ends, start <= 0 <= end [m].
     interfaces : sequence of float
-        Abscissas of its joints and loads [m]; the origin is one of them without being named.
+        Abscissas of joints and loads [m]; the origin is always included.
     chord : float, optional
         Abscissa of the point towards which the frame's axis points: b = 0 there and at the origin. Default: the axis is
         the tangent at the origin, b = b' = 0 there.
     bending, axial : int, optional
-        How many modes. Default: those of the interfaces, in bending two with clamped interfaces more. Without an axial
-        mode the beam does not stretch.
+        Number of modes. Default: the interfaces' modes, plus two clamped-interface modes in bending. Without an
+        axial mode the beam is inextensible.
     stiffening : bool
         Whether H acts: the stiffening, or softening, of bending by axial forces.
 
@@ -184,7 +184,7 @@ def component_modes(
     Raises
     ------
     InputError
-        If there are fewer modes, but some, than the interfaces need; a point lies outside the beam; the beam has shear.
+        If a nonzero number of modes is too small for the interfaces, a point is outside the beam, or it has shear.
 
     Examples
     --------
@@ -196,9 +196,7 @@ def component_modes(
     (('bending1', 'bending2', 'bending3', 'bending4', 'axial1'), 1277)
     """
     if np.isfinite(beam.shear) or beam.rotary:
-        raise InputError(
-            "beam", "shear", "component modes are those of Euler-Bernoulli's beam; leave out shear and rotary"
-        )
+        raise InputError("beam", "shear", "component modes need an Euler-Bernoulli beam; remove shear and rotary")
     length = end - start
     if abs(beam.length - length) > _SAME * length:
         raise InputError("beam", "length", f"is {beam.length:g} m; from start to end it is {length:g} m")
@@ -224,7 +222,7 @@ def _nearest(nodes: Array, point: float) -> int:
 def _modes_of(
     beam: Beam, nodes: Array, order: int, places: list[int], removed: set[int], count: int | None, further: int
 ) -> _Series:
-    """Shapes of one kind: stretching (order 1: its strain is the first derivative) or bending (order 2)."""
+    """Compute the shapes of one kind: axial (order 1: the strain is the first derivative) or bending (order 2)."""
     held = sorted({order * place + turn for place in places for turn in range(order)} - removed)
     least = len(held)
     count = least + further if count is None else count
@@ -266,7 +264,7 @@ def _basis(beam: Beam, nodes: Array, order: int, bubbles: int) -> _Series:
 
 
 def _largest_one(shapes: _Series) -> _Series:
-    """Shapes scaled to 1 where they are largest; the first such place decides the sign."""
+    """Scale shapes to the largest value 1; its first place decides the sign."""
     samples = np.concatenate(
         [np.linspace(*ends, _SAMPLES) for ends in zip(shapes.nodes[:-1], shapes.nodes[1:], strict=True)]
     )
@@ -277,7 +275,7 @@ def _largest_one(shapes: _Series) -> _Series:
 
 
 def _constants(beam: Beam, along: _Series, across: _Series, stiffening: bool) -> ComponentModes:
-    """Integrals over the beam; those of H with the order of integration exchanged, so that b' alone is needed."""
+    """Compute the integrals over the beam; for H the order of integration is exchanged, so that only b' is needed."""
     nodes, density = across.nodes, beam.line_density
     nb, na = across.terms.shape[2], along.terms.shape[2]
     s, weight = max(across, along, key=lambda series: series.terms.shape[1]).gauss(nodes)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 
-if TYPE_CHECKING:  # scipy's parts take a while to import
+if TYPE_CHECKING:  # scipy is slow to import
     from scipy import sparse
 
-_LEAST_MAC, _HALVINGS = 0.9, 10  # when and how often the step between two points is halved
+_LEAST_MAC, _HALVINGS = 0.9, 10  # MAC below which a step is halved, and most halvings
 _SHIFT = -((2.0 * np.pi * 5.0) ** 2)  # (rad/s)^2, below the spectrum: a mechanism's zero modes do not disturb
 
 
@@ -83,7 +83,7 @@ class ModesAt:
     parameter : float
         For instance time [s].
     values : (n,) array
-        Frequencies, or anything else that goes with the shapes.
+        Frequencies, or other values of the shapes.
     shapes : (size, n) array
         Shapes in the same order.
     mass : (size, size) array
@@ -97,25 +97,25 @@ class ModesAt:
 
 
 def continued(shapes: Array, target: Array, mass: Array, together: int = 0) -> tuple[NDArray[np.int64], Array, Array]:
-    """Take from the target's modes those that continue the given ones: the sum of their MAC largest, signs alike.
+    """Select the target's modes that continue the given ones: largest sum of MAC, equal signs.
 
-    Modes that share a frequency have no shapes of their own, only a space: the basis of it that is nearest to the given
-    one continues it (orthogonal Procrustes problem).
+    Modes with a common frequency have a common space instead of individual shapes: the basis of it that is nearest to
+    the given one continues it (orthogonal Procrustes problem).
 
     Parameters
     ----------
     shapes : (size, n) array
     target : (size, m) array
-        In any order and with any signs; m >= n.
+        Modes in any order and with any signs; m >= n.
     mass : (size, size) array
-        At the target.
+        Mass matrix at the target.
     together : int
-        How many modes, the first ones of both, share a frequency, as the zero modes of a mechanism do.
+        Number of first modes with a common frequency, such as the zero modes of a mechanism.
 
     Returns
     -------
     (n,) array of int, (size, n), (n,) arrays
-        Which they are, their shapes, and the MAC of each.
+        Indices, shapes, and MAC of the selected modes.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -132,13 +132,13 @@ def continued(shapes: Array, target: Array, mass: Array, together: int = 0) -> t
 def track(points: Iterable[ModesAt], between: Callable[[float], ModesAt], count: int) -> tuple[Array, Array, Array]:
     """Follow modes along a parameter.
 
-    Each point's modes are assigned to those of the point before so that the sum of their MAC is largest, and signs are
+    Each point's modes are assigned to the previous point's so that the sum of their MAC is largest, and signs are
     chosen alike. Where a MAC falls below 0.9 (modes that veer or cross) the step is halved, up to ten times.
 
     Parameters
     ----------
     points : iterable of ModesAt
-        N points by their parameter; each has a few modes more than `count`, for those that cross.
+        N points by their parameter; each has a few more modes than `count`, for crossings.
     between : callable
         Modes at any parameter between two points.
     count : int

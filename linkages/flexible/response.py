@@ -11,7 +11,7 @@ from scipy.sparse.linalg import spsolve
 from linkages.arrays import Array
 from linkages.errors import InputError
 
-BATCH = 256  # times whose matrices are held at once
+BATCH = 256  # most times whose matrices are in memory
 _FREE = 1e-8  # (p t)^2 below which a mode counts as free: the errors of 1 - cos and of the limit are alike there
 
 

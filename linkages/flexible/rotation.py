@@ -11,8 +11,8 @@ import numpy as np
 
 from linkages.arrays import Array
 
-BEAM = (0, 3)  # places of the x components among a beam element's six displacements
-TRIANGLE = (0, 2, 4)  # among a triangle's
+BEAM = (0, 3)  # indices of the x components in a beam element's six displacements
+TRIANGLE = (0, 2, 4)  # in a triangle's displacements
 
 
 def rotation_parts(pairs: tuple[int, ...]) -> tuple[Array, Array, Array]:

@@ -1,18 +1,18 @@
-"""Force laws of a joint with clearance: scalar, pure, compiled; imports nothing of ours but `kernel` and `disk`.
+"""Force laws of a joint with clearance: scalar, pure, compiled; imports only `kernel` and `disk` of the package.
 
-| module     | what it holds                                                              |
-|------------|----------------------------------------------------------------------------|
-| parameters | declared parameters; the record of numbers that describes one joint        |
-| film       | films: closed forms, the finite film by Reynolds' equation and as a map   |
-| contact    | normal contact laws, and their constants from material and geometry        |
-| friction   | friction laws                                                              |
-| declared   | the laws by kind and name, with their parameters                           |
-| user_laws  | laws of the user's own                                                    |
-| mixed      | between film and contact: blend, asperities                                |
-| viscosity  | viscosity of an oil at a temperature                                       |
-| journal    | journal kinematics and the force pair on journal and bearing               |
-| wear       | worn profiles, contact on them, Archard's law                              |
-| table      | all of them as tables for the documentation                                |
+| module     | content                                                                 |
+|------------|-------------------------------------------------------------------------|
+| parameters | declared parameters; the record of numbers that describes one joint     |
+| film       | films: closed forms, the finite film by Reynolds' equation and as a map |
+| contact    | normal contact laws, and their constants from material and geometry     |
+| friction   | friction laws                                                           |
+| declared   | the laws by kind and name, with their parameters                        |
+| user_laws  | user-defined laws                                                       |
+| mixed      | transition between film and contact: blend, asperities                  |
+| viscosity  | viscosity of an oil at a temperature                                    |
+| journal    | journal kinematics and the force pair on journal and bearing            |
+| wear       | worn profiles, contact on them, Archard's law                           |
+| table      | tables of all laws for the documentation                                |
 
 Conventions (all laws): the eccentricity vector e points from the bearing's centre to the journal's;
 n = e/|e| is radial and outward, t = z x n. Forces act on the **journal**; the bearing gets the opposite

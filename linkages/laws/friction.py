@@ -128,7 +128,7 @@ def lugre(v: float, bristle: float, joint: np.record) -> float:
 
 
 class Friction(NamedTuple):
-    """A friction law: its coefficient, what it is, and what it is good for."""
+    """A friction law: coefficient, formula, validity, source."""
 
     coefficient: Callable[..., float] | None  # none: frictionless
     formula: str

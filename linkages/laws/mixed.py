@@ -53,7 +53,7 @@ def dry_weight(delta: float, transition: float) -> float:
 
 @kernel
 def mix(film: float, dry: float, delta: float, transition: float) -> float:
-    """Component of the joint force, blended from those of film and contact: Chen 2025 eq. (15)."""
+    """Blend a component of the film and contact forces: Chen 2025 eq. (15)."""
     return film + dry_weight(delta, transition) * (dry - film)
 
 

@@ -1,6 +1,6 @@
 """Parameters that a law declares, and the record of numbers that describes one contact to every law.
 
-A law declares its parameters beside its function, as `Parameter` objects. Keys of files, checks, documentation and
+A law declares its parameters next to its function, as `Parameter` objects. Keys of files, checks, documentation and
 records follow from the declaration. The function reads a parameter as an attribute of the record: ``joint.v_0``.
 
 All records have the same layout, `PARAMETERS`, with `SLOTS` unnamed numbers for each kind of law. `named_record` gives
@@ -24,13 +24,13 @@ KINDS = ("contact", "friction", "film")
 #: Most parameters of one law.
 SLOTS = 8
 
-#: One contact. Fields that choose a law hold the address of its compiled function (`linkages.kernel.address`), which is
-#: good in this process alone: records are made anew from the experiment, never stored.
+#: One contact. Fields that choose a law hold the address of its compiled function (`linkages.kernel.address`), valid
+#: only in this process: records are always computed from the experiment, never stored.
 PARAMETERS = record_type(
     clearance="f8",  # radial clearance c [m]
     radius="f8",  # bearing radius R [m]
     length="f8",  # bearing length L [m]
-    model="i8",  # what acts: MODELS[name]
+    model="i8",  # code of the joint model: MODELS[name]
     film="i8",  # FILMS[name].address, bare_address
     film_reads_record="i8",  # 1: the film's function takes the record
     viscosity="f8",  # dynamic viscosity mu [Pa s]
@@ -61,7 +61,7 @@ PARAMETERS = record_type(
 #: Type of a record in compiled code.
 RECORD: Any = from_dtype(PARAMETERS)
 
-#: What acts in a joint with clearance.
+#: Codes of the models of a clearance joint.
 MODELS = {"lubricated": 0, "dry": 1, "mixed": 2}
 
 #: Extent of the film that carries the shear torque.
@@ -81,7 +81,7 @@ class Parameter(NamedTuple):
     Attributes
     ----------
     name : str
-        Key in files, beside the key that names the law.
+        Key in files, next to the key that names the law.
     unit : str
         SI unit; "1" for a pure number.
     default : float or None

@@ -96,7 +96,7 @@ def _section(title: str, laws: Mapping[str, Any]) -> list[str]:
 
 
 def _parameters(laws: Mapping[str, Any]) -> list[str]:
-    """Table of the parameters that laws declare: keys of experiments beside the one that names the law."""
+    """Return the table of declared parameters: keys of experiments next to the key of the law."""
     lines = ["| parameter | laws | meaning | unit | default | range | source |", "|---|---|---|---|---|---|---|"]
     for p, names in users(laws).items():
         default, limit = "required" if p.default is None else f"{p.default:g}", p.range
@@ -128,7 +128,7 @@ def _restitution() -> list[str]:
 
 
 def bearing_ratio(film: str, slenderness: float, eps: float, motion: str) -> float:
-    """Force of the long or short half film over that of the finite film, for a motion in `MOTIONS` (Guembel)."""
+    """Compute the force of the long or short half film over the finite film's, for a motion in `MOTIONS` (Guembel)."""
     deps, half_ew = MOTIONS[motion]
     mesh = make_mesh(eps, slenderness)
     finite = guembel(mesh, full_film(mesh), deps, half_ew)

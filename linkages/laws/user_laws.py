@@ -1,13 +1,13 @@
-"""Laws of the user's own, registered from a script or a notebook beside the built-in ones.
+"""User-defined laws, registered from a script or a notebook in addition to the built-in ones.
 
-A registered law is an entry of `CONTACTS`, `FILMS` or `FRICTIONS` like any other: experiments can name it and set its
-parameters, both engines call it by its address. A name can be registered again, as happens when the cell of a notebook
-is run again; systems built before keep the law that they were built with. Built-in laws cannot be replaced.
+A registered law is an ordinary entry of `CONTACTS`, `FILMS` or `FRICTIONS`: experiments can name it and set its
+parameters, and both engines call it by its address. A name can be registered again, for example when a notebook cell is
+repeated; existing systems keep their law. Built-in laws cannot be replaced.
 
-A contact or friction law that declares no parameters has those of all built-in laws of its kind.
+A contact or friction law without declared parameters has the parameters of all built-in laws of its kind.
 
-Registries are those of a process. To take registered laws to another one, send what `registered` returns, and hand it
-to `restore` there.
+Registries belong to a process. To transfer laws to another process, send the result of `registered`, and pass it to
+`restore` there.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _registered: dict[tuple[str, str], Registered] = {}
 
 
 class Registered(NamedTuple):
-    """A registered law as plain data: its kind and name, the arguments of its registration, and when it was [ns]."""
+    """A registered law as plain data: kind, name, arguments and time of its registration [ns]."""
 
     kind: str
     name: str
@@ -66,20 +66,20 @@ def register_contact(
     factor : callable, optional
         Hysteresis factor chi(e), any Python function; a force reads it as ``joint.hysteresis``. Default 0.
     parameters : sequence of Parameter, optional
-        Numbers that the force reads as ``joint.NAME``, and files give as ``joints.NAME.contact.NAME``. Default: those
-        of the built-in laws, ``exponent`` and ``damping``.
+        Numbers that the force reads as ``joint.NAME``, and files give as ``joints.NAME.contact.NAME``. Default: the
+        parameters of the built-in laws, ``exponent`` and ``damping``.
     needs : sequence of str, optional
         Common keys that files must give for this law: ``"restitution"``, read as ``joint.restitution``, and
         ``"stiffness"`` (or a material), read as ``joint.stiffness``. Default: both; none if `parameters` are given.
     conformal : bool
-        Whether a stiffness that follows from the material is that of conformal cylinders, pi E' L, instead of Hertz's.
+        Whether a stiffness from the material is the one of conformal cylinders, pi E' L, instead of Hertz's.
     formula, valid, source : str
-        For the tables of the laws.
+        Texts for the tables of the laws.
 
     Raises
     ------
     ValueError
-        If the name is that of a built-in law, or a function does not fit or does not compile.
+        If the name belongs to a built-in law, or a function has wrong arguments or does not compile.
 
     Examples
     --------
@@ -112,14 +112,14 @@ def register_film(
         function that numba can compile, plain or compiled already. Called with 0 <= eps <= 1 - 1e-6. With `parameters`
         it is ``force(eps, deps, ew, slenderness, joint)``.
     parameters : sequence of Parameter, optional
-        Numbers that the force reads as ``joint.NAME``, and files give beside the key ``film``, as ``joints.NAME.NAME``.
+        Numbers that the force reads as ``joint.NAME``, and files give next to ``film``, as ``joints.NAME.NAME``.
     formula, valid, source : str
-        For the tables of the laws.
+        Texts for the tables of the laws.
 
     Raises
     ------
     ValueError
-        If the name is that of a built-in film, or the function does not fit or does not compile.
+        If the name belongs to a built-in film, or the function has wrong arguments or does not compile.
 
     Examples
     --------
@@ -158,14 +158,14 @@ def register_friction(
         ``joint.mu_s``. Default: it; none if `parameters` are given.
     bristles : bool
         Whether the joint gets LuGre's bristles as a state, with `linkages.laws.friction.lugre_rate`. It needs the
-        coefficient and has the parameters ``v_1`` and ``bristle_stiffness``, of which those not declared are added.
+        coefficient and has the parameters ``v_1`` and ``bristle_stiffness``, which are added unless declared.
     formula, valid, source : str
-        For the tables of the laws.
+        Texts for the tables of the laws.
 
     Raises
     ------
     ValueError
-        If the name is that of a built-in law, or the function does not fit or does not compile.
+        If the name belongs to a built-in law, or the function has wrong arguments or does not compile.
 
     Examples
     --------
@@ -298,7 +298,7 @@ _MAKERS: dict[str, Callable[..., Any]] = {"contact": _contact, "film": _film, "f
 
 
 def _check(function: Any, *arguments: str) -> Any:
-    """Refuse what is not a function of these arguments."""
+    """Reject objects other than Python functions of these arguments."""
     if not isinstance(function, FunctionType):
         raise ValueError(f"{function!r} is not a Python function")
     try:
@@ -309,7 +309,7 @@ def _check(function: Any, *arguments: str) -> Any:
 
 
 def _reason(error: Exception) -> str:
-    """Say in one line what is wrong; numba's errors begin with the stage of its compiler."""
+    """Shorten an error to one line; numba's errors begin with the stage of its compiler."""
     lines = re.sub(r"\x1b\[\d*m", "", str(error)).splitlines()
     text = next((line.strip() for line in lines if line.strip() and not line.startswith("Failed in")), "")
     returns = re.match(r"No conversion from (.*) to (.*) for ", text)

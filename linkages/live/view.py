@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 400  # points of an orbit
-_PIECES = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
+_INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
 _DIGITS = 6  # of numbers that are only drawn
 
 
@@ -97,7 +97,7 @@ def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: 
         "to": part[1],
         "time": _short(times - part[0]),
         "poses": _poses(drawing, system, picture),
-        "curves": curves(names, moved, exact.motion if exact else None, _PIECES),
+        "curves": curves(names, moved, exact.motion if exact else None, _INTERVALS),
         "orbits": [_orbit(system, name, shown, picture) for name in system.tree.play if f"{name}.ex" in run.columns],
         "table": _table(study, peaks, exact, part),
     }

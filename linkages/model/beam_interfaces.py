@@ -1,4 +1,4 @@
-"""Links that bend: where they are held and loaded, and whether their settings suit that."""
+"""Interfaces of flexible links: places of joints and loads, substructures, and the check of the links' settings."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from linkages.files.beams import of_beam
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Link, Mechanism
 
-_ON_AXIS = 1e-6  # of a beam's length: how far a joint may lie beside it
-_SAME = 1e-9  # of a beam's length: places closer than this are one
+_ON_AXIS = 1e-6  # relative to a beam's length: largest distance of a joint from it
+_SAME = 1e-9  # relative to a beam's length: closer places coincide
 
 
 def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> tuple[float, ...]:
-    """Where a link with a beam is held and loaded: joints, forces, ends of springs, points and frames at lines.
+    """Find the interfaces of a link with a beam: joints, forces, ends of springs, points and frames at lines.
 
     Returns
     -------
     tuple of float
-        Distances from the beam's start, each once, rising [m].
+        Distinct distances from the beam's start in increasing order [m].
 
     Raises
     ------
@@ -43,8 +43,8 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> tuple
                 off = float(np.linalg.norm(place - start - min(max(found[-1], 0.0), length) * along))
                 if off > _ON_AXIS * length:
                     ends = " to ".join(f'"{frame}"' for frame in link.beam.frames)
-                    problem = f'bends, but its joint "{joint.name}" lies {off:g} m beside its beam from {ends}'
-                    fix = "put it on the beam, or on a link of its own that is fixed to this one"
+                    problem = f'is flexible, but its joint "{joint.name}" lies {off:g} m off its beam from {ends}'
+                    fix = "put it on the beam, or on another link that is fixed to this one"
                     raise InputError(experiment.source, f"links.{name}", f"{problem}; {fix}")
     loaded: set[str | None] = {load.point for load in experiment.forces.values()}
     loaded |= {name for touch in experiment.contacts.values() for name in (touch.point, touch.line)}
@@ -57,7 +57,7 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> tuple
 
 
 class Piece(NamedTuple):
-    """A piece of a link that bends: its name, where it begins and ends, and where it is held and loaded [m]."""
+    """A substructure of a flexible link: name, start, end and interfaces [m]."""
 
     name: str
     start: float
@@ -66,7 +66,7 @@ class Piece(NamedTuple):
 
 
 def pieces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Piece]:
-    """Cut a link with a beam: its pieces, along the beam from its start; one of several is held at its ends too."""
+    """Divide a link with a beam into substructures, from its start; if divided, cuts are interfaces too."""
     beam, count = mechanism.link[name].beam, experiment.links[name].pieces
     assert beam is not None
     near, edges = _SAME * beam.length, np.linspace(0.0, beam.length, count + 1).tolist()
@@ -80,7 +80,7 @@ def pieces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Piec
 
 
 def parts(mechanism: Mechanism, link: Link, names: Sequence[str], edges: Sequence[float]) -> list[Link]:
-    """Make links, without visuals, of the parts of a link's beam between places from its start [m]."""
+    """Make a link without visuals from each part of a link's beam between `edges`, from its start [m]."""
     beam = link.beam
     assert beam is not None
     along = mechanism.basis[:, :2] @ (beam.end - beam.start)
@@ -95,7 +95,7 @@ def parts(mechanism: Mechanism, link: Link, names: Sequence[str], edges: Sequenc
 
 
 def check_links(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Refuse tables of links that the mechanism does not have, or that do not suit them."""
+    """Reject tables of links that the mechanism lacks, or settings that do not suit the link."""
     for name, model in experiment.links.items():
         where = f"links.{name}"
         if name not in mechanism.link:
@@ -107,7 +107,7 @@ def check_links(mechanism: Mechanism, experiment: Experiment) -> None:
             place = f'<link name="{name}"> of {mechanism.source.name}'
             raise InputError(experiment.source, f"{where}.model", f'"flexible" needs a <linkages:beam> in {place}')
         others = max(len(piece.held) for piece in pieces(mechanism, experiment, name)) - 1
-        what = "joints and loads" if model.pieces == 1 else "joints, loads and ends of a piece"
+        what = "joints and loads" if model.pieces == 1 else "joints, loads and ends of a substructure"
         for key, least in (("bending", 2 * others), ("axial", others)):
             count = getattr(model, key)
             if count and count < least:

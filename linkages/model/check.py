@@ -1,4 +1,4 @@
-"""Do a mechanism and an experiment fit each other? Every name must exist, every value suit what it is for."""
+"""Consistency of a mechanism and an experiment: all names exist, all values suit their objects."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from linkages.model.gear import Gear
 from linkages.model.load_tables import Force, Function, JointFriction, Spring, Torque, TorsionSpring
 from linkages.model.mechanism import Frame, Mechanism
 
-#: Deepest wear, in parts of the bearing's radius, for which the geometry of overlaps holds.
+#: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
 DEEPEST = 0.2
 
-_SAME = 1e-9  # distance of a frame from a joint that is at its place [m]
+_SAME = 1e-9  # distance below which a frame coincides with a joint [m]
 
-#: Parts of a run that tables know without being told.
+#: Names of the predefined windows.
 OWN_WINDOWS = ("whole", "report", "steady", "later")
 
 
 def unbent(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
-    """Leave out the outputs of bending of links that values replaced by these paths have made rigid."""
+    """Remove the deformation outputs of links that became rigid by values replaced at these paths."""
     tables = {path.partition(".")[0] for path in replaced}
     rigid = {name for name, link in experiment.links.items() if not link.bends}
     if "links" not in tables or "outputs" in tables or not rigid:
@@ -54,7 +54,7 @@ def unbent(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]
 
 
 def check(mechanism: Mechanism, experiment: Experiment) -> None:
-    """Refuse an experiment with names that the mechanism does not have, or values that do not suit it."""
+    """Reject an experiment with names that the mechanism lacks, or values that do not suit it."""
     for kind in ("drives", "joints"):
         for name in getattr(experiment, kind):
             if name not in mechanism.joint:
@@ -87,7 +87,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
     for name, window in experiment.windows.items():
         part = _Check(mechanism, experiment, f"windows.{name}")
         if name in OWN_WINDOWS:
-            part.refuse("", "is the name of a window that is there by itself; choose another one")
+            part.refuse("", "is the name of a predefined window; choose another one")
         if window.end > experiment.duration:
             part.refuse("end", f"is {window.end:g} s, after the duration of {experiment.duration:g} s")
     if experiment.report_from is not None and experiment.report_from >= experiment.duration:
@@ -99,7 +99,7 @@ def check(mechanism: Mechanism, experiment: Experiment) -> None:
 
 @dataclass(frozen=True)
 class _Check:
-    """Checks of what the experiment has at the dotted path `where`."""
+    """Checks of the experiment's value at the dotted path `where`."""
 
     mechanism: Mechanism
     experiment: Experiment
@@ -111,12 +111,12 @@ class _Check:
         if name in self.experiment.play:
             self.refuse("", "a joint with clearance cannot be driven; make it ideal")
         if (drive.force, drive.forces) != (None, None) and self.mechanism.joint[name].type == "revolute":
-            self.refuse("force", "belongs to a joint that slides; give this one, which turns, a torque")
+            self.refuse("force", "belongs to a prismatic joint; this one is revolute: give a torque")
         self.units(Drive, name)
         self.covers(drive.times)
 
     def units(self, table: type[Table], joint: str) -> None:
-        """Check the units of a table's values, of a joint that turns or slides."""
+        """Check the units of a table's values for a revolute or prismatic joint."""
         slides = self.mechanism.joint[joint].type == "prismatic"
         for path, text in self.experiment.texts.items():
             key = path.removeprefix(f"{self.where}.")
@@ -128,12 +128,12 @@ class _Check:
                     self.refuse(key, str(problem))
 
     def play(self, name: str, model: JointModel) -> None:
-        """Check a joint with play against the machine's bearing or slot."""
+        """Check a clearance joint against its bearing or slot."""
         joint, clearance = self.mechanism.joint[name], model.clearance or 0.0
         if self.experiment.start == "equilibrium" and any(model.offset):
-            self.refuse("offset", 'is given beside start = "equilibrium", which finds it; remove one of them')
+            self.refuse("offset", 'is given, but start = "equilibrium" computes it; remove one of them')
         if joint.type == "fixed":
-            self.refuse("", "a fixed joint cannot have play")
+            self.refuse("", "a fixed joint cannot have clearance")
         if joint.bearing is None and joint.slot is None:
             part = "bearing" if joint.type == "revolute" else "slot"
             where = f'in <joint name="{name}"> of {self.mechanism.source.name}'
@@ -144,20 +144,20 @@ class _Check:
                 least = f"it must be smaller than the bearing's radius of {radius:g} m"
                 self.refuse("clearance", f"is {clearance:g} m; {least}")
             if radius - clearance == radius:
-                self.refuse("clearance", f"is {clearance:g} m; beside a radius of {radius:g} m that is rounding")
+                self.refuse("clearance", f"is {clearance:g} m, a rounding error for a radius of {radius:g} m")
             if sum(x * x for x in model.offset) >= clearance**2:
                 self.refuse("offset", "must lie inside the clearance circle")
             if model.wear is not None and max(sum(model.wear.depths, [0.0])) > DEEPEST * radius:
                 self.refuse("wear", f"depths must not exceed {DEEPEST:g} of the bearing's radius of {radius:g} m")
             return
         if model.model != "dry":
-            self.refuse("model", f'is "{model.model}"; a guide with play is "dry"')
+            self.refuse("model", f'is "{model.model}"; a guide with clearance is "dry"')
         if model.wear is not None:
-            self.refuse("wear", "is that of a journal in a bearing; a guide does not wear")
+            self.refuse("wear", "applies to a journal in a bearing; a guide does not wear")
         self.plain(model.contact)
 
     def plain(self, contact: Contact | None) -> None:
-        """Check the law of a contact that is none of a journal in a bearing."""
+        """Check the law of a contact other than a journal in a bearing."""
         if contact is None:
             return
         law = CONTACTS[contact.law]
@@ -167,25 +167,27 @@ class _Check:
     def friction(self, friction: JointFriction) -> None:
         self.known("joint", friction.joint, self.mechanism.joint)
         if self.mechanism.joint[friction.joint].type == "fixed":
-            self.refuse("joint", f'"{friction.joint}" is fixed; nothing moves in it')
+            self.refuse("joint", f'"{friction.joint}" is a fixed joint and cannot move')
         if friction.joint in self.experiment.play:
-            self.refuse("joint", f'"{friction.joint}" has play; give it a table [joints.{friction.joint}.friction]')
+            self.refuse(
+                "joint", f'"{friction.joint}" has clearance; give it a table [joints.{friction.joint}.friction]'
+            )
         self.units(JointFriction, friction.joint)
 
     def gear(self, gear: Gear) -> None:
         for name in gear.joints:
             self.known("joints", name, self.mechanism.joint)
             if self.mechanism.joint[name].type == "fixed":
-                self.refuse("joints", f'"{name}" is fixed; name joints that turn or slide')
+                self.refuse("joints", f'"{name}" is fixed; name revolute or prismatic joints')
             if name in self.experiment.play and self.mechanism.joint[name].type == "prismatic":
-                self.refuse("joints", f'"{name}" has play; a rack needs an ideal guide')
+                self.refuse("joints", f'"{name}" has clearance; a rack needs an ideal guide')
 
     def stop(self, stop: Stop) -> None:
         self.known("joint", stop.joint, self.mechanism.joint)
         if self.mechanism.joint[stop.joint].type == "fixed":
-            self.refuse("joint", f'"{stop.joint}" is fixed; it has no way that could end')
+            self.refuse("joint", f'"{stop.joint}" is a fixed joint; it cannot move to a stop')
         if stop.joint in self.experiment.play and self.mechanism.joint[stop.joint].type == "prismatic":
-            self.refuse("joint", f'"{stop.joint}" has play; stop a point of its block by a table [contacts.NAME]')
+            self.refuse("joint", f'"{stop.joint}" has clearance; stop a point of its block by a table [contacts.NAME]')
         self.units(Stop, stop.joint)
         self.plain(stop.contact)
 
@@ -193,7 +195,7 @@ class _Check:
         link = self.point("point", touch.point).link
         other = "world" if touch.line is None else self.point("line", touch.line).link
         if link == other:
-            self.refuse("", f'is that of a point and a line on the same link, "{link}"')
+            self.refuse("", f'has its point and its line on the same link, "{link}"')
         self.plain(touch.contact)
 
     def force(self, load: Force) -> None:
@@ -211,11 +213,11 @@ class _Check:
             self.turns(load.joint or "")
 
     def turns(self, name: str) -> None:
-        """Check that a joint is there and can turn."""
+        """Check that a joint exists and is revolute."""
         self.known("joint", name, self.mechanism.joint)
         kind = self.mechanism.joint[name].type
         if kind != "revolute":
-            self.refuse("joint", f'"{name}" is {kind}; a revolute joint can turn')
+            self.refuse("joint", f'"{name}" is {kind}; name a revolute joint')
 
     def depends(self, load: Function) -> None:
         """Check the positions and speeds that a load depends on, and the unit of a table over one."""
@@ -250,7 +252,7 @@ class _Check:
         for link in (first, second):
             self.known("links", link, ("world", *self.mechanism.link))
         if first == second:
-            self.refuse("links", "are one and the same")
+            self.refuse("links", "are the same link")
 
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")
@@ -264,7 +266,7 @@ class _Check:
         link = self.mechanism.point[point].link
         if quantity in BENDING_QUANTITIES and link not in self.experiment.flexible:
             self.refuse(
-                "", f'is that of a link that bends, and "{link}" is rigid; set links.{link}.model, or leave it out'
+                "", f'needs a flexible link, and "{link}" is rigid; set links.{link}.model, or remove the output'
             )
         bending = LINK_BENDING if point == link else FRAME_BENDING
         known = {*QUANTITIES, *bending} if link in self.experiment.flexible else QUANTITIES
@@ -272,13 +274,13 @@ class _Check:
             self.refuse("", f'"{quantity}" is unknown; {nearest(quantity, known)}')
 
     def covers(self, times: list[float] | None) -> None:
-        """Check that a table lasts as long as the run."""
+        """Check that a table covers the duration of the run."""
         duration = self.experiment.duration
         if times is not None and times[-1] < duration:
             self.refuse("times", f"end at {times[-1]:g} s, before the duration of {duration:g} s")
 
     def point(self, key: str, name: str) -> Frame:
-        """Find a named point."""
+        """Return the frame of a named point."""
         if name == "world":
             self.refuse(key, 'is "world"; name a frame, or give a spring an anchor')
         if (pin := self.mechanism.pin.get(name)) is not None:
@@ -289,7 +291,7 @@ class _Check:
         return self.mechanism.point[name]
 
     def known(self, key: str, name: str, names: Iterable[str]) -> None:
-        """Check a name against those that the mechanism has."""
+        """Check that the mechanism has a name."""
         if name not in names:
             self.refuse(key, f'"{name}" is not in {self.mechanism.source.name}; {nearest(name, names)}')
 

@@ -1,4 +1,4 @@
-"""The tables of an experiment's contacts beside those of joints with play: limit stops, points at straight lines."""
+"""Tables of unilateral contacts other than clearance joints: limit stops, points at straight lines."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from linkages.model.load_tables import Pair
 
 
 class Stop(Table):
-    """A stop that a joint's coordinate meets from one side, by a contact law.
+    """A limit stop that a joint's coordinate meets from one side, with a contact law.
 
-    In a joint that turns the law's penetration is an angle and its force a torque; of a sliding one read m for rad.
+    At a revolute joint the law's penetration is an angle and its force a torque; at a prismatic joint read m for rad.
     """
 
     of_any_joint = True
@@ -26,14 +26,14 @@ class Stop(Table):
 
     @property
     def laws(self) -> tuple[str, ...]:
-        """Names of the laws that act."""
+        """Return the names of the acting laws."""
         return (self.contact.law,)
 
 
 class LineContact(Table):
     """Contact of a point of a link with a straight line, on the ground or on another link: a foot, a probe, a buffer.
 
-    The line goes on without end; its free side is to the left of its direction, where y points if x is along it.
+    The line is infinite; its free side is to the left of its direction: along y if the line is along x.
     """
 
     point: str = Field(description="origin of this link or frame")
@@ -53,5 +53,5 @@ class LineContact(Table):
 
     @property
     def laws(self) -> tuple[str, ...]:
-        """Names of the laws that act."""
+        """Return the names of the acting laws."""
         return (self.contact.law, *((self.friction.law,) if self.friction is not None else ()))

@@ -1,8 +1,8 @@
-"""What is done with a mechanism: drives, joint models, gravity, duration, tolerances; read from TOML.
+"""The experiment on a mechanism: drives, joint models, gravity, duration, tolerances; read from TOML.
 
-The comment that follows a value in the file is its source ("Table 4", "assumed"), shown in reports. Every
-value can be replaced by its dotted path, here and on the command line alike: ``joints.A.clearance``,
-``drives.O1.speed``; values of the SDF file are reached as ``sdf.links.link2.mass``.
+The comment after a value in the file is its source ("Table 4", "assumed"), shown in reports. Every value can be
+replaced by its dotted path, in Python and on the command line: ``joints.A.clearance``, ``drives.O1.speed``; values of
+the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from linkages.model.gear import Gear
 from linkages.model.link_tables import LinkModel
 from linkages.model.load_tables import Force, JointFriction, Spring, Torque, TorsionSpring
 
-#: Where a replaced value came from, as its source and in errors: Python, or the command line.
+#: Origins of replaced values, shown as their source and in errors: Python, or the command line.
 ARGUMENT, COMMAND_LINE = "argument", "command line"
 
 #: The tables of applied loads, in the order in which the loads are packed.
 LOADS = ("forces", "torques", "springs", "torsion_springs", "frictions")
 
-#: What an output can measure of a link or frame, in plane axes; units m, rad and s.
+#: Outputs of a link or frame, in plane axes, with units.
 QUANTITIES = {
     "x": "position of the frame's origin along x_P [m]",
     "y": "position along y_P [m]",
@@ -56,16 +56,16 @@ QUANTITIES = {
     "acceleration": "magnitude of the point's acceleration [m/s2]",
 }
 
-#: And of a frame on a link that bends.
+#: Additional outputs of a frame on a flexible link.
 FRAME_BENDING = {
     "deflection": "distance of a frame from the beam's chord, positive to its left, less the undeformed one [m]"
 }
 
-#: Quantities of a joint's place, through which two links turn.
+#: Outputs of a joint's position.
 PIN_QUANTITIES = {name: text for name, text in QUANTITIES.items() if name not in ("angle", "omega", "alpha")}
 PIN_QUANTITIES["x"] = "position of the joint, on its child, along x_P [m]"
 
-#: And of a link that bends, as a whole.
+#: Additional outputs of a flexible link.
 LINK_BENDING = {
     "deflection": "largest magnitude of the distance from the chord between the beam's ends [m]",
     "deflection_place": "its position from the beam's first end [m]",
@@ -77,7 +77,7 @@ LINK_BENDING = {
 BENDING_QUANTITIES = {**FRAME_BENDING, **LINK_BENDING}
 
 
-#: SI units of a machine's values, by the end of their paths.
+#: SI units of a mechanism's values, by the last part of their paths.
 _OF_MACHINE = {
     "mass": "kg", "inertia": "kg m2", "roll": "rad", "pitch": "rad", "yaw": "rad",
     **dict.fromkeys(("x", "y", "z", "radius", "length", "height"), "m"),
@@ -86,7 +86,7 @@ _OF_MACHINE = {
 
 
 class Experiment(Brief, Table):
-    """Everything that is done with a mechanism. SI units."""
+    """Drives, joint models, loads and settings for a mechanism, in SI units; made by `load_experiment`."""
 
     mechanism: str = Field(description="SDFormat file, relative to this file")
     title: str = Field("", description="one line for tables and figures")
@@ -142,27 +142,27 @@ class Experiment(Brief, Table):
 
     @property
     def source(self) -> Path:
-        """The file the experiment came from."""
+        """Return the file of the experiment."""
         return self._source
 
     @property
     def sources(self) -> dict[str, str]:
-        """The comment beside each value, by dotted path: where the value comes from."""
+        """Return the comment after each value, by dotted path: its source."""
         return dict(self._sources)
 
     @property
     def texts(self) -> dict[str, Any]:
-        """What is written as text, or as lists, by dotted path: values with units among it."""
+        """Return the texts and lists of the file, by dotted path; values with units are texts."""
         return dict(self._texts)
 
     @property
     def mechanism_path(self) -> Path:
-        """The SDFormat file."""
+        """Return the SDFormat file."""
         return self._source.parent / self.mechanism
 
     @cached_property
     def sdf_overrides(self) -> dict[str, float]:
-        """Values that replace those of the SDF file, by dotted path without the leading ``sdf.``."""
+        """Return the values that override the SDF file, by dotted path without the prefix ``sdf.``."""
         result = {}
         for path, value in leaves(self.sdf):
             source = self.origin(f"sdf.{path}")
@@ -176,28 +176,28 @@ class Experiment(Brief, Table):
         return result
 
     def origin(self, path: str) -> str | Path:
-        """Return where the value at a dotted path stands: in the file, on the command line, in an argument."""
+        """Return the origin of the value at a dotted path: the file, the command line, or an argument."""
         given = self._sources.get(path)
         return given if given in (ARGUMENT, COMMAND_LINE) else self._source
 
     @property
     def play(self) -> tuple[str, ...]:
-        """Joints with clearance."""
+        """Return the names of the clearance joints."""
         return tuple(name for name, joint in self.joints.items() if joint.has_play)
 
     @property
     def flexible(self) -> tuple[str, ...]:
-        """Links that bend."""
+        """Return the names of the flexible links."""
         return tuple(name for name, link in self.links.items() if link.bends)
 
     @property
     def loads(self) -> tuple[tuple[str, str], ...]:
-        """Table and name of each applied load: forces, torques, springs, torsion springs."""
+        """Return table and name of each applied load: forces, torques, springs, torsion springs."""
         return tuple((table, name) for table in LOADS for name in getattr(self, table))
 
     @property
     def named(self) -> tuple[tuple[str, str], ...]:
-        """Table and name of whatever has a name of its own: loads, gears, stops, contacts."""
+        """Return table and name of each named element: loads, gears, stops, contacts."""
         others = tuple((table, name) for table in ("gears", "stops", "contacts") for name in getattr(self, table))
         return self.loads + others
 
@@ -207,12 +207,12 @@ class Experiment(Brief, Table):
         Raises
         ------
         InputError
-            If there is no such path, or no number there.
+            If the path does not exist, or its value is not a number.
         """
         return value_at(self, path, self._source)
 
     def replaced(self, overrides: Mapping[str, Any], origin: str = ARGUMENT) -> Experiment:
-        """Return the same experiment with values replaced by dotted path, which come from `origin`.
+        """Return the experiment with values from `origin` replaced by dotted path.
 
         Raises
         ------
@@ -222,7 +222,7 @@ class Experiment(Brief, Table):
         return _build(self._source, self.model_dump(exclude_unset=True), self._sources, overrides, origin)
 
     def ideal(self) -> Experiment:
-        """Return the same experiment with every joint ideal and every link rigid."""
+        """Return the experiment with every joint ideal and every link rigid."""
         perfect = {
             "joints": {name: {"model": "ideal"} for name in self.joints},
             "links": {name: {"model": "rigid"} for name in self.links},
@@ -235,13 +235,15 @@ class Experiment(Brief, Table):
 def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> Experiment:
     """Read an experiment from a TOML file.
 
+    To run it, use `linkages.load`, which also reads the mechanism and checks both.
+
     Parameters
     ----------
     path : str or Path
     overrides : mapping, optional
-        Values by dotted path that replace those of the file; strings are read as TOML values.
+        Values by dotted path that override the file; strings are read as TOML values.
     origin : str
-        Where the overrides come from, for errors and as the source of their values.
+        Origin of the overrides, named in errors and as the source of their values.
 
     Returns
     -------
@@ -250,7 +252,7 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
     Raises
     ------
     InputError
-        One line with file, key and reason.
+        If the input is invalid: one line with file, key and reason.
 
     Examples
     --------
@@ -265,7 +267,7 @@ def load_experiment(path: str | Path, overrides: Mapping[str, Any] | None = None
 
 
 def experiment_of(path: Path, data: Mapping[str, Any], sources: Mapping[str, str]) -> Experiment:
-    """Return an experiment with the values of nested tables; `path` and `sources` as `load_experiment` has them.
+    """Return the experiment of nested tables; `path` and `sources` as in `load_experiment`.
 
     Raises
     ------
@@ -282,18 +284,18 @@ def nothing_done(
     drives: Mapping[str, float] | None = None,
     gears: Mapping[str, Gear] | None = None,
 ) -> Experiment:
-    """Return an experiment that does nothing with a machine: ideal joints, no loads, its drives at rest.
+    """Return an experiment at rest: ideal joints, no loads, constant drive coordinates.
 
     Parameters
     ----------
     path : Path
-        The machine's file.
+        File of the mechanism.
     overrides, origin
-        As `load_experiment`.
+        See `load_experiment`.
     drives : mapping of str to float, optional
         Driven joints and their coordinates [rad or m].
     gears : mapping of str to Gear, optional
-        What is joined by gears and belts.
+        Gears and belts between joints.
 
     Raises
     ------
@@ -308,22 +310,22 @@ def nothing_done(
 
 
 def keys() -> Iterator[tuple[str, str]]:
-    """Every key of an experiment file with its meaning and unit."""
+    """Yield every key of an experiment file with its meaning and unit."""
     return table_keys(Experiment)
 
 
 def described() -> Iterator[tuple[str, str]]:
-    """Every key with its meaning, unit, the values that it takes and its default."""
+    """Yield every key with its meaning, unit, allowed values and default."""
     return described_keys(Experiment)
 
 
 def value_unit(path: str) -> str:
-    """Return the SI unit of the value at a dotted path, that of a revolute joint; empty if it is not known.
+    """Return the SI unit of the value at a dotted path (for a revolute joint); empty if unknown.
 
     Parameters
     ----------
     path : str
-        Of the experiment, or of the machine with ``sdf.`` before it.
+        Path in the experiment, or in the mechanism with the prefix ``sdf.``.
 
     Examples
     --------

@@ -15,19 +15,19 @@ from linkages.model.law_tables import LawTable
 from linkages.planar import motion
 from linkages.planar.motion import Pieces, Program
 
-_LOOKS = 2000  # times at which a drive is looked at for its largest rate
+_LOOKS = 2000  # number of times at which the rate of a formula is sampled
 
 Fraction = Annotated[float, Field(gt=0, lt=1)]
-Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # that of pitch is 2e8
+Viscosity = Annotated[float, Field(gt=0, le=1e9)]  # pitch has 2e8 Pa s
 FilmName = Annotated[str, OneOf(FILMS)]
 ContactLaw = Annotated[str, OneOf(CONTACTS)]
 FrictionLaw = Annotated[str, OneOf(FRICTIONS)]
 
 
 class Drive(Table):
-    """A driven joint: a prescribed motion (speed, table, formula), a torque, or a force where it slides.
+    """A driven joint: a prescribed motion (speed, table, formula), a torque, or (prismatic) a force.
 
-    Coordinates are those of the SDF joint: zero in the drawn pose, positive about (along) its axis. For a
+    The coordinate is the SDF joint's: zero in the reference configuration, positive about (along) its axis. For a
     prismatic joint read m for rad.
     """
 
@@ -52,10 +52,10 @@ class Drive(Table):
         if len(kinds) > 1:
             raise ValueError(f"give only one of {' and '.join(kinds)}")
         if not kinds and self.speed is None:
-            raise ValueError("give speed, or times with angles, or formula, or torque (force, of a joint that slides)")
+            raise ValueError("give speed, or times with angles, or formula, or torque (for a prismatic joint: force)")
         verb = "prescribes" if kinds == ["formula"] else "prescribe"
         if kinds in (["angles"], ["formula"]) and (self.speed is not None or self.ramp or self.angle):
-            raise ValueError(f"the {kinds[0]} {verb} the whole motion; remove speed, ramp and angle")
+            raise ValueError(f"the {kinds[0]} {verb} the complete motion; remove speed, ramp and angle")
         if self.formula is not None:
             formula(self.formula, of_state=False)
         if self.ramp and kinds:
@@ -66,21 +66,21 @@ class Drive(Table):
 
     @property
     def prescribed(self) -> bool:
-        """Whether the motion is prescribed; otherwise the torque or the force is."""
+        """Check whether the drive prescribes the motion; otherwise it prescribes the torque or force."""
         return all(given is None for given in (self.torque, self.torques, self.force, self.forces))
 
     @property
     def varies(self) -> bool:
-        """Whether it follows a table or a formula."""
+        """Check whether the drive follows a table or a formula."""
         return self.times is not None or self.formula is not None
 
     @property
     def start(self) -> float:
-        """Joint coordinate at t = 0."""
+        """Return the joint coordinate at t = 0."""
         return float(motion.Motions([self.motion()])(np.zeros(1))[0][0, 0]) if self.prescribed else self.angle
 
     def motion(self) -> Pieces | Program:
-        """Coordinate over time of a prescribed drive."""
+        """Return the coordinate of a prescribed drive over time."""
         if self.formula is not None:
             return program(formula(self.formula, of_state=False), {TIME: 0})
         if self.angles is not None and self.times is not None:
@@ -90,9 +90,9 @@ class Drive(Table):
         return motion.constant_rate(self.angle, self.speed or 0.0)
 
     def largest_rate(self, end: float) -> float:
-        """Return the largest rate of a prescribed motion [rad/s]: of a constant speed or a table as a whole.
+        """Return the largest rate of a prescribed motion [rad/s].
 
-        A formula is looked at up to the time `end` [s], at random times: no oscillation keeps pace with them.
+        A formula is sampled up to the time `end` [s], at random times to avoid aliasing.
         """
         if not self.varies:
             return abs(float(self.speed or 0.0))
@@ -100,7 +100,7 @@ class Drive(Table):
         return float(np.abs(motion.Motions([self.motion()])(times)[1]).max())
 
     def torque_history(self) -> Pieces:
-        """Torque, or force of a sliding joint, over time of a drive whose motion is not prescribed."""
+        """Return the torque (or force of a prismatic joint) over time of a drive without prescribed motion."""
         values = self.torques if self.forces is None else self.forces
         if values is not None and self.times is not None:
             return motion.table(self.times, values)
@@ -110,8 +110,8 @@ class Drive(Table):
 class SmallEccentricity(Table):
     """The paper's correction of the film near the centre, Chen 2025 eqs. (12)-(13): force times eps^power below ratio.
 
-    It is not needed (the film is regular there) and leaves the centred journal nearly unsupported; it is here to
-    replicate the paper.
+    Use it only to replicate the paper: the film is regular there without it, and with it a centred journal has nearly
+    no support.
     """
 
     ratio: Fraction = Field(description="eps_0, below which the correction acts [1]")
@@ -172,13 +172,13 @@ class Friction(LawTable):
 
     @property
     def acts(self) -> bool:
-        """Whether there is any friction."""
+        """Check whether the friction is nonzero."""
         law = FRICTIONS[self.law]
         return law.coefficient is not None and bool(self.coefficient or self.static or "coefficient" not in law.needs)
 
 
 class Mixed(Table):
-    """Between film and contact, for mixed joints."""
+    """Transition between film and contact, for mixed joints."""
 
     law: Literal["blend", "greenwood-tripp"] = Field(description="blend of Chen 2025 eq. (15), or asperities")
     transition: Positive | None = Field(None, description="blend: penetration E_0 from which only the contact acts [m]")
@@ -205,10 +205,10 @@ class Oil(Table):
 
 
 class Wear(Table):
-    """Wear of a dry or mixed joint by Archard's law, and what has been worn away before.
+    """Wear of a dry or mixed joint by Archard's law, and its initial wear.
 
-    Depths are along the radius of the part, at equally spaced angles in its own frame, counted from x_P in the drawn
-    pose; between them the profile is a cubic B-spline with these control depths.
+    Depths are along the part's radius, at equally spaced angles in the part's frame, counted from x_P in the reference
+    configuration; between these angles the profile is a cubic B-spline with these control depths.
     """
 
     coefficient: Positive = Field(description="k of dV = k N |v_t| dt [m2/N]; 1 mm3/(N m) is 1e-9 m2/N")
@@ -238,7 +238,7 @@ class Wear(Table):
 
     @property
     def coefficients(self) -> tuple[float, float]:
-        """Coefficients of bearing and journal [m2/N]; their sum is `coefficient`."""
+        """Return the coefficients of bearing and journal [m2/N]; their sum is `coefficient`."""
         part = {"bearing": 1.0, "journal": 0.0, "both": self.share or 0.0}[self.side]
         if self.hardness is not None:
             part = self.hardness[1] / sum(self.hardness)
@@ -246,27 +246,27 @@ class Wear(Table):
 
     @property
     def depths(self) -> tuple[list[float], list[float]]:
-        """Control depths of bearing and journal [m]; none of a part that is round."""
+        """Return the control depths of bearing and journal [m]; empty for a round part."""
         bearing, journal = (depths or [] for depths in (self.bearing_depth, self.journal_depth))
         return bearing if any(bearing) else [], journal if any(journal) else []
 
 
 class JointModel(LawTable):
-    """How a joint that has a bearing or a slot in the SDF file is modelled."""
+    """Model of a joint that has a bearing or a slot in the SDF file."""
 
     law_kind, law_key = "film", "film"
 
     model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
     film: FilmName = Field("finite", description="film law")
-    cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="rule of the finite film")
+    cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="cavitation rule of the finite film")
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="oil, instead of a viscosity")
     contact: Contact | None = Field(None, description="dry and mixed: normal contact")
     friction: Friction | None = Field(None, description="dry and mixed: friction; default: none")
     mixed: Mixed | None = Field(None, description="mixed: combination of film and contact")
     shear_torque: bool = Field(True, description="whether the film's shear torque acts")
-    shear_film: Literal["full", "half"] = Field("full", description="extent of the film that shears")
+    shear_film: Literal["full", "half"] = Field("full", description="extent of the sheared film")
     small_eccentricity: SmallEccentricity | None = Field(None, description="the paper's correction near the centre")
     wear: Wear | None = Field(None, description="dry and mixed: wear of bearing and journal")
     offset: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(

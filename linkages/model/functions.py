@@ -1,4 +1,4 @@
-"""Functions that a user writes, of time and of positions and speeds: formulas and tables, as programs for kernels."""
+"""User-written functions of time, positions and speeds: formulas and tables, as programs for kernels."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from linkages.planar.motion import INPUT, NUMBER, TABLE, Program
 TIME = "t"
 
 #: Positions and speeds that a load can depend on: of a link or frame, in plane axes, and of a joint, with their units.
-#: Of a joint that slides read m for rad.
+#: For a prismatic joint read m for rad.
 OF_POINTS = {"x": "m", "y": "m", "angle": "rad", "vx": "m/s", "vy": "m/s", "omega": "rad/s"}
 OF_JOINTS = {"coordinate": "rad", "rate": "rad/s"}
 
 
-@lru_cache(maxsize=64)  # a long formula takes a second
+@lru_cache(maxsize=64)  # parsing a long formula takes a second
 def formula(text: str, of_state: bool = True) -> Formula:
-    """Read a formula of the time t and, if asked for, of positions and speeds such as ``slider.x``.
+    """Read a formula of the time t and optionally of positions and speeds such as ``slider.x``.
 
     Raises
     ------
     ValueError
-        One sentence: what is wrong, and what would be right.
+        If the formula is invalid: one sentence with the error and the remedy.
     """
     found = parse(text, (*OF_POINTS, *OF_JOINTS))
     for name in sorted(found.names):
@@ -39,7 +39,7 @@ def formula(text: str, of_state: bool = True) -> Formula:
 
 
 def program(given: Formula, inputs: Mapping[str, int]) -> Program:
-    """Translate a formula; `inputs` are the indices of what its names stand for.
+    """Translate a formula; `inputs` are the indices of its names.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
     >>> program(formula("2*t"), {"t": 0}).steps.tolist()
     [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [16.0, 0.0, 1.0]]
     """
-    steps: dict[tuple[float, float, float], int] = {}  # each once: formulas written by programs repeat themselves
+    steps: dict[tuple[float, float, float], int] = {}  # each step once: generated formulas repeat terms
 
     def add(code: float, first: float, second: float = 0.0) -> int:
         return steps.setdefault((code, first, second), len(steps))
@@ -68,14 +68,14 @@ def program(given: Formula, inputs: Mapping[str, int]) -> Program:
 
 
 def table_over(signal: int, table: int) -> Program:
-    """Look up the table (a piecewise polynomial) with an index at the input with an index."""
+    """Return a program that evaluates a table (a piecewise polynomial, by its index) at an input (by its index)."""
     return Program(np.array([(INPUT, signal, 0), (TABLE, table, 0)], dtype=np.float64))
 
 
 def check_table(over: str | None, at: list[float] | None, values: object, many: str) -> None:
     """Check a table over a position or speed: equally many places and values, places increasing."""
     if (over is None) != (at is None):
-        raise ValueError("over and at go together: what the table is over, and its values there")
+        raise ValueError("over and at must both be given: the position or speed of the table, and its values")
     if over is None or at is None:
         return
     if not isinstance(values, list) or len(values) != len(at) or len(at) < 2:

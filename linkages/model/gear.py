@@ -10,10 +10,10 @@ from linkages.files.toml import Finite, Table
 
 
 class Gear(Table):
-    """Two joints whose coordinates go together: second = ratio * first + offset.
+    """Two joints with coupled coordinates: second = ratio * first + offset.
 
-    Meshing gears turn against each other, a ratio below zero if both axes point the same way; belts and chains turn
-    alike. With a joint that slides it is a rack, or a screw: the ratio is in m/rad.
+    For meshing gears with equally directed axes the ratio is negative; for belts and chains it is positive. With a
+    prismatic joint the gear is a rack or a screw: the ratio is in m/rad.
     """
 
     joints: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
@@ -25,7 +25,7 @@ class Gear(Table):
     @model_validator(mode="after")
     def _couples(self) -> Gear:
         if self.ratio == 0.0:
-            raise ValueError("ratio is 0; the second joint would stand still")
+            raise ValueError("ratio is 0; the second joint would not move")
         if self.joints[0] == self.joints[1]:
-            raise ValueError(f'joints are one and the same, "{self.joints[0]}"')
+            raise ValueError(f'both joints are "{self.joints[0]}"')
         return self

@@ -1,7 +1,7 @@
-"""Tables that name a law, and beside it give values to the parameters that the law declares.
+"""Tables that name a law and give values to its declared parameters.
 
-Such a table takes the parameters of the law that it names. It also takes, and does not use, those of the built-in laws
-of the kind: then the law of a file can be replaced by its path without removing the keys of the former one.
+Such a table accepts the parameters of the named law. It also accepts, and ignores, parameters of the other built-in
+laws of this kind, so that a law can be replaced by its path without removing the keys of the previous law.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from linkages.files.toml import Table
 from linkages.laws.declared import BUILT_IN_PARAMETERS, REGISTRIES, merged, users
 from linkages.laws.parameters import Parameter
 
-_FEW = 3  # laws that a list of keys names
+_FEW = 3  # most laws that a list of keys names
 
 
 class LawTable(Table):
-    """A table that names a law by one of its keys, and has the law's parameters as further keys."""
+    """A table with one key that names a law, and the law's parameters as further keys."""
 
     model_config = ConfigDict(extra="allow")  # `_of_law` refuses others
     law_kind: ClassVar[str]
@@ -30,12 +30,12 @@ class LawTable(Table):
 
     @classmethod
     def added_keys(cls, data: Mapping[str, Any]) -> Mapping[str, FieldInfo]:
-        """Keys of the parameters that a table with these values takes."""
+        """Return the keys of the parameters that a table with these values accepts."""
         return _parameters_of(cls, data).model_fields
 
     @classmethod
     def declared_keys(cls) -> Iterator[tuple[str, FieldInfo]]:
-        """Every key that a law of this kind declares; one that several laws declare differently, several times."""
+        """Yield every key that a law of this kind declares, repeatedly if laws declare it differently."""
         for parameter, laws in users(REGISTRIES[cls.law_kind]).items():
             ((name, info),) = _table((parameter,), required=True).model_fields.items()
             said = FieldInfo.merge_field_infos(info)
@@ -45,7 +45,7 @@ class LawTable(Table):
 
     @classmethod
     def unknown(cls, key: str, data: Mapping[str, Any]) -> str:
-        """Say what is wrong with a key: it belongs to another law, or is unknown."""
+        """Describe the error of a key: it belongs to another law, or is unknown."""
         registry, law = REGISTRIES[cls.law_kind], _named(cls, data)
         owners = [name for name, other in registry.items() if key in {p.name for p in other.parameters}]
         if not owners or law is None:
@@ -63,14 +63,14 @@ class LawTable(Table):
         for parameter in REGISTRIES[cls.law_kind][law].parameters if law is not None else ():
             if parameter.name in cls.model_fields or hasattr(cls, parameter.name):
                 raise ValueError(
-                    f'{law} has a parameter "{parameter.name}", which means something else here; rename it'
+                    f'{law} has a parameter "{parameter.name}", which already has another meaning here; rename it'
                 )
         own = {key: value for key, value in data.items() if key not in cls.model_fields}
         return {**data, **_parameters_of(cls, data).model_validate(own).model_dump(exclude_unset=True)}
 
     @model_validator(mode="after")
     def _with_defaults(self) -> LawTable:
-        """Give the parameters that the table does not have their defaults, which are not dumped as given values."""
+        """Set absent parameters to their defaults, which are not dumped as given values."""
         given = self.model_extra or {}
         self.__dict__.update({name: value for name, value in self._defaults.items() if name not in given})
         values = self.parameters
@@ -85,7 +85,7 @@ class LawTable(Table):
 
     @model_serializer(mode="wrap")
     def _all(self, handler: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
-        """Dump the defaults of parameters with those of other keys."""
+        """Dump the parameters' defaults with the other keys' defaults."""
         dumped: dict[str, Any] = handler(self)
         return dumped if info.exclude_unset else self._defaults | dumped
 
@@ -96,20 +96,20 @@ class LawTable(Table):
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Values of the parameters by name."""
+        """Return the values of the parameters by name."""
         known = dict(self)
         return {name: known[name] for name in self._defaults | (self.model_extra or {})}
 
 
 def _named(table: type[LawTable], data: Mapping[str, Any]) -> str | None:
-    """Find the law that a table with these values names; None if there is none of this name."""
+    """Find the law that a table with these values names; None if it does not exist."""
     field = table.model_fields[table.law_key]
     name = data.get(table.law_key, None if field.is_required() else field.default)
     return name if isinstance(name, str) and name in REGISTRIES[table.law_kind] else None
 
 
 def _parameters_of(table: type[LawTable], data: Mapping[str, Any]) -> type[Table]:
-    """Make the table of the parameters that a table takes: of an unknown law's, those of all laws."""
+    """Make the table of accepted parameters: the named law's, or all laws' if the law is unknown."""
     registry, law = REGISTRIES[table.law_kind], _named(table, data)
     if law is None:
         return _table(merged(registry.values()), required=False)
@@ -121,10 +121,10 @@ def _parameters_of(table: type[LawTable], data: Mapping[str, Any]) -> type[Table
 
 @cache
 def _table(parameters: tuple[Parameter, ...], required: bool) -> type[Table]:
-    """Make a table of parameters; `required` says whether those without a default must be given."""
+    """Make a table of parameters; `required` makes parameters without a default mandatory."""
     fields: dict[str, Any] = {}
     for parameter in parameters:
-        if hasattr(Table, parameter.name):  # `LawTable` refuses the law
+        if hasattr(Table, parameter.name):  # `LawTable` rejects the law
             continue
         kind = Annotated[float, Field(allow_inf_nan=False, **parameter.bounds)]
         default = parameter.default if parameter.default is not None or not required else ...

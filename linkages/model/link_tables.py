@@ -1,4 +1,4 @@
-"""The tables of an experiment's links: which of them bend, and how finely."""
+"""Tables of an experiment's links: flexible or rigid, modes and damping."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 Count = Annotated[int, Field(ge=0, le=60)]
 
-#: Rigid segments of a link at most, and elastic pieces.
+#: Largest number of rigid segments of a link, and of elastic substructures.
 MOST_SEGMENTS = 64
 MOST_PIECES = 32
 
-#: Ratio of the first bending mode if none is given: of steel in a machine, assumed.
+#: Default damping ratio of the first bending mode, an assumed value [1].
 DAMPING = 0.01
 
 
@@ -34,7 +34,7 @@ class LinkModel(Table):
     axial: Count | None = Field(None, description="axial modes, 0: inextensible; default: n - 1 for n joints and loads")
     stiffening: bool = Field(True, description="geometric stiffness: whether axial forces change the bending stiffness")
     damping: NonNegative | None = Field(
-        None, description=f"ratio of the first bending mode with both ends pinned; default {DAMPING:g} [1]"
+        None, description=f"damping ratio of the first bending mode with both ends pinned; default {DAMPING:g} [1]"
     )
     stiffness_damping: NonNegative | None = Field(
         None, description="instead of damping: stress per strain rate, over Young's modulus [s]"
@@ -48,7 +48,6 @@ class LinkModel(Table):
     start: Literal["quasi-static", "undeformed"] = Field(
         "quasi-static", description="shape at t = 0: static under the loads of the rigid linkage, or straight"
     )
-    segments: Annotated[int, Field(ge=2, le=MOST_SEGMENTS)] = Field(8, description="rigid segments in the Drake engine")
 
     @model_validator(mode="after")
     def _sensible(self) -> LinkModel:
@@ -60,17 +59,17 @@ class LinkModel(Table):
 
     @property
     def bends(self) -> bool:
-        """Whether the link is flexible."""
+        """Check whether the link is flexible."""
         return self.model == "flexible"
 
     def bending_damping(self, frequency: float) -> float:
-        """Return the damping over stiffness [s] of a beam whose first pinned mode has a frequency [rad/s]."""
+        """Compute the damping over stiffness [s] of a beam from its first pinned frequency [rad/s]."""
         if self.stiffness_damping is not None:
             return self.stiffness_damping
         return 2.0 / frequency * (DAMPING if self.damping is None else self.damping)
 
     def damping_factors(self, modes: ComponentModes, beam: Beam) -> Array:
-        """Damping over stiffness of each mode (nf,) [s] of a beam or of a part of it: Kelvin and Voigt's."""
+        """Compute the Kelvin-Voigt damping over stiffness of each mode (nf,) [s] of a beam or its part."""
         bent = self.bending_damping(beam.pinned_frequency)
         stretched = bent if self.axial_damping is None else 2.0 / beam.held_frequency * self.axial_damping
         return np.where(np.arange(len(modes.names)) < modes.bending, bent, stretched)

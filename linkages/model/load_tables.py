@@ -14,33 +14,33 @@ Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 Times = Annotated[list[Finite] | None, Field(description="times of a table, increasing [s]")]
 Over = Annotated[
     str | None,
-    Field(description="table over a position or speed instead: POINT.x|y|angle|vx|vy|omega or JOINT.coordinate|rate"),
+    Field(description="instead of times: argument of the table: POINT.x|y|angle|vx|vy|omega or JOINT.coordinate|rate"),
 ]
 At = Annotated[list[Finite] | None, Field(description="values of `over` in a table, increasing")]
 
 
 class Function(Table):
-    """What a force and a torque have in common: constant, a table, or a formula."""
+    """Common part of forces and torques: a constant, a table, or a formula."""
 
     @property
     def formulas(self) -> list[Formula]:
-        """Its components as formulas of t and of positions and speeds; none if it has no formula."""
+        """Return the components as formulas of t, positions and speeds; empty without a formula."""
         given = getattr(self, "formula", None)
         return [formula(text) for text in ([given] if isinstance(given, str) else given or [])]
 
     @property
     def over_time(self) -> bool:
-        """Whether it changes with time itself, not with the linkage's motion alone."""
+        """Check whether the load depends explicitly on time."""
         return getattr(self, "times", None) is not None or any(TIME in found.names for found in self.formulas)
 
     @property
     def signals(self) -> list[str]:
-        """The positions and speeds it depends on, such as ``slider.x``."""
+        """Return the positions and speeds that the load depends on, such as ``slider.x``."""
         over = getattr(self, "over", None)
         return [over] if over is not None else sorted({n for f in self.formulas for n in f.names} - {TIME})
 
     def _check(self, one: str, many: str) -> None:
-        """Check that it is just one of: constant, a table over time, a table over something else, a formula."""
+        """Check for exactly one of: constant, table over time, table over a signal, formula."""
         times, over, at = (getattr(self, key) for key in ("times", "over", "at"))
         values = getattr(self, many)
         given = [getattr(self, key) is not None for key in (one, many, "formula")]
@@ -53,14 +53,14 @@ class Function(Table):
             check_history(times, values, many)
         for found in self.formulas:
             if any(name.rpartition(".")[0] == "world" for name in found.names):
-                raise ValueError('a formula cannot ask where "world" is; it stays where it is')
+                raise ValueError('a formula cannot use "world", which never moves')
 
 
 class Force(Function):
-    """A force at a point of a link, constant or over time, a position or a speed.
+    """A force at a point of a link: constant, or a function of time, position or speed.
 
-    In plane axes, or in those of the point's own frame, which turn with the link: x along its x axis (whose angle is
-    the column ``POINT.angle``), y a quarter turn counter-clockwise from it.
+    Components are in plane axes, or in axes of the point's frame, which rotate with the link: x along the frame's x
+    axis (whose angle is the column ``POINT.angle``), y a quarter turn counter-clockwise from it.
     """
 
     point: str = Field(description="point of application: origin of this link or frame")
@@ -71,7 +71,9 @@ class Force(Function):
     times: Times = None
     over: Over = None
     at: At = None
-    forces: list[Pair] | None = Field(None, description="forces at `times` or `at`; between them monotone cubics [N]")
+    forces: list[Pair] | None = Field(
+        None, description="forces at `times` or `at`, interpolated by monotone cubics [N]"
+    )
     formula: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
         None, description="two components as formulas of t and of positions and speeds, [N] in SI units"
     )
@@ -85,7 +87,7 @@ class Force(Function):
 class Torque(Function):
     """A torque on a link, positive counter-clockwise about the plane's normal, or in a joint, positive about its axis.
 
-    Constant, or over time, a position or a speed. In a joint it acts on the child, and its opposite on the parent.
+    Constant, or a function of time, position or speed. In a joint it acts on the child, reversed on the parent.
     """
 
     link: str | None = Field(None, description="link on which it acts")
@@ -95,9 +97,11 @@ class Torque(Function):
     over: Over = None
     at: At = None
     torques: list[Finite] | None = Field(
-        None, description="torques at `times` or `at`; between them monotone cubics [N m]"
+        None, description="torques at `times` or `at`, interpolated by monotone cubics [N m]"
     )
-    formula: str | None = Field(None, description="as a formula of t and of positions and speeds, [N m] in SI units")
+    formula: str | None = Field(
+        None, description="torque as a formula of t and of positions and speeds, [N m] in SI units"
+    )
 
     @model_validator(mode="after")
     def _one_kind(self) -> Torque:
@@ -108,7 +112,7 @@ class Torque(Function):
 
 
 class Spring(Table):
-    """A spring with a damper beside it, along the line between two points."""
+    """A spring and a damper in parallel, along the line between two points."""
 
     point: str = Field(description="one end: origin of this link or frame")
     to: str | None = Field(None, description="other end: origin of this link or frame")
@@ -120,12 +124,12 @@ class Spring(Table):
     @model_validator(mode="after")
     def _one_end(self) -> Spring:
         if (self.to is None) == (self.anchor is None):
-            raise ValueError("give its other end: either to, a link or frame, or anchor, a fixed point")
+            raise ValueError("give the other end: either to, a link or frame, or anchor, a fixed point")
         return self
 
 
 class TorsionSpring(Table):
-    """A torsion spring with a damper, in a joint or between two links; its angle is zero in the drawn pose."""
+    """A torsion spring with a damper, in a joint or between two links; zero angle in the reference configuration."""
 
     joint: str | None = Field(None, description="revolute joint in which it acts; its angle is the joint's")
     links: Annotated[list[str], Field(min_length=2, max_length=2)] | None = Field(
@@ -143,10 +147,10 @@ class TorsionSpring(Table):
 
 
 class JointFriction(Table):
-    """Friction in an ideal joint by a given torque (a force where the joint slides), not by the force that it carries.
+    """Friction in an ideal joint with a given torque (prismatic: force), independent of the joint force.
 
-    constant * tanh(v/speed) + viscous * v against the rate v of the joint's coordinate: Coulomb's friction as the
-    law "coulomb" of dry joints regularises it, and viscous friction.
+    The law is constant * tanh(v/speed) + viscous * v against the rate v of the joint's coordinate: regularised Coulomb
+    friction, as in the law "coulomb" of dry joints, and viscous friction.
     """
 
     of_any_joint = True
@@ -166,5 +170,5 @@ class JointFriction(Table):
 
     @property
     def law(self) -> Formula:
-        """Torque or force along the coordinate, as a formula of its rate v."""
+        """Return the torque or force along the coordinate as a formula of its rate v."""
         return parse(f"-{self.constant!r}*tanh(v/{self.speed!r}) - {self.viscous!r}*v")

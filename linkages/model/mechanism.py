@@ -1,9 +1,9 @@
-"""The machine: links, joints and frames of a planar linkage, read from SDFormat.
+"""The mechanism: links, joints and frames of a planar linkage, read from SDFormat.
 
-Everything here is given in the **drawn configuration**, the pose in which the SDF file draws the links, and
-in **plane axes**: x_P, y_P span the plane of motion, its normal n = x_P x y_P is the axis of all revolute
-joints. For joints about world z these are the world's x and y, about world y they are x and z, about world x
-they are y and z. Angles are counter-clockwise about n. SI units.
+All quantities are given in the **reference configuration**, the pose of the SDF file, and in **plane axes**: x_P, y_P
+span the plane of motion; its normal n = x_P x y_P is the axis of all revolute joints. For joints about world z these
+are the world's x and y, about world y they are x and z, about world x they are y and z. Angles are counter-clockwise
+about n. SI units.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
 
 
 _INERTIA = re.compile(r"links\.[^.]+\.inertia")
-_PARALLEL = 1e-6  # largest sine of the angle by which an axis may miss the normal (or the plane)
+_PARALLEL = 1e-6  # largest sine of the angle between an axis and the normal (or the plane)
 
 
 @dataclass(frozen=True)
 class Link(RawLink):
-    """A rigid body: as written, and in the plane.
+    """A rigid body: the file's data, and quantities in the plane.
 
     Attributes
     ----------
     origin : (2,) array
-        Drawn position of the link frame's origin [m].
+        Reference position of the link frame's origin [m].
     angle : float
-        Drawn angle of the link frame's x axis [rad] (y axis less 90 degrees, where x is the plane's normal).
+        Reference angle of the link frame's x axis [rad] (y axis less 90 degrees, where x is the plane's normal).
     com : (2,) array
-        Drawn position of the mass centre [m].
+        Reference position of the mass centre [m].
     inertia : float
         Moment of inertia about the mass centre and the plane's normal [kg m2].
     """
@@ -58,12 +58,12 @@ class Link(RawLink):
 
 @dataclass(frozen=True)
 class Joint(RawJoint):
-    """A joint, as written and in the plane; its coordinate is zero in the drawn configuration.
+    """A joint: the file's data, and quantities in the plane; coordinate zero in the reference configuration.
 
     Attributes
     ----------
     on_parent, on_child : (2,) arrays
-        Drawn position of the joint on either body [m]; they coincide if the drawing closes.
+        Reference position of the joint on either body [m]; they coincide if the file's pose closes the loops.
     sign : float
         Revolute: +1 if the joint's axis is along the plane's normal, -1 if against it.
     direction : (2,) array
@@ -78,7 +78,7 @@ class Joint(RawJoint):
 
 @dataclass(frozen=True)
 class Frame:
-    """A named point and direction on a link: drawn origin [m] and angle of its x axis [rad]."""
+    """A named frame on a link: reference origin [m] and angle of its x axis [rad]."""
 
     name: str
     link: str
@@ -88,7 +88,7 @@ class Frame:
 
 @dataclass(frozen=True, repr=False)
 class Mechanism(Brief):
-    """A planar linkage.
+    """A planar linkage; made by `load_mechanism`.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class Mechanism(Brief):
     basis : (3, 3) array
         Columns x_P, y_P, n in world axes.
     values : mapping of str to float
-        Every number that can be replaced, by its dotted path (see `load_mechanism`).
+        All replaceable numbers, by dotted path (see `load_mechanism`).
     """
 
     name: str
@@ -117,23 +117,23 @@ class Mechanism(Brief):
 
     @cached_property
     def link(self) -> dict[str, Link]:
-        """Links by name."""
+        """Return the links by name."""
         return {link.name: link for link in self.links}
 
     @cached_property
     def joint(self) -> dict[str, Joint]:
-        """Joints by name."""
+        """Return the joints by name."""
         return {joint.name: joint for joint in self.joints}
 
     @cached_property
     def point(self) -> dict[str, Frame]:
-        """Every named frame, link frames included."""
+        """Return all named frames, link frames included."""
         own = {link.name: Frame(link.name, link.name, link.origin, link.angle) for link in self.links}
         return own | {frame.name: frame for frame in self.frames}
 
     @cached_property
     def pin(self) -> dict[str, Frame]:
-        """Places of the joints by name: on a joint's child, or on its parent if the child is the world."""
+        """Return the joints' places by name: on the child, or on the parent if the child is the world."""
         ends = {
             joint.name: (joint.child, joint.on_child) if joint.child != "world" else (joint.parent, joint.on_parent)
             for joint in self.joints
@@ -142,7 +142,7 @@ class Mechanism(Brief):
 
     @cached_property
     def place(self) -> dict[str, Frame]:
-        """Everything that has a position: named frames, and joints."""
+        """Return everything with a position: named frames, and joints."""
         return self.pin | self.point
 
     def value(self, path: str) -> float:
@@ -151,7 +151,7 @@ class Mechanism(Brief):
         Raises
         ------
         InputError
-            If there is none.
+            If no value has this path.
         """
         if path in self.values:
             return self.values[path]
@@ -165,16 +165,18 @@ class Mechanism(Brief):
     def with_inertial(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism with other masses and moments of inertia, without reading its file again.
 
+        Faster than `load_mechanism` with overrides, for many variants of one mechanism.
+
         Parameters
         ----------
         values : mapping of str to float
-            By the paths ``links.NAME.mass`` [kg] and ``links.NAME.inertia`` (about the mass centre and the plane's
-            normal; the tensor in space is scaled) [kg m2].
+            Values by the paths ``links.NAME.mass`` [kg] and ``links.NAME.inertia`` (about the mass centre and the
+            plane's normal; the tensor in space is scaled) [kg m2].
 
         Raises
         ------
         InputError
-            If there is no such link, it has a beam, from which they follow, or a value is not positive.
+            If the link does not exist, has a beam (which determines them), or a value is not positive.
         """
         if not values:
             return self
@@ -203,12 +205,14 @@ class Mechanism(Brief):
 def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = None) -> Mechanism:
     """Read a mechanism from an SDFormat file.
 
+    To simulate it, use `linkages.load` with an experiment file, which names the mechanism.
+
     Parameters
     ----------
     path : str or Path
         The ``.sdf`` file.
     overrides : mapping of str to float, optional
-        Values that replace those of the file; see `linkages.files.sdf.read_sdf`. Besides those,
+        Values that override the file; see `linkages.files.sdf.read_sdf`. In addition,
         ``links.NAME.inertia`` sets the moment about the plane's normal [kg m2] (the tensor is scaled).
 
     Returns
@@ -218,7 +222,7 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     Raises
     ------
     InputError
-        One line with file, element and reason.
+        If the input is invalid: one line with file, element and reason.
 
     Examples
     --------
@@ -236,9 +240,9 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
 
 @contextmanager
 def faults_of_values(experiment: Experiment) -> Iterator[None]:
-    """Attribute a fault of an experiment's machine to the key that caused it.
+    """Attribute a fault of an experiment's mechanism to the key that caused it.
 
-    These keys are a value that the experiment replaces, and the name of a file that is no machine.
+    The key is an override of the experiment, or the name of a file that is not a mechanism.
     """
     try:
         yield
@@ -260,7 +264,7 @@ def faults_of_values(experiment: Experiment) -> Iterator[None]:
 
 
 def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanism:
-    """Return a machine in its plane; as `load_mechanism`, with values for moments of inertia alone."""
+    """Return a mechanism in its plane, with overrides of moments of inertia."""
     basis = _plane(path, raw)
     links = tuple(_link(path, link, basis) for link in raw.links)
     joints = tuple(_joint(joint, basis) for joint in raw.joints)
@@ -275,7 +279,7 @@ def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanis
 
 
 def _plane(path: Path, raw: RawModel) -> Array:
-    """Basis (x_P, y_P, n) of the plane that all joint axes agree on."""
+    """Find the basis (x_P, y_P, n) of the plane common to all joint axes."""
     revolute, prismatic = ([j for j in raw.joints if j.type == kind] for kind in ("revolute", "prismatic"))
     if revolute:
         first, normal = revolute[0].name, revolute[0].axis
@@ -288,15 +292,15 @@ def _plane(path: Path, raw: RawModel) -> Array:
                 break
     for joint in revolute:
         if np.linalg.norm(np.cross(joint.axis, normal)) > _PARALLEL:
-            raise _wrong(path, joint, f'not planar: its axis is not parallel to that of "{first}"')
+            raise _wrong(path, joint, f'not planar: its axis is not parallel to the axis of "{first}"')
     for joint in prismatic:
         if abs(joint.axis @ normal) > _PARALLEL:
-            raise _wrong(path, joint, f'not planar: it slides out of the plane normal to "{first}"')
+            raise _wrong(path, joint, f'not planar: its axis leaves the plane normal to "{first}"')
     return _basis(normal)
 
 
 def _basis(normal: Array) -> Array:
-    """Plane axes for a normal given up to sign: (x, y) for z, (x, z) for y, (y, z) for x."""
+    """Return plane axes for a normal given up to sign: (x, y) for z, (x, z) for y, (y, z) for x."""
     normal = np.where(np.abs(normal) < 1e-12, 0.0, normal)
     x_axis = np.eye(3)[0] - normal[0] * normal
     if np.linalg.norm(x_axis) < 0.1:
@@ -310,7 +314,7 @@ def _basis(normal: Array) -> Array:
 
 
 def _angle(rotation: Array, basis: Array) -> float:
-    """Angle of a frame's x axis in the plane; of its y axis, less 90 degrees, if x is normal to it."""
+    """Return the angle of a frame's x axis in the plane; if x is normal to it, of y minus 90 degrees."""
     x_axis = basis[:, :2].T @ rotation[:, 0]
     if np.linalg.norm(x_axis) > 0.1:
         return float(np.arctan2(x_axis[1], x_axis[0]))

@@ -1,4 +1,4 @@
-"""Values that are allowed and yet look like those of another unit: questions to the user, never errors."""
+"""Plausibility of values: valid values that suggest a wrong unit give questions to the user, never errors."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Mechanism
 from linkages.model.skeleton import skeleton
 
-# beyond these a value is asked about; all assumed
+# limits of plausible values, all assumed
 _LONG = 20.0  # length of a link [m]
-_STEEL = 7850.0  # density [kg/m3]: a link heavier than a cube of steel of its length
+_STEEL = 7850.0  # density [kg/m3]: a link should be lighter than a steel cube of its length
 _TURNS = 4.0 * math.pi  # start of a drive [rad]
 _FAST = 1500.0  # speed of a drive [rad/s]
 _HEAVY = 100.0  # gravity [m/s2]
 
 
 def doubts(mechanism: Mechanism, size: float, experiment: Experiment) -> list[str]:
-    """Ask about values that are implausible in SI units.
+    """List questions about values that are implausible in SI units.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def doubts(mechanism: Mechanism, size: float, experiment: Experiment) -> list[st
     Returns
     -------
     list of str
-        One question each.
+        One question for each implausible value.
 
     Examples
     --------
@@ -64,7 +64,7 @@ def _of_machine(mechanism: Mechanism, size: float) -> Iterator[str]:
         if mass > 0.0 and link.inertia > mass * size**2:
             reach = f"{math.sqrt(link.inertia / mass):.3g} m"
             yield (
-                f"the moment of inertia of {link.name}, {link.inertia:.3g} kg m2, is that of its mass {reach} away: is"
+                f"the moment of inertia of {link.name}, {link.inertia:.3g} kg m2, equals its mass {reach} away: is"
                 " it in kg mm2?"
             )
 

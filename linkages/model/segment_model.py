@@ -24,15 +24,15 @@ from linkages.model.experiment import BENDING_QUANTITIES, Experiment, experiment
 from linkages.model.link_tables import LinkModel
 from linkages.model.mechanism import Frame, Joint, Link, Mechanism
 
-#: Between the name of a link and the number of a hinge, in the hinge's name.
+#: Separator of link name and hinge number in the name of a hinge.
 HINGE = "/hinge"
 
-_SAME = 1e-9  # of a beam's length: places closer than this are one
+_SAME = 1e-9  # relative to a beam's length: closer places coincide
 
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """The pieces of a link that bends.
+    """The chain of rigid segments of a flexible link.
 
     Attributes
     ----------
@@ -48,65 +48,65 @@ class Row:
 
     @cached_property
     def beam(self) -> LinkBeam:
-        """The beam."""
+        """Return the link's beam."""
         assert self.link.beam is not None
         return self.link.beam
 
     @cached_property
     def _counts(self) -> list[int]:
-        """Cells between neighbouring ends."""
+        """Return the number of cells between neighbouring ends."""
         part = np.diff(self.ends) / self.beam.length
         return np.maximum(np.rint(self.model.segments * part), 1).astype(int).tolist()
 
     @cached_property
     def nodes(self) -> Array:
-        """Places (n + 1,) of the sections that pieces follow, from the beam's start [m]."""
+        """Return the places (n + 1,) of the segments' nodes, from the beam's start [m]."""
         spans = zip(pairwise(self.ends), self._counts, strict=True)
         return np.concatenate([[0.0], *(np.linspace(a, b, count + 1)[1:] for (a, b), count in spans)])
 
     @cached_property
     def hinges(self) -> Array:
-        """Places (n,) between the pieces [m]."""
+        """Return the places (n,) of the hinges, from the beam's start [m]."""
         middles: Array = 0.5 * (self.nodes[1:] + self.nodes[:-1])
         return middles
 
     @cached_property
     def stiffnesses(self) -> Array:
-        """Of the hinges (n,) [N m/rad]."""
+        """Return the stiffnesses (n,) of the hinges [N m/rad]."""
         return self.beam.youngs_modulus * self.beam.second_moment / np.diff(self.nodes)
 
     @cached_property
     def damping(self) -> float:
-        """Damping over stiffness [s]."""
+        """Return the damping over stiffness [s]."""
         return self.model.bending_damping(self.beam.elastic().pinned_frequency)
 
     @property
     def pieces(self) -> list[str]:
-        """Names of the n + 1 pieces, as links."""
+        """Return the names of the n + 1 segments, as links."""
         return [f"{self.link.name}/piece{k}" for k in range(len(self.nodes))]
 
     @property
     def joints(self) -> list[str]:
-        """Names of the n hinges, as joints."""
+        """Return the names of the n hinges, as joints."""
         return [f"{self.link.name}{HINGE}{k + 1}" for k in range(len(self.hinges))]
 
     @property
     def springs(self) -> list[str]:
-        """Names of the n torsion springs in them."""
+        """Return the names of the hinges' n torsion springs."""
         return [f"{self.link.name}/spring{k + 1}" for k in range(len(self.hinges))]
 
     def along(self, point: Array) -> float:
-        """Place along the beam of a point drawn on the link [m]."""
+        """Return the place along the beam of a reference point on the link [m]."""
         return float((point - self.beam.start) @ (self.beam.end - self.beam.start)) / self.beam.length
 
     def carrier(self, point: Array) -> str:
-        """Name of the piece that carries a point drawn on the link."""
+        """Return the name of the segment that carries a reference point on the link."""
         return self.pieces[int(np.searchsorted(self.hinges, self.along(point)))]
 
     def stations(self) -> tuple[Array, Array]:
-        """Places (ns,) [m], and the factors (ns, n) by which values at the hinges give those there.
+        """Return places (ns,) [m], and the factors (ns, n) that interpolate values at the hinges there.
 
-        The hinges themselves, and both sides of each end, where forces may jump, along a line through two hinges.
+        The places are the hinges, and both sides of each end, where forces may jump: extrapolated through two hinges.
         """
         places, factors, first = [self.hinges], [np.eye(len(self.hinges))], 0
         for (a, b), count in zip(pairwise(self.ends), self._counts, strict=True):
@@ -121,7 +121,7 @@ class Row:
 
 
 def rows(mechanism: Mechanism, experiment: Experiment) -> dict[str, Row]:
-    """Cut all links that bend, by name."""
+    """Make the segment chains of all flexible links, by name."""
     found = {}
     for name in experiment.flexible:
         link = mechanism.link[name]
@@ -133,9 +133,9 @@ def rows(mechanism: Mechanism, experiment: Experiment) -> dict[str, Row]:
 
 
 def segmented(mechanism: Mechanism, experiment: Experiment) -> tuple[Mechanism, Experiment]:
-    """Return a machine whose links are all rigid, with rows of pieces for those that bend, and what is done with it.
+    """Return a mechanism with chains of rigid segments instead of flexible links, and its experiment.
 
-    Frames, joints and loads keep their names, and a link's own name becomes that of a frame on one of its pieces.
+    Frames, joints and loads keep their names; the name of a link becomes a frame on one of its segments.
     """
     cut = rows(mechanism, experiment)
     links = [
@@ -170,7 +170,7 @@ def _hinges(row: Row, mechanism: Mechanism) -> Iterator[Joint]:
 
 
 def _carried(joint: Joint, cut: dict[str, Row]) -> Joint:
-    """Return a joint between the pieces that carry it."""
+    """Return a joint between the segments that carry it."""
     on_parent = joint.on_child if joint.type == "fixed" else joint.on_parent
     parent = cut[joint.parent].carrier(on_parent) if joint.parent in cut else joint.parent
     child = cut[joint.child].carrier(joint.on_child) if joint.child in cut else joint.child

@@ -1,4 +1,4 @@
-"""What a link looks like whose file does not say: bars between its joints and frames, and the plate they span."""
+"""Default shape of a link without visuals: bars between its joints and frames, and the plate they span."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from linkages.model.mechanism import Link, Mechanism
 
 #: Colours of links in their order: Okabe and Ito's palette, distinct to colour-blind readers, and two more.
 COLORS = ("#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8B6F47", "#6A51A3")
-_SAME = 1e-6  # of the linkage's size: places closer than this are one, points so near a line lie on it
+_SAME = 1e-6  # relative to the linkage's size: closer places coincide, closer points lie on a line
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,13 @@ class Skeleton:
     Attributes
     ----------
     places : (n, 2) array
-        Drawn positions of its joints and frames, each once, plane axes [m]; the mass centre of a link without any.
+        Distinct reference positions of joints and frames, plane axes [m]; for a link without any, its mass centre.
     bars : tuple of (int, int)
-        Places that are joined; none where there is one place only.
+        Pairs of joined places; empty for a single place.
     plate : tuple of int
-        Corners of what they span, counter-clockwise; empty if they lie on a line.
+        Corners of the convex hull of the places, counter-clockwise; empty if they lie on a line.
     color : str
-        As ``#rrggbb``.
+        Colour as ``#rrggbb``.
     """
 
     places: Array
@@ -49,7 +49,7 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
     """
     families = list(
         dict.fromkeys(other.name.partition("/")[0] for other in mechanism.links)
-    )  # pieces have their link's
+    )  # segments have their link's colour
     color = COLORS[families.index(link.name.partition("/")[0]) % len(COLORS)]
     places = _places(mechanism, link, _SAME * size)
     if len(places) < 2:
@@ -59,7 +59,7 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
     if len(places) == 2 or spread[1] <= _SAME * size:
         order = np.argsort(middle @ axes[0]).tolist()
         return Skeleton(places, tuple(pairwise(order)), (), color)
-    from scipy.spatial import ConvexHull  # takes a while to import
+    from scipy.spatial import ConvexHull  # slow to import
 
     hull = ConvexHull(places).vertices.tolist()
     inner = [k for k in range(len(places)) if k not in hull]
@@ -68,7 +68,7 @@ def skeleton(mechanism: Mechanism, link: Link, size: float) -> Skeleton:
 
 
 def _places(mechanism: Mechanism, link: Link, same: float) -> Array:
-    """Joints and frames of a link (n, 2), or its mass centre."""
+    """Return the joints and frames of a link (n, 2), or its mass centre."""
     ends = [end for j in mechanism.joints for end in ((j.parent, j.on_parent), (j.child, j.on_child))]
     found: list[Array] = []
     for body, at in (*ends, *((frame.link, frame.origin) for frame in mechanism.frames)):

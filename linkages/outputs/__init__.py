@@ -1,9 +1,9 @@
-"""One registry of named outputs: name, unit, meaning, owner and kernel; states become numbers here.
+"""One registry of named outputs: name, unit, meaning, owner and kernel; computes numbers from states.
 
-| module   | responsibility                                                      |
-|----------|---------------------------------------------------------------------|
-| registry | which outputs a system has, their units, the records of each        |
-| formulas | the value of each output at a state, in compiled code               |
-| columns  | outputs over time, from the states of a run or of an ideal motion   |
-| segment_outputs | those of links that bend, from a run of rigid pieces              |
+| module          | responsibility                                                 |
+|-----------------|----------------------------------------------------------------|
+| registry        | outputs of a system, their units, the record of each           |
+| formulas        | formulas of all outputs at a state, in compiled code           |
+| columns         | outputs over time, from the states of a run or an ideal motion |
+| segment_outputs | outputs of flexible links from a run with rigid segments       |
 """

@@ -1,4 +1,4 @@
-"""From states to named outputs over time, for runs and ideal motions alike."""
+"""Named outputs over time from states, for runs and ideal motions."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def columns(
     ----------
     system : System
     times : (nt,) array
-        [s]
+        Times [s].
     q, v, a : (nt, n) arrays
         Coordinates of the tree, their rates and accelerations.
     contacts : (nt, nc, WIDTH) array, optional
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS` of each contact, from an engine. Without it the joints with play
-        are taken as ideal, and the forces in them computed like the others'.
+        `linkages.planar.contacts.CLEARANCE_OUTPUTS` of each contact, from an engine. Without it clearance joints
+        count as ideal, and their forces are computed like other joint forces.
     names : sequence of str, optional
-        Outputs of `linkages.outputs.registry`; default all there are, for links in segments as `whole_columns`.
+        Outputs of `linkages.outputs.registry`; default: all (with rigid segments see `whole_columns`).
 
     Returns
     -------
@@ -51,9 +51,9 @@ def columns(
     Raises
     ------
     InputError
-        If there is no output of a name.
+        If an output is unknown.
     AssemblyError
-        If jitter is asked for where the ideal linkage does not close.
+        If jitter is requested and the ideal linkage does not close.
     """
     ideal = contacts is None
     if names is None and isinstance(system, Segmented):
@@ -79,9 +79,9 @@ def columns(
     return {"time": times} | dict(zip(wanted, out, strict=True))
 
 
-@lru_cache(maxsize=8)  # a search for peaks asks again and again
+@lru_cache(maxsize=8)  # a search for peaks calls this repeatedly
 def _records(system: System, names: tuple[str, ...] | None, ideal: bool) -> tuple[tuple[str, ...], Records]:
-    """Names of the outputs that are asked for, and their records."""
+    """Return the names of the requested outputs, and their records."""
     wanted = tuple(all_names(system, ideal)) if names is None else names
     return wanted, pack(system, wanted, ideal)
 

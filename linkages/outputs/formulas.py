@@ -1,4 +1,4 @@
-"""The value of each output at a state, in compiled code."""
+"""Formulas of all outputs at a state, in compiled code."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ from linkages.planar.reactions import add_known_contacts, joint_forces, row_reac
 from linkages.planar.record_types import MARKER, WORN
 from linkages.planar.workspace import Workspace, make_workspace
 
-#: Kinds of owners.
+#: Codes of the kinds of owners.
 POINT, CONTACT, GUIDE, JOINT, DRIVE, LOAD, COORDINATE, LINKAGE, BEND, WITHIN, GEAR = range(11)
 
-#: Kinds that need the forces in joints.
+#: Codes of the kinds that need joint forces.
 OF_FORCES = (JOINT, DRIVE, WITHIN, GEAR)
 
-#: One output.
+#: Record of one output.
 OUTPUT = record_type(
     kind="i8",
-    what="i8",  # quantity of the kind
+    what="i8",  # code of the quantity
     at="i8",  # contact, joint, drive, load, coordinate, or first beam; deflection: section at the beam's first end;
-    # gear: less the number of gears
+    # gear: index minus the number of gears
     other="i8",  # drive: its coordinate; guide: the block's body; deflection: section at the beam's last end;
-    # beams: behind the last
-    jitter="i8",  # 1: less the ideal linkage's
-    marker=MARKER,  # point: where it is; guide: the slot's body and the direction across it
-    constant="f8",  # point: drawn angle; contact: clearance; deflection: that of the straight beam; gear: second's sign
+    # beams: index after the last one
+    jitter="i8",  # 1: minus the ideal linkage's value
+    marker=MARKER,  # point: its place; guide: the slot's body and the normal of the slot
+    constant="f8",  # point: reference angle; contact: clearance; deflection: undeformed one; gear: sign of second joint
 )
 
 _CORNERS = 4
 
 
 class View(NamedTuple):
-    """What is known of a linkage at one state."""
+    """State, contacts and forces of a linkage at one instant."""
 
     model: Arrays
     state: Workspace  # of which q, v, a, pose, vel and acc count
@@ -60,7 +60,7 @@ class View(NamedTuple):
 
 @kernel
 def output_value(output: np.record, view: View) -> float:
-    """Value of an output at a state; jitter is not taken off."""
+    """Compute the value of an output at a state, without subtracting the ideal value for jitter."""
     kind, what, at, state = output.kind, output.what, output.at, view.state
     if kind == POINT:
         return point_value(output, state.pose, state.vel, state.acc)
@@ -86,7 +86,7 @@ def output_value(output: np.record, view: View) -> float:
         return deflection(at, output.other, x, y, output.constant, state.pose)
     if kind == WITHIN:
         return _within_beam(what, at, output.other, view)
-    if kind == GEAR:  # counted from the end of the rows
+    if kind == GEAR:  # index from the end of the rows
         row = view.model.rows[len(view.model.rows) + at]
         reaction = state.reaction[len(view.model.rows) + at]
         return output.constant * reaction if what == 0 else reaction * term_rate(row.term, state.pose, state.vel)
@@ -108,7 +108,7 @@ def _within_beam(what: int, first: int, last: int, view: View) -> float:
 
 @kernel
 def point_value(output: np.record, pose: Array, vel: Array, acc: Array) -> float:
-    """Position, velocity or acceleration of a marker, or its body's angle and rates."""
+    """Compute position, velocity or acceleration of a marker, or its body's angle and rates."""
     marker, what = output.marker, output.what
     b = marker.body
     rx, ry = arm(pose, marker)
@@ -203,7 +203,7 @@ def tabulate(
     with_forces : bool
         Whether any output needs the forces in joints or the efforts of drives.
     view : View
-        Of the model, with arrays to work on; see `make_view`.
+        View of the model with work arrays; see `make_view`.
     """
     model, w = view.model, view.state
     bodies, powered = model.bodies, model.powered_bodies

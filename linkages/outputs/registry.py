@@ -1,16 +1,16 @@
-"""The outputs of a linkage by name: what there is, in which unit, of whom, and the record by which kernels compute it.
+"""Registry of the outputs of a linkage by name: meaning, unit, owner, and the record for the kernels.
 
-A name is ``OWNER.quantity``, or a quantity of the whole linkage. Everything here is given by both engines, over time
-and as statistics of batches; `table` is what the documentation shows. Three names are made of others:
+A name is ``OWNER.quantity``, or a quantity of the whole linkage. Both engines compute all outputs over time and as
+statistics of batches; `table` gives the documentation. Three names derive from others:
 
 ``POINT.quantity.jitter``
-    The quantity less that of the ideal linkage at the same time, where the drives determine the ideal motion.
+    The quantity minus its ideal value at the same time, if the drives determine the ideal motion.
 ``ideal.NAME``
     An output of the linkage with every joint ideal: exact kinematics and inverse dynamics, no run.
 ``ideal.JOINT.turning_rate``
-    Rate at which the direction of the force in a joint turns [rad/s], counter-clockwise positive.
+    Angular velocity of the direction of a joint force [rad/s], counter-clockwise positive.
 
-To add one: a line in `OWNERS`, and its formula in `linkages.outputs.formulas`.
+To add an output: a line in `OWNERS`, and its formula in `linkages.outputs.formulas`.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ JITTER, IDEAL, TURNING = ".jitter", "ideal.", "turning_rate"
 
 
 class Quantity(NamedTuple):
-    """What an output means, its unit (of a prismatic joint too where that differs), and its code for the kernels."""
+    """Meaning of an output, its unit (and its unit at a prismatic joint), and its code for the kernels."""
 
     meaning: str
     unit: str
@@ -55,20 +55,20 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True)
 class Owner:
-    """A kind of thing that has outputs."""
+    """A kind of element with outputs."""
 
     kind: int
-    label: str  # what stands before the dot, in the documentation
-    real: bool  # whether only a linkage with play has it
-    names: Callable[[System], Iterable[str]]  # of all a system's things of this kind
-    #: Index, other index, marker and constant of `linkages.outputs.formulas.OUTPUT` of the thing with a name.
+    label: str  # the name before the dot, in the documentation
+    real: bool  # whether only a linkage with clearances has it
+    names: Callable[[System], Iterable[str]]  # names of all elements of this kind
+    #: Index, other index, marker and constant of `linkages.outputs.formulas.OUTPUT` by the element's name.
     record: Callable[[System, str], tuple[Any, ...]]
     quantities: dict[str, Quantity]
-    asked: Callable[[System], Iterable[str]] | None = None  # of these alone a run has columns; default: of all
+    asked: Callable[[System], Iterable[str]] | None = None  # elements with columns in a run; default: all
 
 
 def _described(quantities: dict[str, str]) -> dict[str, Quantity]:
-    """Quantities from texts that end with the unit in brackets, coded in their order."""
+    """Make quantities from texts that end with the unit in brackets; codes follow their order."""
     parts = {name: text.removesuffix("]").rpartition(" [") for name, text in quantities.items()}
     return {name: Quantity(meaning, unit, k) for k, (name, (meaning, _, unit)) in enumerate(parts.items())}
 
@@ -77,20 +77,20 @@ _NOWHERE = (0, 0.0, 0.0)
 _CONTACT = _described(
     {
         "ex": "eccentricity vector, from the bearing's centre to the journal's, along x_P [m]",
-        "ey": "the same along y_P [m]",
+        "ey": "eccentricity vector along y_P [m]",
         "fx": "force on the journal along x_P [N]",
-        "fy": "the same along y_P [N]",
-        "force": "its magnitude [N]",
+        "fy": "force on the journal along y_P [N]",
+        "force": "magnitude of the force [N]",
         "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
         "power": "power that the force pair delivers [W]",
         "film_thickness": "smallest thickness of the film [m]",
         "penetration": "largest overlap of journal and bearing, negative: their smallest gap [m]",
         "closing": "rate of the penetration [m/s]",
         "sliding": "sliding speed of the journal's surface [m/s]",
-        "load": "normal load of the contact, without the film's [N]",
+        "load": "normal load of the contact, without the film force [N]",
     }
 )
-_PASSED = Quantity("power that passes to the second joint", "W", 1)
+_PASSED = Quantity("power transmitted to the second joint", "W", 1)
 _POWER = Quantity("power that the load delivers to the linkage", "W", 2)
 
 
@@ -99,7 +99,7 @@ def _some(quantities: dict[str, Quantity], *without: str) -> dict[str, Quantity]
 
 
 def _beside(quantities: dict[str, Quantity], *chosen: str) -> dict[str, Quantity]:
-    """Choose quantities of a contact that is none of a journal in its bearing, in words that suit it."""
+    """Choose the quantities of a contact other than a journal bearing, with suitable descriptions."""
     words = {
         "fx": "force on the point along x_P",
         "penetration": "depth of the point beyond the wall, negative: its distance from it",
@@ -110,12 +110,12 @@ def _beside(quantities: dict[str, Quantity], *chosen: str) -> dict[str, Quantity
 
 
 def _stops(kind: str) -> Callable[[System], Iterable[str]]:
-    """List the stops of joints that turn, or slide."""
+    """List the stops of revolute or prismatic joints."""
     return lambda s: [name for name, stop in s.experiment.stops.items() if s.mechanism.joint[stop.joint].type == kind]
 
 
 def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
-    """Labels of the contacts with and without film, that can and cannot touch."""
+    """List the contacts with or without film that can or cannot touch."""
 
     def names(system: System) -> Iterator[str]:
         for (joint, label), model in zip(system.tree.contacts, system.models, strict=False):
@@ -136,7 +136,7 @@ def _point(system: System, name: str) -> tuple[Any, ...]:
 
 
 def _pins_asked(system: System) -> Iterator[str]:
-    """List the joints whose places the experiment asks for."""
+    """List the joints whose position the experiment reports."""
     asked = {name.rpartition(".")[0] for name in system.experiment.outputs}
     return (name for name in system.mechanism.joint if name in asked)
 
@@ -145,7 +145,7 @@ def _deflection(system: System, name: str) -> tuple[Any, ...]:
     tree, point = system.tree, system.mechanism.point[name]
     beam = system.mechanism.link[point.link].beam
     if beam is None:
-        raise AssertionError("a link that bends has a beam")
+        raise AssertionError("a flexible link has a beam")
     first, last = tree.beam_ends(point.link)
     (dx, dy), (x, y) = (beam.end - beam.start) / beam.length, point.origin - beam.start
     return first, last, tree.named_marker(name), float(dx * y - dy * x)
@@ -174,12 +174,12 @@ def _load(system: System, name: str) -> tuple[Any, ...]:
 
 
 def _gears(kind: str) -> Callable[[System], Iterable[str]]:
-    """List the gears whose second joint turns, or slides."""
+    """List the gears with a revolute or prismatic second joint."""
     return lambda s: [n for n, gear in s.experiment.gears.items() if s.mechanism.joint[gear.joints[1]].type == kind]
 
 
 def _frictions(kind: str) -> Callable[[System], Iterable[str]]:
-    """List the frictions in joints that turn, or slide."""
+    """List the frictions in revolute or prismatic joints."""
     return lambda s: [
         n for n, friction in s.experiment.frictions.items() if s.mechanism.joint[friction.joint].type == kind
     ]
@@ -194,7 +194,7 @@ def _loads(*tables: str) -> Callable[[System], Iterable[str]]:
     return lambda system: [name for table, name in system.experiment.loads if table in tables]
 
 
-#: Every kind of thing that has outputs; of equal names the first counts.
+#: All kinds of elements with outputs; the first one wins if names are equal.
 OWNERS = (
     Owner(POINT, "POINT", False, lambda s: s.mechanism.point, _point, _described(QUANTITIES)),
     Owner(
@@ -225,10 +225,10 @@ OWNERS = (
         JOINT, "JOINT", False, lambda s: s.mechanism.joint,
         lambda s, name: (list(s.mechanism.joint).index(name), 0, _NOWHERE, 0.0),
         {
-            "fx": Quantity("force on the joint's child along x_P, its drive's left out", "N", 0),
-            "fy": Quantity("the same along y_P", "N", 1),
-            "force": Quantity("its magnitude", "N", 2),
-            "moment": Quantity("moment on the child about the joint, its drive's left out", "N m", 3),
+            "fx": Quantity("force on the joint's child along x_P, without the drive's", "N", 0),
+            "fy": Quantity("force on the joint's child along y_P, without the drive's", "N", 1),
+            "force": Quantity("magnitude of the force", "N", 2),
+            "moment": Quantity("moment on the child about the joint, without the drive's", "N m", 3),
         },
     ),
     Owner(
@@ -239,28 +239,28 @@ OWNERS = (
                 "N m", 0, "N",
             ),
             "rate": Quantity("rate of the joint's coordinate", "rad/s", 1, "m/s"),
-            "power": Quantity("power that the drive delivers", "W", 2),
+            "power": Quantity("power delivered by the drive", "W", 2),
         },
     ),
     Owner(
         LOAD, "FORCE", False, _loads("forces"), _load,
         {
             "fx": Quantity("applied force along x_P", "N", 0),
-            "fy": Quantity("the same along y_P", "N", 1),
-            "force": Quantity("its magnitude", "N", 3),
+            "fy": Quantity("applied force along y_P", "N", 1),
+            "force": Quantity("magnitude of the applied force", "N", 3),
             "power": _POWER,
         },
     ),
     Owner(
         LOAD, "TORQUE", False, _loads("torques"), _load,
         {
-            "torque": Quantity("applied torque, counter-clockwise; in a joint along its coordinate", "N m", 0),
+            "torque": Quantity("applied torque, counter-clockwise; in a joint: along its coordinate", "N m", 0),
             "power": _POWER,
         },
     ),
     Owner(
         LOAD, "SPRING", False, _loads("springs"), _load,
-        {"force": Quantity("tension", "N", 0), "length": Quantity("distance of its ends", "m", 1), "power": _POWER},
+        {"force": Quantity("tension", "N", 0), "length": Quantity("distance of the ends", "m", 1), "power": _POWER},
     ),
     Owner(
         LOAD, "TORSION SPRING", False, _loads("torsion_springs"), _load,
@@ -271,23 +271,23 @@ OWNERS = (
         },
     ),
     Owner(
-        LOAD, "FRICTION (turning)", False, _frictions("revolute"), _load,
+        LOAD, "FRICTION (revolute)", False, _frictions("revolute"), _load,
         {"torque": Quantity("friction in an ideal joint, along its coordinate", "N m", 0), "power": _POWER},
     ),
     Owner(
-        LOAD, "FRICTION (sliding)", False, _frictions("prismatic"), _load,
+        LOAD, "FRICTION (prismatic)", False, _frictions("prismatic"), _load,
         {"force": Quantity("friction in an ideal joint, along its coordinate", "N", 0), "power": _POWER},
     ),
     Owner(
-        GEAR, "GEAR (turning)", False, _gears("revolute"), _gear,
+        GEAR, "GEAR (revolute)", False, _gears("revolute"), _gear,
         {"torque": Quantity("torque on the second joint, along its coordinate", "N m", 0), "power": _PASSED},
     ),
     Owner(
-        GEAR, "GEAR (sliding)", False, _gears("prismatic"), _gear,
+        GEAR, "GEAR (prismatic)", False, _gears("prismatic"), _gear,
         {"force": Quantity("force on the second joint, along its coordinate", "N", 0), "power": _PASSED},
     ),
     Owner(
-        CONTACT, "STOP (turning)", True, _stops("revolute"), _contact,
+        CONTACT, "STOP (revolute)", True, _stops("revolute"), _contact,
         {
             "torque": Quantity("magnitude of the reaction torque", "N m", 11),
             "penetration": Quantity("angle beyond the stop; negative: distance to it", "rad", 8),
@@ -296,7 +296,7 @@ OWNERS = (
         },
     ),
     Owner(
-        CONTACT, "STOP (sliding)", True, _stops("prismatic"), _contact,
+        CONTACT, "STOP (prismatic)", True, _stops("prismatic"), _contact,
         _beside(_CONTACT, "force", "penetration", "closing", "sliding", "load", "power"),
     ),
     Owner(
@@ -323,7 +323,7 @@ OWNERS = (
 
 
 def names(system: System, ideal: bool = False) -> list[str]:
-    """Names of all outputs of a system, jitter aside; those of the linkage with every joint ideal, if asked for."""
+    """List all outputs of a system without jitter; `ideal`: of the linkage with every joint ideal."""
     found = {f"q.{name}": None for name in system.tree.coordinates}
     for owner in OWNERS:
         if ideal and owner.real:
@@ -339,15 +339,15 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
     Raises
     ------
     InputError
-        If there is no such output.
+        If the output is unknown.
     """
     plain = name.removesuffix(JITTER)
     owner, quantity, thing = _look_up(system, plain, ideal)
     jitter = int(plain != name)
     if jitter and (owner.kind != POINT or ideal):
-        raise _wrong(system, name, "jitter is that of the motion of a link or frame")
+        raise _wrong(system, name, "jitter exists only for the motion of a link or frame")
     if jitter and not _determinate(system):
-        raise _wrong(system, name, "the prescribed drives do not determine an ideal motion to compare with")
+        raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
     if owner.kind == COORDINATE:
         return COORDINATE, 0, system.tree.coordinates.index(thing), 0, 0, _NOWHERE, 0.0
     at, other, marker, constant = owner.record(system, thing)
@@ -355,22 +355,22 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
 
 
 def has_jitter(system: System, name: str) -> bool:
-    """Tell whether an output, by its name, has a jitter: it is a point's, and the drives determine the ideal motion."""
+    """Check whether an output has a jitter: it belongs to a point, and the drives determine the motion."""
     return _look_up(system, name, ideal=False)[0].kind == POINT and _determinate(system)
 
 
 def unit(system: System, name: str) -> str:
-    """SI unit of an output.
+    """Return the SI unit of an output.
 
     Raises
     ------
     InputError
-        If there is no such output.
+        If the output is unknown.
     """
     if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
         return "rad/s"
     plain = name.removeprefix(IDEAL).removesuffix(JITTER)
-    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.pieces:  # of a run in segments
+    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.pieces:  # of a run with rigid segments
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     joint = system.mechanism.joint.get(thing)
@@ -382,12 +382,12 @@ def unit(system: System, name: str) -> str:
 
 
 def check_output(system: System, name: str) -> None:
-    """Check that there is an output of this name, ``ideal.`` ones included.
+    """Check that an output exists, including ``ideal.`` outputs.
 
     Raises
     ------
     InputError
-        If there is none.
+        If the output is unknown.
     """
     plain = name.removeprefix(IDEAL)
     joint, _, quantity = plain.rpartition(".")
@@ -396,7 +396,7 @@ def check_output(system: System, name: str) -> None:
 
 
 def default_outputs(system: System) -> tuple[str, ...]:
-    """Name the outputs of the experiment; force and eccentricity of each contact; torques of the drives."""
+    """List the experiment's outputs, force and eccentricity of each contact, torques of the drives."""
     labels = [label for _, label in system.tree.contacts]
     return (
         *system.experiment.outputs,
@@ -417,7 +417,7 @@ def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:
 
 
 def table() -> Iterator[tuple[str, str, str]]:
-    """Every output as name, meaning and unit, for people; kinds of joints that share one stand in one row."""
+    """Yield name, meaning and unit of every output for the documentation; kinds of joints share rows."""
     kinds: dict[tuple[str, str, Quantity], list[str]] = {}
     for owner in OWNERS:
         label, _, kind = owner.label.removesuffix(")").partition(" (")
@@ -457,5 +457,5 @@ def _wrong(system: System, name: str, reason: str) -> InputError:
 def _determinate(system: System) -> bool:
     try:
         return system.determinate
-    except AssemblyError:  # said where it is run
+    except AssemblyError:  # the run reports the error
         return True

@@ -1,4 +1,4 @@
-"""Outputs of links that bend from a run of rigid pieces: the names are those of the linkage whose links bend."""
+"""Outputs of flexible links from a run with rigid segments, with the names of the flexible linkage."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ Columns = dict[str, Array]
 
 
 def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[str]], Columns]) -> Columns:
-    """Compute all outputs of a linkage whose links bend, as far as its pieces give them: modes they do not.
+    """Compute all outputs of a linkage with flexible links from rigid segments, except modal coordinates.
 
     Parameters
     ----------
     system : Segmented
     ideal : bool
-        Whether joints with play are taken as ideal.
+        Whether clearance joints count as ideal.
     tabulated : callable
-        Gives columns of the rigid linkage by name, and the times.
+        Function that returns columns of the rigid linkage by name, and the times.
 
     Returns
     -------
     dict of (nt,) arrays
-        Coordinates of hinges among them.
+        Columns, including the coordinates of hinges.
     """
     wanted, own = names(system.whole, ideal), names(system, ideal)
     known = set(own)
@@ -50,7 +50,7 @@ def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[
 
 
 def _deflection(row: Row, name: str, drawn: Array, table: Columns) -> Array:
-    """Distance of a frame from the line between the beam's ends, less that of the straight beam."""
+    """Compute the change of a frame's distance from the beam's chord due to deformation."""
     (x, y), (x0, y0), (x1, y1) = ((table[f"{at}.x"], table[f"{at}.y"]) for at in (name, *row.beam.frames))
     dx, dy = x1 - x0, y1 - y0
     (ux, uy), (rx, ry) = (row.beam.end - row.beam.start) / row.beam.length, drawn - row.beam.start
@@ -59,7 +59,7 @@ def _deflection(row: Row, name: str, drawn: Array, table: Columns) -> Array:
 
 
 def _largest_deflection(row: Row, table: Columns) -> Columns:
-    """Largest distance of a hinge from the line between the beam's ends, and its place."""
+    """Compute the largest distance of a hinge from the beam's chord, and its place."""
     edges = np.array([0.0, *row.hinges, row.beam.length])
     angles, lengths = np.array([table[f"{name}.angle"] for name in row.pieces]), np.diff(edges)[:, None]
     x, y = np.cumsum(lengths * np.cos(angles), axis=0), np.cumsum(lengths * np.sin(angles), axis=0)
@@ -72,7 +72,7 @@ def _largest_deflection(row: Row, table: Columns) -> Columns:
 
 
 def _within(row: Row, table: Columns) -> Columns:
-    """Largest bending moment, normal stress and compression, from the springs and the forces in the hinges."""
+    """Compute largest bending moment, normal stress and compression from the hinges' springs and forces."""
     beam, (places, factors) = row.beam, row.stations()
     moments = factors @ np.array([table[f"{name}.torque"] for name in row.springs])
     way = np.arctan2(*(beam.end - beam.start)[::-1]) - row.link.angle

@@ -1,4 +1,4 @@
-"""Figures and animations of results; matplotlib is imported nowhere else in `linkages`, and no engine is run here.
+"""Figures and animations of results; only this folder of `linkages` imports matplotlib; it runs no engine.
 
 | module         | what it draws                                                                          |
 |----------------|----------------------------------------------------------------------------------------|
@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 import lazy_loader
 
-# ruff: noqa: F401 - for type checkers, what is loaded on first use below
+# ruff: noqa: F401 - for type checkers, names that are loaded on first use below
 if TYPE_CHECKING:
     from linkages.plots.animation.recording import write_animation
     from linkages.plots.attractors import bifurcation_figure, exponent_figure, section_figure, spectrum_figure
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from linkages.plots.journals import orbit
     from linkages.plots.style import COLORS, LINES, figure_style
 
-#: Modules and their public names, loaded on first use: the animation needs Drake, the palette nothing.
+#: Modules and their public names, loaded on first use: only the animation needs Drake, the palette nothing.
 __getattr__, __dir__, __all__ = lazy_loader.attach(
     __name__,
     submod_attrs={

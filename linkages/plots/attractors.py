@@ -1,4 +1,4 @@
-"""Figures of what a motion settles to: Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra."""
+"""Figures of nonlinear dynamics: Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from linkages.explore.sweep import Sweep
 
 
-_SIZES = ((3000, 1.6), (300, 4.0), (0, 12.0))  # of marks, where there are so many or more
+_SIZES = ((3000, 1.6), (300, 4.0), (0, 12.0))  # areas of marks, by the smallest number of marks
 
 
 def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[str, str]) -> Figure:
@@ -28,9 +28,9 @@ def section_figure(section: Mapping[str, Array], x: str, y: str, units: tuple[st
     Parameters
     ----------
     section : mapping of str to (n,) array
-        `linkages.explore.sections.Section.strobe`, or what `linkages.crossings` returns.
+        `linkages.explore.sections.Section.strobe`, or the result of `linkages.crossings`.
     x, y : str
-        Columns.
+        Names of the columns.
     units : (str, str)
         SI units of x and y.
 
@@ -101,7 +101,7 @@ def bifurcation_figure(
 
 
 def exponent_figure(exponents: Mapping[str, Exponent]) -> Figure:
-    """Draw how the largest Lyapunov exponents settle: means up to each revolution, with their standard errors.
+    """Draw the convergence of largest Lyapunov exponents: means up to each revolution, with standard errors.
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def spectrum_figure(spectra: Mapping[str, Spectrum], unit: str, drive: float | N
     with figure_style():
         figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
         axis = figure.subplots()
-        for k, (label, found) in enumerate(spectra.items()):  # without the mean, which was removed
+        for k, (label, found) in enumerate(spectra.items()):  # without the zero frequency, as the mean was removed
             color = COLORS[k % len(COLORS)]
             axis.loglog(found.frequency[1:], found.density[1:], color=color, lw=0.8, label=label)
         if drive is not None:

@@ -1,4 +1,4 @@
-"""Curves of a run for pages that draw them: as many points as a screen shows, with every peak among them."""
+"""Curves of a run for HTML pages, reduced to the resolution of a screen without losing peaks."""
 
 from __future__ import annotations
 
@@ -13,40 +13,40 @@ from linkages.arrays import Array
 from linkages.files.writing import json_text
 from linkages.results.trajectory import Trajectory
 
-_PIECES = 800  # of the time; each keeps its first, least and largest value
+_INTERVALS = 800  # number of time intervals; each keeps its first, smallest and largest value
 
 
 def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
-    """Name what is looked at first: outputs, forces in joints with play, torques of drives."""
+    """Return the names of the main columns: outputs, forces in clearance joints, drive torques."""
     return [*outputs, *(f"{name}.force" for name in play), *(f"{name}.torque" for name in drives)]
 
 
 def curves(
-    names: Iterable[str], run: Trajectory, ideal: Trajectory | None, pieces: int = _PIECES
+    names: Iterable[str], run: Trajectory, ideal: Trajectory | None, intervals: int = _INTERVALS
 ) -> list[dict[str, Any]]:
     """Return columns over time for `curves.js`.
 
     Parameters
     ----------
     names : iterable of str
-        Those that the run does not have are left out.
+        Names of the columns; missing ones are skipped.
     run : Trajectory
     ideal : Trajectory or None
-        The same with ideal joints.
-    pieces : int
-        See `seen`.
+        Motion with ideal joints.
+    intervals : int
+        Number of time intervals, see `seen`.
 
     Returns
     -------
     list of dict
-        For each curve `name`, `unit`, and `run` and `ideal`, each with `time` [s] and `values`, `ideal` None where
-        there is none. None at all for a run of a single sample.
+        For each curve `name`, `unit`, and `run` and `ideal`, each with `time` [s] and `values`; `ideal` is None if
+        missing. Empty for a run of a single sample.
     """
     if len(run.time) < 2:
         return []
     return [
-        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, pieces)}
-        | {"ideal": _drawn(ideal, name, pieces)}
+        {"name": name, "unit": run.units.get(name, ""), "run": _drawn(run, name, intervals)}
+        | {"ideal": _drawn(ideal, name, intervals)}
         for name in names
         if name in run.columns
     ]
@@ -58,33 +58,33 @@ def script() -> str:
 
 
 def embedded(content: Any) -> str:
-    """Write JSON that nothing in it can end before its time where it stands in a page."""
+    """Write JSON for embedding in a page: its text cannot end the script element."""
     return json_text(content).strip().replace("<", "\\u003c")
 
 
-def seen(time: Array, values: Array, pieces: int = _PIECES) -> NDArray[np.int64]:
-    """Choose samples (k,) that draw the same curve: of each piece of time the first, the least and the largest.
+def seen(time: Array, values: Array, intervals: int = _INTERVALS) -> NDArray[np.int64]:
+    """Choose samples (k,) that draw the same curve: first, smallest and largest of each time interval.
 
     Parameters
     ----------
     time, values : (n,) arrays
-    pieces : int
-        Of equal length.
+    intervals : int
+        Number of equal time intervals.
     """
-    piece = np.searchsorted(np.linspace(time[0], time[-1], pieces + 1)[1:-1], time, side="right")
+    piece = np.searchsorted(np.linspace(time[0], time[-1], intervals + 1)[1:-1], time, side="right")
     starts = np.flatnonzero(np.diff(piece, prepend=-1))
     by_value = np.lexsort((np.nan_to_num(values), piece))  # within each piece of time from the least to the largest
     ends = np.append(starts[1:], len(time)) - 1
     return np.unique(np.concatenate([[0, len(time) - 1], starts, by_value[starts], by_value[ends]]))
 
 
-def _drawn(run: Trajectory | None, name: str, pieces: int) -> dict[str, list[float | None]] | None:
+def _drawn(run: Trajectory | None, name: str, intervals: int) -> dict[str, list[float | None]] | None:
     if run is None or name not in run.columns:
         return None
-    keep = seen(run.time, run[name], pieces)
+    keep = seen(run.time, run[name], intervals)
     return {"time": _short(run.time[keep]), "values": _short(run[name][keep])}
 
 
 def _short(values: Array) -> list[float | None]:
-    """Return numbers with six digits, which is more than a screen shows; null for what is not finite."""
+    """Return numbers with six digits, more than a screen resolves; null for non-finite numbers."""
     return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]

@@ -1,4 +1,4 @@
-"""Figures of what blocks with play do in their slots."""
+"""Figures of blocks with clearance in their slots."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from linkages.results.summary import Study
 
 
 def guides_figure(study: Study) -> Figure:
-    """Draw where each block lies in its slot, and beside it how far across it either of its ends lies, over time.
+    """Draw the state of each block in its slot, and the transverse offsets of both ends over time.
 
-    A block's state is how far its middle lies across the slot, and how much farther its front end (that in the
-    direction of the joint's axis). It touches with a corner where the sum of their magnitudes is the clearance.
+    The state consists of the offset of the block's middle across the slot, and the additional offset of its front end
+    (in the direction of the joint's axis). A corner touches if the sum of their magnitudes equals the clearance.
     """
     system, run = study.system, study.run
     names = [name for name in system.tree.play if name not in system.tree.journals]

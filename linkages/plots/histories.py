@@ -1,4 +1,4 @@
-"""Figures of a study over time, ideal joints beside real ones; `write_figures` writes these and those of the joints."""
+"""Figures of a study over time, with ideal and real joints; `write_figures` writes all figures."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from linkages.plots.style import COLORS, add_legend, axis_label, engineering, fi
 from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
-_SMALL = np.radians(0.1)  # below it angles are in mrad and smaller
+_SMALL = np.radians(0.1)  # smaller angles are shown in mrad or less [rad]
 
-# the quantities of a link or frame in words
+# names of the quantities of a link or frame
 _LABELS = {
     "x": "position x",
     "y": "position y",
@@ -31,7 +31,7 @@ _LABELS = {
     "ax": "acceleration a$_x$",
     "ay": "acceleration a$_y$",
     "alpha": "angular acceleration",
-    "acceleration": "size of the acceleration",
+    "acceleration": "magnitude of the acceleration",
     "deflection": "deflection",
     "compression": "largest compressive force",
     "bending": "largest bending moment",
@@ -44,20 +44,20 @@ _LABELS = {
 def write_figures(study: Study, folder: Path) -> list[Path]:
     """Draw all figures of a study as PNG files.
 
-    One for each output, the journals' orbits, blocks in their slots, the contacts where there are any, links that bend,
-    the joint forces and the drives' torques.
+    The figures are: one for each output, journal orbits, blocks in their slots, contacts, flexible links, joint forces
+    and drive torques; missing ones are skipped.
 
     Parameters
     ----------
     study : Study
         From `linkages.study`.
     folder : Path
-        It must exist.
+        Existing folder.
 
     Returns
     -------
     list of Path
-        The files written.
+        Written files.
     """
     figures: dict[str, Callable[[Study], Figure]] = {
         f"output_{file_name(name)}": partial(output_figure, name=name) for name in study.system.experiment.outputs
@@ -80,7 +80,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
 
 
 def output_figure(study: Study, name: str) -> Figure:
-    """Draw an output of a link or frame over time; below, the difference that clearance makes."""
+    """Draw an output of a link or frame over time; below, the effect of clearance."""
     point, _, quantity = name.rpartition(".")
     figure = Figure(figsize=(6.3, 4.4), layout="constrained")
     _compare(figure, study, {name: f"{point}: {_LABELS.get(quantity, quantity)}"})
@@ -88,7 +88,7 @@ def output_figure(study: Study, name: str) -> Figure:
 
 
 def forces_figure(study: Study) -> Figure:
-    """Draw the force in each joint with play or, where there is none, in every joint; below each, the difference."""
+    """Draw the force in each clearance joint, or else in every joint; below each, the difference."""
     names = study.system.tree.play or tuple(study.system.mechanism.joint)
     figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)), layout="constrained")
     _compare(figure, study, {f"{name}.force": f"force in {name}" for name in names})
@@ -96,7 +96,7 @@ def forces_figure(study: Study) -> Figure:
 
 
 def torques_figure(study: Study) -> Figure:
-    """Draw the torques of all drives, forces where they drive a prismatic joint; below each, the difference."""
+    """Draw the torques of all drives, or forces for prismatic joints; below each, the difference."""
     names = [f"{drive}.torque" for drive in study.system.experiment.drives]
     kinds = {name: "force" if unit(study.system, name) == "N" else "torque" for name in names}
     figure = Figure(figsize=(6.3, 0.8 + 3.0 * len(names)), layout="constrained")
@@ -105,9 +105,9 @@ def torques_figure(study: Study) -> Figure:
 
 
 def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
-    """Draw columns of the ideal motion and of the run, and below each the difference.
+    """Draw columns of the ideal motion and the run, and below each the difference.
 
-    An ideal linkage that is integrated has rigid links, and no column of their bending.
+    An integrated ideal linkage has rigid links without deformation columns.
     """
     run, ideal = study.run, study.ideal
     times, both = run.time[run.time <= ideal.time[-1]], [name for name in labels if name in ideal.columns]
@@ -138,7 +138,7 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
 
 
 def _shown(study: Study, name: str, values: np.ndarray) -> tuple[str, float]:
-    """Choose the unit in which values of a column are drawn, and the factor from the SI unit to it."""
+    """Choose the drawn unit of a column, and the factor from the SI unit."""
     si, largest = unit(study.system, name), float(np.abs(values).max())
     return ("deg", 180.0 / np.pi) if si == "rad" and largest >= _SMALL else engineering(si, largest)
 
@@ -148,14 +148,14 @@ def _ideal_label(study: Study) -> str:
 
 
 def _run_label(study: Study) -> str:
-    """Say what the run has and the ideal motion has not."""
+    """Return the label of the run: its differences from the ideal motion."""
     parts = ["clearance"] if study.system.experiment.play else []
     parts += ["flexible links"] if study.system.tree.bent else []
     return f"with {' and '.join(parts)}" if parts else "integrated"
 
 
 def _limits_after_start(times: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """Limits of an axis that leave out the microseconds in which a centred journal takes up its load."""
+    """Return axis limits without the microseconds in which a centred journal takes up its load."""
     settled = values[times >= times[0] + 0.005 * np.ptp(times)]
     low, high = float(settled.min()), float(settled.max())
     margin = 0.08 * (high - low) or 1.0

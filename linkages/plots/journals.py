@@ -1,4 +1,4 @@
-"""Figures of what journals do in their bearings: orbits, and contacts over time, by kind of contact."""
+"""Figures of journals in their bearings: orbits, and contacts over time, by kind of contact."""
 
 from __future__ import annotations
 
@@ -18,27 +18,33 @@ from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
 _ORBIT, _START = COLORS[0], COLORS[2]
-# what a journal does: label, colour, width; distinct in grey too
+# phases of a journal: label, colour, width; distinct in grey too
 _PHASES = {
     FREE: ("free flight", COLORS[5], 0.7),
     SUSTAINED_CONTACT: ("sustained contact", "#1A1A1A", 1.4),
     IMPACT: ("impact", COLORS[1], 1.4),
 }
 
-_MARKS = {"": "o", "corner1": "o", "corner2": "s", "corner3": "^", "corner4": "D"}  # of a journal, of a guide
-_AROUND = 1.15  # of what is drawn: where its axes end
-_CHORD = 0.05  # of the clearance: between the points of a drawn orbit
-_MOST_PIECES = 2000  # beyond so many a drawing gains nothing from more
+_MARKS = {
+    "": "o",
+    "corner1": "o",
+    "corner2": "s",
+    "corner3": "^",
+    "corner4": "D",
+}  # marks of a journal, and of a guide's corners
+_AROUND = 1.15  # axis limit over the drawn range
+_CHORD = 0.05  # distance of points of a drawn orbit over the clearance
+_MOST_SEGMENTS = 2000  # most refined segments of a drawn orbit
 
 
 def orbits_figure(study: Study) -> Figure:
-    """Draw each journal's centre in its clearance circle; below it, or beside a single one, magnified.
+    """Draw each journal's centre in its clearance circle, and next to or below it a magnified view.
 
-    Magnified is the orbit itself or, of a joint that can touch, how deep the journal is in the wall at each angle.
+    The magnified view shows the orbit or, for a joint with contact, the penetration over the angle.
     """
     experiment, names = study.system.experiment, study.system.tree.journals
     touches = touching(study.system)
-    if len(names) == 1:  # beside each other
+    if len(names) == 1:  # side by side
         figure = ShownFigure(figsize=(6.3, 3.4), layout="constrained")
         axes = figure.subplots(1, 2).reshape(2, 1)
     else:
@@ -80,7 +86,7 @@ def orbits_figure(study: Study) -> Figure:
 
 
 def _magnify(axis: Axes, path: Array, reach: float) -> None:
-    """Fit an orbit (nt, 2) into axes whose scale is a round number of times that of axes from -reach to reach."""
+    """Fit an orbit (nt, 2) into axes magnified by a round factor against axes from -reach to reach."""
     low, high = path.min(axis=0), path.max(axis=0)
     middle, half = 0.5 * (low + high), _AROUND * max(0.5 * float((high - low).max()), 1e-9 * reach)
     times = round_length(max(reach / half, 1.0))[0]
@@ -100,15 +106,15 @@ def orbit(
     system : System
     run : Trajectory
     joint : str
-        With a journal.
+        A joint with a journal.
     axis : Axes, optional
-        Where it is drawn; default a new figure's. The circle is drawn once, so that runs can be compared.
+        Axes to draw on; default: a new figure. The circle is drawn once, so that several runs can be added.
     color, label : str
 
     Returns
     -------
     Axes
-        Lengths are in micrometres.
+        Axes with lengths in micrometres.
     """
     if axis is None:
         axis = ShownFigure(figsize=(4.2, 4.0), layout="constrained").subplots()
@@ -122,7 +128,7 @@ def orbit(
 
 
 def contacts_figure(study: Study) -> Figure:
-    """Draw the peak force and the approach speed of every contact at the time of its start, a guide's corners apart."""
+    """Draw the peak force and the approach speed of every contact at its start, separately for a guide's corners."""
     joints: dict[str, list[str]] = {}
     for label in sorted({row.joint for row in study.contacts}):  # joints, or corners of a guide
         joints.setdefault(label.partition(".")[0], []).append(label)
@@ -154,7 +160,7 @@ def contacts_figure(study: Study) -> Figure:
         if len(labels) > 1:
             marks = [Line2D([], [], color="0.4", marker=_MARKS[corner], ms=3.5, lw=0.0) for corner in corners]
             speed.legend(marks, [corner.replace("corner", "corner ") for corner in corners], ncols=4, loc="upper right")
-            speed.margins(y=0.35)  # room for it
+            speed.margins(y=0.35)  # space for the legend
         force.set(ylabel=axis_label("peak force", units[0][0]), ylim=(0.0, None))
         speed.set(ylabel=axis_label("approach speed", units[1][0]), ylim=(0.0, None))
     handles = [Line2D([], [], color=_PHASES[code][1], lw=2.0) for code in (IMPACT, SUSTAINED_CONTACT)]
@@ -165,30 +171,30 @@ def contacts_figure(study: Study) -> Figure:
 
 
 def finely(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
-    """Sample the path of a journal that can touch, finely enough to be drawn.
+    """Sample the path of a journal with contact, finely enough for a drawing.
 
-    The steps of a free flight may be long: between them the run is evaluated anew, unless there are so many that
-    nobody could tell.
+    The steps of a free flight may be long: the run is evaluated between them, unless there are too many for a visible
+    difference.
 
     Parameters
     ----------
     study : Study
     name : str
-        The joint.
+        Name of the joint.
 
     Returns
     -------
     e : (n, 2) array
         Eccentricity [m].
     phase : (n - 1,) array
-        What the journal does on each piece, see `linkages.results.impacts.phases`.
+        Phase of the journal between samples, see `linkages.results.impacts.phases`.
     """
     run, phase = study.run, phases(study.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
     chord = _CHORD * (study.system.experiment.joints[name].clearance or np.inf)
-    pieces = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_PIECES)
+    pieces = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
     extra = int(np.sum(pieces - 1))
-    if run.evaluate is None or not 0 < extra <= _MOST_PIECES:
+    if run.evaluate is None or not 0 < extra <= _MOST_SEGMENTS:
         return e, phase
     cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], pieces, strict=False)]
     times = np.concatenate(cuts)
@@ -199,7 +205,7 @@ def finely(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
 
 
 def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int64]) -> None:
-    """Draw how deep the journal is in the wall over the angle at which it lies, the wall unrolled; lengths in µm."""
+    """Draw the penetration of the journal over its angle, with the wall unrolled; lengths in µm."""
     depth = np.hypot(*path.T) - clearance
     angle = np.degrees(np.arctan2(path[:, 1], path[:, 0]))
     phase = np.where(np.abs(np.diff(angle)) < 180.0, phase, -1)  # no line across the page
@@ -214,7 +220,7 @@ def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int6
 
 
 def _draw_phases(axis: Axes, points: Array, phase: NDArray[np.int64]) -> None:
-    """Draw the line through (n, 2) samples, each step in the colour of its phase, those of no phase left out."""
+    """Draw the line through (n, 2) samples, each step in the colour of its phase; skip steps without phase."""
     steps = np.stack([points[:-1], points[1:]], axis=1)
     for code, (_, color, width) in _PHASES.items():
         lines = list(steps[phase == code])

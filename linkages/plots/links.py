@@ -1,4 +1,4 @@
-"""Figure of links that bend: how far, how hard they are stressed and where, and their strain energy."""
+"""Figure of flexible links: deflection, stress and its place, strain energy."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from linkages.results.summary import Study
 
 
 def links_figure(study: Study) -> Figure:
-    """Draw deflections and the largest stress of each link that bends over time, and the strain energy of all.
+    """Draw deflections and the largest stress of each flexible link over time, and the strain energy of all.
 
-    Beside each stress stands where along the link it is largest, moment by moment.
+    Next to each stress is its place along the link at each time.
     """
     system, run = study.system, study.run
     names = list(system.tree.pieces)
@@ -25,9 +25,9 @@ def links_figure(study: Study) -> Figure:
         frames = [frame.name for frame in system.mechanism.frames if frame.link == name]
         moved, most = {frame: run[f"{frame}.deflection"] for frame in frames}, run[f"{name}.deflection"]
         unit, factor = engineering("m", float(most.max()))
-        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest, its magnitude")
+        deflection.plot(run.time, factor * most, color="0.6", lw=0.9, label="largest magnitude")
         for (frame, values), color in zip(moved.items(), COLORS * len(moved), strict=False):
-            if np.abs(values).max() > 1e-6 * most.max():  # not the ends, which lie on the chord
+            if np.abs(values).max() > 1e-6 * most.max():  # without the ends, which are on the chord
                 deflection.plot(run.time, factor * values, color=color, lw=0.9, label=frame)
         deflection.set_ylabel(axis_label(f"{name}:\ndeflection", unit))
         add_legend(deflection)

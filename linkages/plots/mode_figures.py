@@ -1,4 +1,4 @@
-"""Figures of a standing linkage's modes: their shapes, and their frequencies over the poses of its drives."""
+"""Figures of the natural modes of a linkage at rest: shapes, and frequencies over the poses of its drives."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COLUMNS = 3
 
 
 def shapes_figure(modes: Modes, count: int) -> Figure:
-    """Draw the lowest mode shapes over the pose, in grey; each is enlarged until it can be seen.
+    """Draw the lowest mode shapes over the pose, in grey; each is magnified until visible.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Figures that notebooks show."""
+"""Figures with a notebook representation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 
 class ShownFigure(Figure):
-    """A figure that a notebook shows where it ends a cell, whichever backend matplotlib has and whether it has one."""
+    """A figure that a notebook shows at the end of a cell, with any matplotlib backend or none."""
 
     def _repr_png_(self) -> bytes:
         buffer = BytesIO()

@@ -1,4 +1,4 @@
-"""How all figures look: style, palette, line styles, labels of axes, legends. Loads without matplotlib."""
+"""Common style of all figures: palette, line styles, axis labels, legends. Importable without matplotlib."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: Line styles in the order of the colours.
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
-#: Where legends stand: above the axes, right-aligned.
+#: Position of legends: above the axes, right-aligned.
 LEGEND: dict[str, Any] = {"ncols": 2, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
 
 _STYLE: dict[Any, Any] = {
@@ -42,14 +42,14 @@ _PREFIXED = {
 
 
 def figure_style() -> AbstractContextManager[None]:
-    """Return a context in which figures are drawn alike; settings outside are left alone."""
+    """Return a context with the style of all figures; settings outside are unchanged."""
     import matplotlib as mpl
 
     return mpl.rc_context(_STYLE)
 
 
 def engineering(unit: str, largest: float) -> tuple[str, float]:
-    """Return the unit in which values up to a magnitude are read best, and the factor from the SI unit to it."""
+    """Return the most readable unit for values up to a magnitude, and the factor from the SI unit."""
     for prefix, factor in _PREFIXED.get(unit, ()):
         if largest * factor >= 1.0:
             return f"{prefix}{typeset(unit)}", factor
@@ -57,14 +57,14 @@ def engineering(unit: str, largest: float) -> tuple[str, float]:
 
 
 def round_length(most: float) -> tuple[float, str]:
-    """Return the largest of 1, 2, 5, 10, ... that is not beyond a length [m], and how it is written."""
+    """Return the largest of 1, 2, 5, 10, ... up to a length [m], and its text."""
     decade = 10.0 ** math.floor(math.log10(most))
     length = decade * max(step for step in (1.0, 2.0, 5.0) if step * decade <= most)
     return length, f"{length:g} m" if length >= 1.0 else f"{1e3 * length:g} mm"
 
 
 def asked_points(outputs: Iterable[str]) -> list[str]:
-    """Name the points whose way is asked about, each once: those of outputs that do not turn."""
+    """Return the distinct points with reported translational outputs."""
     parts = (name.rpartition(".") for name in outputs)
     return list(dict.fromkeys(point for point, _, what in parts if what not in ("angle", "omega", "alpha")))
 
@@ -75,7 +75,7 @@ def typeset(unit: str) -> str:
 
 
 def axis_label(name: str, unit: str) -> str:
-    """Join a name and its unit; what has no unit gets no brackets."""
+    """Join a name and its unit; without brackets if there is no unit."""
     return f"{name} [{unit}]" if unit else name
 
 

@@ -1,4 +1,4 @@
-"""A life to look at: the pockets grow as a slider is moved; one file, offline, no library."""
+"""Animation of wear: a page with a slider over the service life; one file, offline, without libraries."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ const views = Object.keys(life.joints).map(name => {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = side; canvas.title = "joint " + name;
   const figure = document.createElement("figure"), caption = document.createElement("figcaption");
-  caption.textContent = `joint ${name}: bearing (orange) and journal (blue), each in its own frame;`
+  caption.textContent = `joint ${name}: bearing (orange) and journal (blue), each in its body frame;`
     + " dotted: the new bearing";
   figure.append(canvas, caption);
   document.getElementById("joints").append(figure);
@@ -87,14 +87,14 @@ draw();
 
 
 def write_animation(found: Mapping[str, Any], path: Path) -> None:
-    """Write a page on which the profiles of all joints grow.
+    """Write a page with the growing profiles of all joints.
 
     Parameters
     ----------
     found : mapping
         Content of ``wear.json``; see `linkages.explore.wear.content.content`.
     path : Path
-        The page.
+        The HTML file to write.
     """
     joints = {}
     for name, joint in found["joints"].items():
@@ -107,7 +107,7 @@ def write_animation(found: Mapping[str, Any], path: Path) -> None:
         joints[name] = kept | {"stages": stages}
     life = {"cycles": [block["cycles"] for block in found["blocks"]], "joints": joints}
     page = Environment(autoescape=True).from_string(_PAGE)
-    # in a script nothing is escaped but what could end it
+    # in a script only the end of the script element is escaped
     texts = {
         key: json_text(value).strip().replace("<", "\\u003c") for key, value in (("life", life), ("colors", COLORS))
     }
@@ -116,7 +116,7 @@ def write_animation(found: Mapping[str, Any], path: Path) -> None:
 
 
 def _depths(joint: Mapping[str, Any], side: str, nodes: int) -> list[float]:
-    """Depths of a part at a stage [m], rounded to what can be seen."""
+    """Return the depths of a part at a stage [m], rounded to the visible resolution."""
     if side not in joint:
         return [0.0] * nodes
     return [float(f"{depth:.4g}") for _, depth in joint[side]["profile"]]

@@ -1,4 +1,4 @@
-"""Figures of a life: profiles, polar and unrolled, and what they do to play, forces, torques and jitter."""
+"""Figures of wear: profiles, polar and unrolled; clearance, forces, torques and jitter over the service life."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from linkages.files.writing import file_name
 from linkages.plots.style import COLORS, figure_style, typeset
 
 SIDES = ("bearing", "journal")
-_MOST = 8  # profiles in one drawing
-_RING = 3.0  # radius of the drawn circle, in largest depths
+_MOST = 8  # most profiles in one drawing
+_RING = 3.0  # radius of the drawn circle over the largest depth
 
 
 def write_figures(found: Mapping[str, Any], folder: Path) -> None:
@@ -35,7 +35,7 @@ def write_figures(found: Mapping[str, Any], folder: Path) -> None:
 
 
 def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
-    """Draw the profiles of a joint's parts over its life: round, depths enlarged, and unrolled.
+    """Draw the profiles of a joint's parts over the service life: polar with enlarged depths, and unrolled.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def profile_figure(found: Mapping[str, Any], joint: str) -> Figure:
 
 
 def history_figure(found: Mapping[str, Any]) -> Figure:
-    """Draw worn volume, depth and play over the cycles, and below the peaks of forces, torques and jitter.
+    """Draw worn volume, depth and clearance over the cycles, and below the peaks of forces, torques and jitter.
 
-    Peaks are drawn relative to those of the new machine, whose values are in the legend.
+    Peaks are relative to the initial peaks, whose values are in the legend.
     """
     blocks = found["blocks"]
     cycles = np.array([block["cycles"] for block in blocks])
@@ -95,7 +95,7 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
             color = COLORS[k % len(COLORS)]
             unit = f" {typeset(units[name])}" if name in units else ""
             peaks.plot(middle, values, "o-", ms=3, lw=0.9, color=color, label=f"{name} ({first:.3g}{unit})")
-        peaks.set(ylabel="mean peak of a cycle over\nthat of the new machine [1]", xlabel="cycles")
+        peaks.set(ylabel="mean peak of a cycle over\nthe initial one [1]", xlabel="cycles")
         for axis in (volume, length, peaks):
             axis.legend(fontsize=7)
         figure.align_ylabels()
@@ -103,7 +103,7 @@ def history_figure(found: Mapping[str, Any]) -> Figure:
 
 
 def _profiles(found: Mapping[str, Any], joint: str, side: str) -> Iterator[tuple[int, Any, Array]]:
-    """Cycles, shade and profile (n, 2) of some stages, the last one among them, darker with time."""
+    """Yield cycles, shade (darker with time) and profile (n, 2) of some stages including the last."""
     blocks = [block for block in found["blocks"] if side in block["joints"][joint]]
     chosen = sorted({round(k) for k in np.linspace(0, len(blocks) - 1, min(_MOST, len(blocks)))})
     shades = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(chosen)))

@@ -1,24 +1,24 @@
-"""Results for readers: one self-contained HTML page, a table for the terminal; reads results, runs and draws nothing.
+"""Results for readers: one self-contained HTML page, a table for the terminal; runs and draws nothing.
 
-| module   | responsibility                                                                        |
-|----------|---------------------------------------------------------------------------------------|
-| result_folder | a folder written by ``linkages simulate`` -> `Results`, or one line that says why not |
-| words    | the question and the answer in sentences, the commands that repeat the run            |
-| page_tables | the tables: headings and cells, numbers as text                                       |
-| page_curves | what the page draws over time: every peak in as many points as a screen shows         |
-| page     | template, style and script -> ``report.html``                                         |
-| wear_page | a folder written by ``linkages wear`` -> ``report.html``                              |
-| terminal | a summary -> lines of text                                                            |
+| module        | responsibility                                                              |
+|---------------|-----------------------------------------------------------------------------|
+| result_folder | a folder written by ``linkages simulate`` -> `Results`, or a one-line error |
+| words         | question and answer in sentences, commands that repeat the run              |
+| page_tables   | tables: headings and cells, numbers as text                                 |
+| page_curves   | curves over time, reduced to the resolution of a screen with all peaks      |
+| page          | template, style and script -> ``report.html``                               |
+| wear_page     | a folder written by ``linkages wear`` -> ``report.html``                    |
+| terminal      | a summary -> lines of text                                                  |
 
-The page holds its figures and its animation as data. A content security policy in its head forbids the browser to fetch
-anything else, so that what is read in ten years is what is read today.
+The page contains its figures and its animation as data. A content security policy in its head forbids the browser to
+load anything else, so that the page stays unchanged for years.
 """
 
 from typing import TYPE_CHECKING
 
 import lazy_loader
 
-# ruff: noqa: F401 - for type checkers, what is loaded on first use below
+# ruff: noqa: F401 - for type checkers, names that are loaded on first use below
 if TYPE_CHECKING:
     from linkages.report.page import write_report
     from linkages.report.result_folder import Results, load_results

@@ -18,7 +18,7 @@ from linkages.report.result_folder import FIGURES, Results
 
 
 def write_report(results: Results, path: Path) -> None:
-    """Write the page, whole or not at all.
+    """Write the page atomically.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def write_report(results: Results, path: Path) -> None:
     Raises
     ------
     InputError
-        If the file cannot be written there.
+        If the place is not writable.
     RunError
-        If there is no room.
+        If the disk is full.
     """
     text = render(results)
     with whole(path) as partial:
@@ -40,7 +40,7 @@ def write_report(results: Results, path: Path) -> None:
 
 
 def template(name: str) -> Template:
-    """Return a template of this package, which can show page_tables."""
+    """Return a template of this package, with a macro for tables."""
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
@@ -51,7 +51,7 @@ def render(results: Results) -> str:
     """Return the page as text."""
     drawn = curves_of(results)
     versions = results.summary["provenance"]["versions"]
-    elsewhere = ("python", "linkages")  # not installed as the other packages are
+    elsewhere = ("python", "linkages")  # not installed like the other packages
     return template("page.html").render(
         style=Markup(own("page.css")),
         script=Markup(own("page.js")),
@@ -85,19 +85,19 @@ def render(results: Results) -> str:
 
 
 def _figure(path: Path) -> dict[str, str]:
-    """Caption, and the picture as a data URI."""
+    """Return caption, and picture as a data URI."""
     output = unquote(path.stem.removeprefix("output_"))
     caption = FIGURES.get(path.stem, path.stem)
     if path.stem.startswith("output_"):
-        caption = f"{output} over time, ideal joints beside clearance; below, their difference."
+        caption = f"{output} over time, ideal joints and clearance; below: their difference."
     return {"caption": caption, "source": data_uri(path, "png")}
 
 
 def data_uri(path: Path, kind: str) -> str:
-    """Make a picture a part of the page."""
+    """Encode a picture as part of the page."""
     return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
 
 
 def own(name: str) -> str:
-    """Read a file that comes with this package."""
+    """Read a file of this package."""
     return (files("linkages.report") / name).read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ from linkages.results.trajectory import load_trajectory
 
 
 def curves_of(results: Results) -> list[dict[str, Any]]:
-    """Return outputs, forces in joints with play and torques of drives over time, ideal ones beside them.
+    """Return outputs, forces in clearance joints and drive torques over time, real and ideal.
 
     Parameters
     ----------

@@ -22,17 +22,17 @@ _SHOWN = 40  # most contacts in the table
 _FILES = {
     "summary.json": "the numbers of this page, SI units",
     "trajectory.npz": "every quantity at every step; read with linkages.load_trajectory",
-    "ideal.npz": "the same with ideal joints",
-    "impacts.csv": "every contact",
-    "impacts_normal.csv": "the normal part of its peak force",
-    "drawing.svg": "the machine, labelled; linkages draw makes one that can be moved",
-    "animation.html": "the animation on a page of its own",
+    "ideal.npz": "every quantity at every step with ideal joints",
+    "impacts.csv": "all contacts",
+    "impacts_normal.csv": "normal part of the peak force of all contacts",
+    "drawing.svg": "the mechanism with labels; linkages draw makes a movable one",
+    "animation.html": "the animation on a separate page",
 }
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table; the first cell of each row names the row.
+    """A table; the first cell of each row is its name.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Table:
     head : tuple of str
     rows : sequence of tuples of str
     text : frozenset of int
-        Columns that hold words, not numbers.
+        Indices of columns with words.
     """
 
     caption: str
@@ -50,7 +50,7 @@ class Table:
 
 
 def outputs(results: Results) -> Table:
-    """Tabulate the outputs, ideal beside real, with the error of the peak."""
+    """Tabulate the real and ideal outputs, with the error of the peak."""
     rows, shown = [], reported(results.summary)
     for name, value in shown["outputs"].items():
         exact = shown["ideal"]["outputs"][name]
@@ -65,7 +65,7 @@ def outputs(results: Results) -> Table:
 
 
 def joints(results: Results) -> Table:
-    """Tabulate the joint forces, ideal beside real."""
+    """Tabulate the real and ideal joint forces."""
     rows, shown = [], reported(results.summary)
     for name, value in shown["joints"].items():
         exact, force = shown["ideal"]["joints"][name]["force"]["peak"], value["force"]
@@ -101,7 +101,7 @@ def drives(results: Results) -> Table:
 
 
 def links(results: Results) -> Table | None:
-    """Tabulate deflections, bending moments and stresses of links that bend; None if there is none."""
+    """Tabulate deflections, bending moments and stresses of flexible links; None without any."""
     rows, shown = [], reported(results.summary)
     for name, entry in shown.get("links", {}).items():
         rigid = shown["ideal"].get("links", {}).get(name, {})
@@ -136,7 +136,7 @@ def impacts(results: Results) -> Table | None:
     left = len(results.impacts) - len(hardest)
     caption = f"Contacts, {len(results.impacts)} in all"
     if left:
-        caption += f"; the {_SHOWN} hardest are shown, all are in impacts.csv"
+        caption += f"; the {_SHOWN} hardest are shown; impacts.csv has all"
     head = (
         "joint", "start [s]", "approach [m/s]", "sliding [m/s]", "duration [ms]", "peak force [N]",
         "peak penetration [µm]", "separation [m/s]", "peak normal force [N]",
@@ -145,14 +145,14 @@ def impacts(results: Results) -> Table | None:
 
 
 def provenance(results: Results) -> Table:
-    """Tabulate how these numbers were made."""
+    """Tabulate the provenance of the numbers."""
     summary, made = results.summary, results.summary["provenance"]
     rows = [
         ("experiment", results.source),
         ("mechanism", str(results.experiment["mechanism"])),
         ("engine", summary["engine"]),
         ("duration", f"{number(summary['duration'])} s, status {summary['status']}"),
-        ("time to compute", f"{made['wall_time']:.3g} s, the run alone"),
+        ("time to compute", f"{made['wall_time']:.3g} s for the run alone"),
     ]
     rows += [
         (name.replace("_", " "), f"{value:g}" if isinstance(value, int | float) else str(value))
@@ -164,21 +164,21 @@ def provenance(results: Results) -> Table:
 
 
 def files(results: Results) -> Table:
-    """Tabulate what is in the folder, and what is not."""
+    """Tabulate the present and missing files of the folder."""
     rows = []
     for name, meaning in _FILES.items():
         path = results.folder / name
-        rows.append((name, meaning, f"{path.stat().st_size / 1e3:.0f} kB" if path.is_file() else "not there"))
-    return Table("Files beside this page", ("file", "what it is", "size"), rows, frozenset({0, 1}))
+        rows.append((name, meaning, f"{path.stat().st_size / 1e3:.0f} kB" if path.is_file() else "missing"))
+    return Table("Files in the folder of this page", ("file", "content", "size"), rows, frozenset({0, 1}))
 
 
 def number(value: float | None) -> str:
-    """Write a number with three significant digits; None has no value."""
+    """Write a number with three significant digits; None gives a dash."""
     return NONE if value is None else rounded(value).replace("-", "−")
 
 
 def error(results: Results, key: str) -> str:
-    """Write the error of a peak, if it was estimated and there is one."""
+    """Write the error of a peak, if an estimate exists."""
     errors = reported(results.summary).get("error", {})
     if errors.get(key) is None:
         return NONE if key in errors else "not estimated"
@@ -187,7 +187,7 @@ def error(results: Results, key: str) -> str:
 
 
 def _whole(results: Results, key: str = "") -> tuple[str, ...]:
-    """Cell with a larger peak of the whole run, or the head of its column; none where nothing is larger."""
+    """Return the cell with a larger peak of the whole run, or its heading; empty if no peak is larger."""
     if not exceeded(results.summary):
         return ()
     return (beyond(results.summary, key) or NONE if key else "whole run",)
@@ -201,7 +201,7 @@ def _impact(row: Impact) -> tuple[str, ...]:
 
 
 def _plain(value: Any) -> str:
-    """Write a parameter for reading; the file at the end of the page has every digit."""
+    """Write a parameter in short form; the file at the end of the page has every digit."""
     if isinstance(value, list):
         return f"[{', '.join(_plain(item) for item in value)}]"
     if isinstance(value, float):
@@ -210,7 +210,7 @@ def _plain(value: Any) -> str:
 
 
 def _si_unit(results: Results, path: str) -> str:
-    """Return the SI unit of a parameter; of a drive that slides in m, not rad."""
+    """Return the SI unit of a parameter; for a prismatic drive m, not rad."""
     table, _, name = path.partition(".")
     slides = table == "drives" and results.summary["drives"].get(name.partition(".")[0], {}).get("unit") == "N"
     return value_unit(path).replace("rad", "m") if slides else value_unit(path)
@@ -222,7 +222,7 @@ def _shown_unit(si: str) -> str:
 
 
 def _source(comment: str, si: str) -> str:
-    """Return the source that a comment of the file names, without the unit that it may begin with."""
+    """Return the source that a comment of the file names, without a leading unit."""
     first, _, rest = comment.partition(",")
     if si and first.strip() in (si, typeset(si)):
         comment = rest.strip()

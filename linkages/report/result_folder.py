@@ -14,20 +14,20 @@ from linkages.files.writing import file_name
 from linkages.results.impacts import Impact, read_impacts
 from linkages.results.shape import Summary
 
-#: Figures with their captions, in the order of reading; the outputs' come first.
+#: Figures with their captions, in the order of the page, after the outputs'.
 FIGURES = {
     "orbits": "Orbits of the journals' centres in their clearance circles, and magnified.",
-    "links": "Deflection and largest stress of links that bend, where along them that stress is; strain energy of all.",
-    "guides": "Where each block lies in its slot; beside, its ends across the slot over time.",
+    "links": "Deflection, largest stress and its place for each flexible link; strain energy of all.",
+    "guides": "Position of each block in its slot; right: its ends across the slot over time.",
     "impacts": "Peak force and approach speed of every contact, at the time of its start.",
-    "joint_forces": "Magnitudes of the joint forces, ideal joints beside clearance; below, their difference.",
-    "drive_torques": "Torques (forces) of the drives, ideal joints beside clearance; below, their difference.",
+    "joint_forces": "Magnitudes of the joint forces, ideal joints and clearance; below: their difference.",
+    "drive_torques": "Torques (forces) of the drives, ideal joints and clearance; below: their difference.",
 }
 
 
 @dataclass(frozen=True)
 class Results:
-    """What ``linkages simulate`` left in a folder.
+    """The files of ``linkages simulate`` in a folder.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class Results:
     summary : dict
         ``summary.json``.
     figures : tuple of Path
-        PNG files, in the order of reading.
+        PNG files, in the order of the page.
     animation : str or None
         The page of the animation.
     drawing : Path or None
     impacts : tuple of Impact or None
-        Every contact; None if no joint could touch.
+        All contacts; None if no joint can touch.
     """
 
     folder: Path
@@ -52,27 +52,27 @@ class Results:
 
     @property
     def experiment(self) -> dict[str, Any]:
-        """The experiment as it was run: nested tables of a TOML file."""
+        """Return the experiment of the run, with overrides: nested tables of a TOML file."""
         return {k: v for k, v in self.summary["provenance"]["experiment"].items() if k != "file"}
 
     @property
     def source(self) -> str:
-        """Name of the experiment's file."""
+        """Return the name of the experiment's file."""
         return str(self.summary["provenance"]["experiment"]["file"])
 
     @property
     def sources(self) -> dict[str, str]:
-        """Where each value comes from, by dotted path."""
+        """Return the source of each value by dotted path."""
         return dict(self.summary["provenance"]["sources"])
 
     @property
     def title(self) -> str:
-        """The experiment's title, or its file's name."""
+        """Return the experiment's title, or its file's name."""
         return self.experiment.get("title") or Path(self.source).stem
 
     @property
     def play(self) -> dict[str, dict[str, Any]]:
-        """Joints with clearance and their models."""
+        """Return the clearance joints and their models."""
         joints = self.experiment.get("joints", {})
         return {name: joint for name, joint in joints.items() if joint.get("model", "ideal") != "ideal"}
 
@@ -103,31 +103,31 @@ def load_results(folder: str | Path) -> Results:
 def _summary(folder: Path) -> dict[str, Any]:
     hint = "give the --out folder of `linkages simulate`"
     if not (folder / "summary.json").exists():
-        raise InputError(str(folder), "summary.json", f"is not there; {hint}")
+        raise InputError(str(folder), "summary.json", f"is missing; {hint}")
     return read_json(folder / "summary.json", Summary, hint)
 
 
 def read_json(path: Path, shape: type[Table], hint: str) -> dict[str, Any]:
-    """Read a JSON file of a shape.
+    """Read a JSON file and check it against a schema.
 
     Raises
     ------
     InputError
-        If it cannot be read, or a value is missing or wrong; where it is no object of JSON at all, with a hint.
+        If the file cannot be read, or a value is missing or wrong; with a hint if it is not a JSON object.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        json.dumps(content, ensure_ascii=False).encode()  # half a character cannot be written into a page
+        json.dumps(content, ensure_ascii=False).encode()  # lone surrogates cannot be written into a page
     except (OSError, ValueError, RecursionError) as problem:
         raise InputError(str(path), "", f"cannot be read ({problem}); {hint}") from None
     if not isinstance(content, dict):
-        raise InputError(str(path), "", f"holds no table of values; {hint}")
+        raise InputError(str(path), "", f"is not a JSON object; {hint}")
     validate(shape, content, path)
     return content
 
 
 def read_page(path: Path) -> str | None:
-    """Read a page that is shown within another; None if there is none.
+    """Read a page to embed; None if the file is missing.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def read_page(path: Path) -> str | None:
     try:
         return path.read_text(encoding="utf-8") if path.is_file() else None
     except (OSError, ValueError) as problem:
-        raise InputError(str(path), "", f"cannot be read ({problem}); remove it, or write it anew") from None
+        raise InputError(str(path), "", f"cannot be read ({problem}); remove it, or write it again") from None
 
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:

@@ -1,4 +1,4 @@
-"""The summary as a short table for a terminal, and what is to be said of its numbers."""
+"""The summary as a short table for a terminal, with errors and warnings."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NONE = "-"
 
 
 def format_summary(summary: dict[str, Any]) -> str:
-    """Format a summary as lines of text: extremes beside those of ideal joints, errors of the peaks, warnings.
+    """Format a summary as lines of text: extremes with clearance and with ideal joints, errors, warnings.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def format_summary(summary: dict[str, Any]) -> str:
 
 
 def format_table(summary: dict[str, Any]) -> str:
-    """Format the numbers of a summary; with errors, if they have been estimated; "-" has no value."""
+    """Format the numbers of a summary; with errors, if estimated; "-" is an undefined value."""
     mechanism, experiment, shown = summary["mechanism"], summary["provenance"]["experiment"], reported(summary)
     ideal, errors = shown["ideal"], shown.get("error", {})
     play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
@@ -69,7 +69,7 @@ def format_table(summary: dict[str, Any]) -> str:
         for name, value in found.items():
             effort = "torque" if "torque" in value else "force"
             values = ideal[kind][name][effort]["peak"], value[effort]["peak"], value["work"], ""
-            unit = value.get("unit", "N m" if effort == "torque" else "N")  # a drive's force is its torque's
+            unit = value.get("unit", "N m" if effort == "torque" else "N")  # a force is in the torque column
             label = f"{name} {'force' if unit == 'N' else 'torque'} [{unit}]"
             rows.append(row(label, values, f"{name}.{effort}.peak"))
     if "links" in shown:
@@ -93,17 +93,17 @@ def format_table(summary: dict[str, Any]) -> str:
 
 
 def format_judgement(summary: dict[str, Any]) -> list[str]:
-    """Say in lines of text how large the errors are, and every warning."""
+    """Write the sizes of the errors, and all warnings, as lines of text."""
     lines = []
     below = [found for found in relative(peaks_by_key(summary), summary["error"]) if found[1] < 1.0]
-    for key, part in below[:1]:  # a peak below its error is zero, or a warning names it
+    for key, part in below[:1]:  # peaks below their errors are zero, or named in a warning
         text = f"the estimated errors of the peaks are at most {part:.1e} of their values ({key})"
         lines = ["", text]
     return lines + format_warnings(summary["warnings"])
 
 
 def format_warnings(warnings: Sequence[dict[str, Any]], whose: str = "") -> list[str]:
-    """Write warnings as lines of text, each after an empty one."""
+    """Write warnings as lines of text, each after an empty line."""
     return [
         line for one in warnings for line in ("", f"warning{whose} ({one['kind']}): {one['what']}; {one['remedy']}")
     ]

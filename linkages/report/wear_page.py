@@ -1,4 +1,4 @@
-"""A folder that ``linkages wear`` wrote, for readers: ``report.html``."""
+"""Report of a folder of ``linkages wear``: ``report.html``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from linkages.report.result_folder import read_json, read_page
 from linkages.report.words import typeset
 from linkages.results.shape import Wear
 
-#: What a life leaves in its folder.
+#: Files of ``linkages wear``.
 CONTENT = "wear.json"
 
 
 def write_wear_report(folder: Path, path: Path) -> None:
-    """Write the page of a life, whole or not at all.
+    """Write the report of a wear calculation atomically.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def write_wear_report(folder: Path, path: Path) -> None:
     Raises
     ------
     InputError
-        If the folder holds no life, or the file cannot be written.
+        If the folder has no results of ``linkages wear``, or the file cannot be written.
     """
     text = _render(read_json(folder / CONTENT, Wear, "give the --out folder of `linkages wear`"), folder)
     with whole(path) as partial:
@@ -55,7 +55,7 @@ def _render(found: dict[str, Any], folder: Path) -> str:
 
 
 def _answer(found: dict[str, Any]) -> list[str]:
-    """Say in sentences how far the joints have worn."""
+    """Describe the wear of the joints in sentences."""
     told = [
         f"After {counted(found['cycles'], 'cycle')}, joint {name} has lost {1e9 * joint['volume']:.3g} mm³; its largest"
         f" depth of wear is {1e6 * joint['depth']:.3g} µm, its mean clearance {1e6 * joint['play']:.4g} µm instead of"
@@ -63,7 +63,7 @@ def _answer(found: dict[str, Any]) -> list[str]:
         for name, joint in found["joints"].items()
     ]
     if found["status"] != "ok":
-        told.append(f"The life ended there: {found['status']}.")
+        told.append(f"The calculation ended there: {found['status']}.")
     told.append(
         f"Simulated: {counted(found['simulated_cycles'], 'cycle')} in {counted(len(found['blocks']), 'block')}; the"
         f" error of the depth in each jump between blocks was kept below {1e6 * found['tolerance']:.3g} µm."
@@ -79,8 +79,8 @@ def _joints(found: dict[str, Any]) -> Table:
         )
         for name, joint in found["joints"].items()
     ]
-    head = ("joint", "volume [mm³]", "depth [µm]", "play [µm]", "k [mm³/(N m)]", "load times path [N m]")
-    return Table("Joints that wear", head, rows)
+    head = ("joint", "volume [mm³]", "depth [µm]", "clearance [µm]", "k [mm³/(N m)]", "load times path [N m]")
+    return Table("Worn joints", head, rows)
 
 
 def _peaks(found: dict[str, Any]) -> Table:
@@ -104,8 +104,8 @@ def _stages(found: dict[str, Any]) -> Table:
         for block in found["blocks"]
         for name, joint in block["joints"].items()
     ]
-    head = ("cycles", "joint", "volume [mm³]", "depth [µm]", "play [µm]", "error of the jump [µm]")
-    return Table("The life", head, rows, frozenset({0, 1}))
+    head = ("cycles", "joint", "volume [mm³]", "depth [µm]", "clearance [µm]", "error of the jump [µm]")
+    return Table("Service life", head, rows, frozenset({0, 1}))
 
 
 _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
@@ -113,6 +113,6 @@ _LENGTHS = (("volume", 1e9), ("depth", 1e6), ("play", 1e6))
 
 def _caption(stem: str) -> str:
     if stem == "wear_history":
-        return "Worn volume, depth and play; peaks of forces, torques and jitter over those of the new machine."
+        return "Worn volume, depth and clearance; peaks of forces, torques and jitter over the initial peaks."
     joint = unquote(stem.removeprefix("wear_"))
-    return f"Joint {joint}: profiles over the life; round, with the wear enlarged, and unrolled."
+    return f"Joint {joint}: profiles over the service life; round, with enlarged wear, and unrolled."

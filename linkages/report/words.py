@@ -16,23 +16,23 @@ from linkages.model.experiment import ARGUMENT, BENDING_QUANTITIES, COMMAND_LINE
 from linkages.report.result_folder import Results
 from linkages.results.characteristics import peaks_by_key
 
-NONE = "–"  # what has no value
-_ALIKE = 1e-3  # of a peak: a difference from that of the steady cycle that is none
-_SAME = 1e-4  # of a magnitude: a change that nobody would call one
+NONE = "–"  # symbol of an undefined value
+_ALIKE = 1e-3  # relative difference from the steady cycle's peak that is neglected
+_SAME = 1e-4  # relative change that is neglected
 _RAISED = str.maketrans("23", "²³")
-_NOTHING = 1e-9  # of a value: what rounding leaves of a zero
+_NOTHING = 1e-9  # relative value below which a difference is rounding
 
 _MODELS = {"dry": "dry", "lubricated": "lubricated", "mixed": "film and contact"}
 
 
 def reported(summary: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers that tables show: those of a window of the run, or the summary's own, of the whole."""
+    """Return the numbers for the tables: of the reported window, or of the whole run."""
     found: dict[str, Any] = summary.get("windows", {}).get(summary.get("report"), summary)
     return found
 
 
 def beyond(summary: dict[str, Any], key: str) -> str:
-    """Say how large a peak of the whole run is, and when, if it is larger than in what tables show; else nothing."""
+    """Write value and time of a peak of the whole run if it exceeds the tables' peak; otherwise ""."""
     shown, owner, _, effort = reported(summary), *key.removesuffix(".peak").rpartition(".")
     found: list[dict[str, Any]] = []
     for numbers in (shown, summary):
@@ -50,21 +50,21 @@ def beyond(summary: dict[str, Any], key: str) -> str:
 
 
 def meeting(summary: dict[str, Any], joint: str) -> str:
-    """Name the links that meet in a joint, the bearing's first; nothing for a summary that does not say."""
+    """Name the links of a joint, the bearing's first; empty if the summary does not have them."""
     return ", ".join(summary.get("mechanism", {}).get("joints", {}).get(joint, ()))
 
 
 def exceeded(summary: dict[str, Any]) -> bool:
-    """Whether the whole run has a larger force, torque, stress or output than what tables show."""
+    """Check whether the whole run has a larger force, torque, stress or output than the tables."""
     return any(beyond(summary, key) for key in peaks_by_key(summary) if not key.endswith(".eccentricity_ratio.peak"))
 
 
 def motion_lines(summary: dict[str, Any]) -> list[str]:
-    """Say what motion the run ends in, and which part of it the numbers are of."""
+    """Describe the final motion of the run, and the time range of the numbers."""
     motion, shown = summary.get("motion"), reported(summary)
     if motion is None or motion["kind"] is None:
         play = any(joint["model"] != "ideal" for joint in summary["joints"].values())
-        lines = [f"no steady cycle is looked for: {motion['why']}"] if motion and play else []
+        lines = [f"no search for a steady cycle: {motion['why']}"] if motion and play else []
     elif motion["kind"] == "periodic":
         several = "" if motion["periods"] == 1 else f" in {motion['periods']} periods of the drives"
         lasts = rounded(motion["period"] * motion["periods"])
@@ -74,25 +74,25 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     lines += _startup_lines(summary)
     if shown is not summary:
         part = {"steady": "its last period", "later": "the run after its start-up"}.get(summary["report"], "the run")
-        said = f"numbers are those of {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
-        lines.append(f'{said}; under "whole run" stand larger peaks of the rest' if exceeded(summary) else said)
+        said = f"the numbers belong to {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
+        lines.append(f'{said}; "whole run" has larger peaks of the rest' if exceeded(summary) else said)
     return lines
 
 
 def _startup_lines(summary: dict[str, Any]) -> list[str]:
-    """Say how long the start-up of joints that can touch lasts."""
+    """Describe the duration of the start-up of joints with contact."""
     until = summary.get("start_up")
     if until is None:
         return []
     why = "journals fly from the middle of their clearances and rebound"
     if until < summary["duration"]:
         return [f"start-up: up to {rounded(until)} s {why}"]
-    remedy = 'ask for a longer run, or for start = "equilibrium"'
-    return [f"start-up: {why} during the whole run, and its peaks are those of the start-up; {remedy}"]
+    remedy = 'use a longer duration, or start = "equilibrium"'
+    return [f"start-up: {why} during the whole run, and its peaks belong to the start-up; {remedy}"]
 
 
 def question(results: Results) -> str:
-    """Say what the run asks, in one sentence."""
+    """Write the question of the run in one sentence."""
     alike: dict[tuple[str, float], list[str]] = defaultdict(list)
     for name, joint in results.play.items():
         alike[joint["model"], joint["clearance"]].append(name)
@@ -104,7 +104,7 @@ def question(results: Results) -> str:
     )
     return (
         f"How does this linkage move with {play}, what forces pass through its joints,"
-        " and how far is that from the linkage with ideal joints?"
+        " and how does this differ from the linkage with ideal joints?"
     )
 
 
@@ -116,7 +116,7 @@ def answer(results: Results) -> list[str]:
         asked = results.experiment["duration"]
         sentences.append(
             f"The run ended early, at {summary['duration']:.4g} s of {asked:g} s, with the status {status.value}:"
-            f" {status.remedy}. The numbers cover the part that was computed, those of ideal joints the whole time."
+            f" {status.remedy}. The numbers cover the computed part; for ideal joints the whole duration."
         )
     found = [f"{entry['what']}; {entry['remedy']}" for entry in summary.get("warnings", ())]
     sentences += [f"{line[0].upper()}{line[1:]}." for line in (*found, *motion_lines(summary))]
@@ -124,7 +124,7 @@ def answer(results: Results) -> list[str]:
     ideal = shown["ideal"]
     for name, value in shown["outputs"].items():
         if value["peak"] is None:
-            sentences.append(f"{name} has no bound.")
+            sentences.append(f"{name} is unbounded.")
             continue
         beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
         sentences.append(f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}{_more(summary, name)}.")
@@ -153,7 +153,7 @@ def _more(summary: dict[str, Any], key: str) -> str:
 
 
 def _used(name: str, value: dict[str, Any]) -> str:
-    """Say how much of its clearance a joint uses, and whether it touches."""
+    """Describe the used part of a joint's clearance, and its contacts."""
     part = 100.0 * value["eccentricity_ratio"]["peak"]
     text = f"Joint {name} uses up to {part:.4g}\u00a0% of its clearance"
     if value["model"] == "lubricated":
@@ -183,7 +183,7 @@ def overrides(results: Results) -> list[str]:
 
 
 def experiment_file(results: Results) -> str:
-    """Return the experiment as it was run, as a TOML file; replaced values are in it."""
+    """Return the experiment of the run as a TOML file, with replaced values."""
     return tomlkit.dumps(results.experiment)
 
 
@@ -202,7 +202,7 @@ def output_unit(name: str) -> str:
 
 
 def unit(output: str) -> str:
-    """Return the unit of an output as it is printed: m/s²."""
+    """Return the typeset unit of an output: m/s²."""
     return typeset(output_unit(output))
 
 
@@ -212,7 +212,7 @@ def typeset(si: str) -> str:
 
 
 def change(value: float | None, reference: float | None) -> str:
-    """Say how far a magnitude is from its reference, if both have a value."""
+    """Write the relative change of a magnitude against its reference, if both have a value."""
     if value is None or reference is None:
         return NONE
     if value == reference:

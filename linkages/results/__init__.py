@@ -1,26 +1,26 @@
-"""What comes of a run: trajectories, and numbers over continuous time. It knows no engine.
+"""Results of runs: trajectories, and numbers over continuous time. It imports no engine.
 
-| module        | responsibility                                                           |
-|---------------|--------------------------------------------------------------------------|
-| trajectory    | outputs over time, a status, where they come from; save and load         |
-| loops         | how far the loops of a run are open, and up to where they hold           |
-| extremes      | smallest and largest values over continuous time, integrals              |
-| characteristics | extremes, forces, torques, work and contacts of a run or a part of it     |
-| configuration | where journals and free coordinates are, as numbers to compare            |
-| steady_state  | what kind of motion a run ends in, and its steady cycle                   |
-| akima         | values between samples                                                   |
-| impacts       | contacts one by one; flight, impact and sustained contact                |
-| startup       | how long joints that can touch start up                                  |
-| singular      | singular positions that a motion passes or comes near                    |
-| divergence    | how long two runs of one system stay together                            |
-| noise         | rounding as a magnitude: below it an output is zero                      |
-| peak_errors   | errors of peaks, from a run at a tighter tolerance                       |
-| joint_validity | where a run leaves the range that a law holds for                        |
-| film_error    | error of a closed-form film in a run, beside a film of finite length     |
-| flexible_validity | where it leaves the range of the model of links that bend                |
-| validity      | what says so, and its warnings                                           |
-| indeterminate | forces and torques that the motion does not determine                   |
-| warnings      | what must be known before the numbers of a summary are trusted           |
-| summary       | a run with what is needed to judge it, and the contents of summary.json  |
-| shape         | the keys of summary.json and wear.json, to check a file that is read     |
+| module            | responsibility                                                            |
+|-------------------|---------------------------------------------------------------------------|
+| trajectory        | outputs over time, status, provenance; save and load                      |
+| loops             | gaps of the loops of a run, and the last sample with closed loops         |
+| extremes          | smallest and largest values over continuous time, integrals               |
+| characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
+| configuration     | the configuration of a linkage as comparable numbers                      |
+| steady_state      | classification of the motion at the end of a run, and its steady cycle    |
+| akima             | interpolation between samples                                             |
+| impacts           | individual contacts; flight, impact and sustained contact                 |
+| startup           | duration of the start-up of joints with contact                           |
+| singular          | singular positions on or near a motion                                    |
+| divergence        | time up to which two runs of one system agree                             |
+| noise             | rounding level of outputs                                                 |
+| peak_errors       | errors of peaks, from a run at a tighter tolerance                        |
+| joint_validity    | validity of joint laws in a run                                           |
+| film_error        | error of a closed-form film in a run against a film of finite length      |
+| flexible_validity | validity of the flexible-link model in a run                              |
+| validity          | rules of validity, and their warnings                                     |
+| indeterminate     | forces and torques that the motion does not determine                     |
+| warnings          | warnings about the reliability of a summary's numbers                     |
+| summary           | a run with its ideal linkage and error estimate; contents of summary.json |
+| shape             | schemas of summary.json and wear.json                                     |
 """

@@ -1,4 +1,4 @@
-"""Values between samples, by Akima's cubics (SciPy's take as long to import as a run takes)."""
+"""Interpolation between samples by Akima's cubics (importing SciPy's takes as long as a run)."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import numpy as np
 
 from linkages.kernel import Array
 
-_FLAT = 1e-9  # of the largest weight: below it both weights are rounding
+_FLAT = 1e-9  # relative to the largest weight: smaller weights are rounding errors
 
 
 def interpolated(times: Array, samples: Array, at: Array) -> Array:
-    """Interpolate by Hermite's cubics whose slopes follow the neighbouring secants, and hardly overshoot at jumps.
+    """Interpolate by Hermite cubics with slopes from neighbouring secants, nearly without overshoot at jumps.
 
     Parameters
     ----------
     times : (nt,) array
-        Increasing, two at least.
+        Increasing sample times, at least two.
     samples : (nt, n) array
     at : (m,) array
-        Within the times.
+        Times of the result, within the sample times.
 
     Returns
     -------
     (m, n) array
-        By Akima, A new method of interpolation and smooth curve fitting based on local procedures, J. ACM 17 (1970)
-        589-602, with the weights that are known as modified ones ("makima").
+        Interpolated values. Source: Akima, A new method of interpolation and smooth curve fitting based on local
+        procedures, J. ACM 17 (1970) 589-602, with modified weights ("makima").
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The numbers of a trajectory, or of a part of it: extremes of what was asked for, forces, torques, work, contacts."""
+"""Characteristic numbers of a trajectory or a part of it: extremes of outputs, forces, torques, work, contacts."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from linkages.system import System
 def numbers(
     system: System, trajectory: Trajectory, meaningless: Collection[str], touches: Sequence[Impact] = ()
 ) -> dict[str, Any]:
-    """Collect outputs, joints, drives, loads (stops and contacts among them), links that bend; None if meaningless.
+    """Collect outputs, joints, drives, loads (including stops and contacts) and flexible links; None if meaningless.
 
-    Of the contacts count those that begin in its time, and of their durations what lies in it.
+    Contacts that begin in the time range are counted; of their durations only the part within it.
     """
     experiment = system.experiment
     joints = [joint.name for joint in system.mechanism.joints]
@@ -33,7 +33,9 @@ def numbers(
     ]
     bent = [name for name in experiment.flexible if f"{name}.stress" in trajectory.columns]
     judged += [column for name in bent for column in link_columns(name)]
-    there = [name for name in experiment.outputs if name in trajectory.columns]  # rigid links have none of bending
+    there = [
+        name for name in experiment.outputs if name in trajectory.columns
+    ]  # rigid links have no deformation outputs
     extreme = extremes(trajectory, [name for name in there if name not in meaningless])
     peak = peaks(trajectory, [name for name in judged if name not in meaningless])
     result: dict[str, Any] = {"outputs": {}, "joints": {}, "drives": {}}
@@ -48,7 +50,7 @@ def numbers(
             entry["eccentricity_ratio"] = {"peak": peak[f"{name}.eccentricity_ratio"].value}
             contacts = [row for row in touches if row.joint.partition(".")[0] == name]
             begin, end = float(trajectory.time[0]), float(trajectory.time[-1])
-            lasted = end - begin  # nothing, if the run failed at once
+            lasted = end - begin  # zero if the run failed at once
             entry["contact_fraction"] = _covered(contacts, begin, end) / lasted if lasted else float(bool(contacts))
             entry["impacts"] = sum(begin <= row.start <= end for row in contacts)
         result["joints"][name] = entry
@@ -84,7 +86,7 @@ def _nearest(trajectory: Trajectory, time: float) -> int:
 
 
 def effort_of(system: System, table: str, name: str) -> str:
-    """Quantity by which an applied load, a gear, a stop or a contact is judged."""
+    """Return the characteristic quantity of an applied load, gear, stop or contact."""
     experiment = system.experiment
     of = {
         "frictions": lambda: experiment.frictions[name].joint,
@@ -97,7 +99,7 @@ def effort_of(system: System, table: str, name: str) -> str:
 
 
 def _covered(rows: list[Impact], begin: float, last: float) -> float:
-    """Time between two times in which at least one of the contacts lasts [s]."""
+    """Compute the time between two times with at least one contact [s]."""
     total, until = 0.0, begin
     for row in sorted(rows, key=lambda row: row.start):
         end = min(row.start + row.duration, last)
@@ -107,7 +109,7 @@ def _covered(rows: list[Impact], begin: float, last: float) -> float:
 
 
 def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
-    """Every peak of a summary with its key: ``slider7.ax.peak``, ``A.force.peak``."""
+    """Return all peaks of a summary by key: ``slider7.ax.peak``, ``A.force.peak``."""
     result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
     for kind in ("joints", "drives", "loads"):
         for name, entry in numbers.get(kind, {}).items():

@@ -1,4 +1,4 @@
-"""The configuration of a linkage as numbers that can be compared: between two times of a run, or between two runs."""
+"""The configuration of a linkage as comparable numbers, for two times of a run or for two runs."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ def configuration(system: System, columns: Mapping[str, Array]) -> Array:
     Parameters
     ----------
     system : System
-        That made the run.
+        System of the run.
     columns : mapping of str to (nt,) arrays
-        Of the run; at its steps or at any times.
+        Columns of the run, at its steps or at any times.
 
     Returns
     -------
     (nt, m) array
-        Places of the journals, in parts of their clearances, and coordinates of joints that the drives leave free:
-        cosine and sine of angles, lengths in parts of the linkage's. None where the drives determine everything.
+        Eccentricities of the journals over their clearances, and coordinates of joints without prescribed motion:
+        cosine and sine of angles, lengths over the linkage's length. Empty (m = 0) if the drives determine
+        everything.
     """
     entries = []
     for (_, label), clearance in zip(system.tree.contacts, system.laws["clearance"], strict=False):

@@ -1,4 +1,4 @@
-"""How long two runs of one system stay together: chaos makes differences grow, by a factor in each impact or fall."""
+"""Divergence of two runs of one system: chaos multiplies their difference in each impact or fall."""
 
 from __future__ import annotations
 
@@ -13,38 +13,38 @@ from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
-#: Difference of two configurations (journals in parts of their clearances, angles in rad, lengths in parts of the
-#: linkage's) beyond which two runs have parted: where something can touch, an impact may soon be missed; elsewhere
-#: differences grow smoothly, and tell the errors while they are small.
+#: Difference of two configurations (eccentricities over clearances, angles in rad, lengths over the linkage's length)
+#: beyond which two runs have diverged. With contacts the limit is small, as an impact may soon be missed. Without
+#: contacts differences grow smoothly, and measure the errors while small.
 PARTED, STRAYED = 1e-3, 0.05
 
 
 def horizon(run: Trajectory, other: Trajectory, system: System) -> float:
-    """Time up to which two runs stay together [s]; see `apart`."""
+    """Return the time up to which two runs agree [s]; see `apart`."""
     span = apart(run, other, system)
     return float(min(run.time[-1], other.time[-1])) if span is None else span[0]
 
 
 def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) -> tuple[float, float] | None:
-    """Time at which two runs part, and when they have come together for good [s]; None if they never part.
+    """Find the time at which two runs diverge, and the time of their final convergence [s]; None if they never diverge.
 
-    Runs that forget their start come to the same motion, whatever they did before. The second time is that of the end,
-    at which the shorter run ends, if they do not.
+    Runs that forget their start converge to the same motion, whatever their history. Without convergence the second
+    time is the end of the shorter run.
 
     Parameters
     ----------
     run : Trajectory
-        With dense output.
+        Run with dense output.
     other : Trajectory
-        It is looked for at its steps, many in every contact.
+        Run at whose steps both are compared; each contact has many steps.
     system : System
     every : int
-        At one of so many of them.
+        Compare at every n-th step.
 
     Raises
     ------
     InputError
-        If the run was loaded from a file, and has no dense output.
+        If the run was loaded from a file and has no dense output.
     """
     evaluate, end = dense(run), min(run.time[-1], other.time[-1])
     steps = np.flatnonzero(other.time <= end)[::every]
@@ -52,7 +52,9 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
     here = interpolated(run.time, configuration(system, run.columns), times)
     limit = PARTED if touching else STRAYED
-    doubtful = np.flatnonzero(touching | ~(_distances(here, there) <= limit))  # else interpolation is exact enough
+    doubtful = np.flatnonzero(
+        touching | ~(_distances(here, there) <= limit)
+    )  # elsewhere interpolation is accurate enough
     if len(doubtful):
         here[doubtful] = configuration(system, evaluate(times[doubtful]))
     beyond = np.flatnonzero(~(_distances(here, there) <= limit))
@@ -62,13 +64,13 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
 
 
 def _distances(here: Array, there: Array) -> Array:
-    """Largest differences of the entries of configurations (nt, m), (nt,)."""
+    """Compute the largest difference of two configurations (nt, m) at each time, (nt,)."""
     return np.asarray(np.abs(here - there).max(axis=1, initial=0.0))
 
 
 def dense(run: Trajectory) -> Callable[[Array], dict[str, Array]]:
-    """Dense output of a run; InputError if the run was loaded from a file, and has none."""
+    """Return the dense output of a run; InputError if it was loaded from a file without one."""
     if run.evaluate is None:
-        problem = "was loaded from a file and has no dense output; run it anew"
+        problem = "was loaded from a file and has no dense output; repeat the run"
         raise InputError("argument", "trajectory", problem)
     return run.evaluate

@@ -1,4 +1,4 @@
-"""Numbers from trajectories: extremes over continuous time, integrals."""
+"""Extremes over continuous time and integrals of columns."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
 _CANDIDATES = 3  # neighbouring samples within this many of the best local extremes are refined
-_NEAR = 0.01  # of a column's range: how much lower than the best sample another candidate may be
-_ROUNDS = 8  # of refinement
-_KEPT = 1e-7  # of the column's magnitude: error of a maximum that is refined no further
-_NOISE = 2e-4  # of the column's magnitude: a parabola's error that may be the run's own, whose steps join that well
-_SHRUNK = 0.6  # of the error before: that of a kink falls with the bracket, that of the run does not
-_STALE = 3  # rounds without anything higher, after which nothing is expected there
-_DOUBT = 10.0  # times the last parabola's error: how much higher than the next one's top a maximum may be
-_APART = 0.05  # of a bracket: distance from its samples at which another one judges the parabola through them
+_NEAR = 0.01  # largest deficit of a candidate against the best sample, over the column's range
+_ROUNDS = 8  # most rounds of refinement
+_KEPT = 1e-7  # tolerance of a maximum over the column's magnitude
+_NOISE = 2e-4  # error of a parabola over the column's magnitude that may be the run's error between steps
+_SHRUNK = 0.6  # error reduction per round: at a kink the error falls with the bracket, the run's error does not
+_STALE = 3  # rounds without a higher value after which the search ends
+_DOUBT = 10.0  # safety factor on the interpolation error of the last parabola
+_APART = 0.05  # relative distance from a bracket's samples at which a new sample tests its parabola
 
 
 class Bracket(NamedTuple):
-    """A maximum to be refined: column, sign that makes it one, samples around it.
+    """A maximum to refine: column, sign (-1 for a minimum), samples around it.
 
     Attributes
     ----------
     times, values : (n,) arrays
-        At most 3 samples, values with the sign.
+        At most 3 samples, with values times the sign.
     scale : float
-        Magnitude of the column, by which errors are judged.
+        Magnitude of the column, for relative errors.
     """
 
     name: str
@@ -52,21 +52,22 @@ class Extremes:
 
     @property
     def peak(self) -> float:
-        """Largest magnitude."""
+        """Return the largest magnitude."""
         return max(abs(self.min), abs(self.max))
 
 
 class Peak(NamedTuple):
-    """Largest magnitude of a column over continuous time, and when [s]."""
+    """Largest magnitude of a column over continuous time, and its time [s]."""
 
     value: float
     time: float
 
 
 def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes]:
-    """Extremes over continuous time of the named columns.
+    """Compute the extremes over continuous time of columns.
 
-    The best samples are bracketed by their neighbours and refined (`refine`).
+    Use it instead of the samples' extremes, which miss peaks between steps: the best samples are bracketed by their
+    neighbours and refined by `refine`. `peaks` gives the largest magnitudes alone and is faster.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     Returns
     -------
     dict of str to Extremes
-        By name, in the unit of the column; times [s].
+        Extremes by name, in the unit of the column; times [s].
 
     Examples
     --------
@@ -96,7 +97,7 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
 
 
 def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
-    """Largest magnitudes over continuous time of the named columns: `extremes` without what is not largest.
+    """Compute the largest magnitudes over continuous time of columns (faster than `extremes`).
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def peaks(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Peak]:
     Returns
     -------
     dict of str to Peak
-        By name, in the unit of the column; times [s].
+        Peaks by name, in the unit of the column; times [s].
     """
     wanted = []
     for name in names:
@@ -136,27 +137,26 @@ def _maxima(
     best: dict[tuple[str, float], tuple[float, float]] = {}
     for bracket, (when, value) in zip(brackets, refine(trajectory, brackets, rivals=True), strict=True):
         key = bracket.name, bracket.sign
-        if key not in best or value > best[key][1] + _KEPT * bracket.scale:  # the first of equal ones
+        if key not in best or value > best[key][1] + _KEPT * bracket.scale:  # the first of equal maxima
             best[key] = when, value
     return best
 
 
 def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = False) -> list[tuple[float, float]]:
-    """Time and value of the maximum in each bracket, over continuous time.
+    """Compute time and value of the maximum in each bracket, over continuous time.
 
-    The top of the parabola through a bracket's samples is evaluated, again and again, until what the parabola has
-    promised comes true. Where it does not (at a kink, or between coarse steps) the middles between the samples are
-    evaluated as well, until rounds find nothing higher and what is missed, as small as the errors that a run's steps
-    leave in forces, shrinks no more. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines
-    the samples.
+    The vertex of the parabola through a bracket's samples is evaluated repeatedly, until the prediction is confirmed.
+    If it is not (at a kink, or between coarse steps), the midpoints between the samples are evaluated as well, until
+    rounds give no higher value and the remaining error, as small as the errors of forces at a run's steps, no longer
+    shrinks. Without `Trajectory.evaluate` (a loaded trajectory) the parabola alone refines the samples.
 
     Parameters
     ----------
     trajectory : Trajectory
     brackets : sequence of Bracket
     rivals : bool
-        Whether only the highest of the brackets of a column and sign is of interest: the others are then
-        refined only while they may still become the highest.
+        Whether only the highest bracket of a column and sign is needed: the others are then refined only as long as
+        they can become the highest.
 
     Returns
     -------
@@ -181,26 +181,26 @@ def refine(trajectory: Trajectory, brackets: Sequence[Bracket], rivals: bool = F
 
 
 class _Search:
-    """A bracket on its way to its maximum."""
+    """The search for the maximum in a bracket."""
 
     def __init__(self, bracket: Bracket) -> None:
         self.bracket = bracket
         self.settled = False
-        self.miss = np.inf  # by how much the last parabola was wrong
-        self.stale = 0  # rounds without anything higher
+        self.miss = np.inf  # error of the last parabola
+        self.stale = 0  # rounds without a higher value
 
     @property
     def best(self) -> float:
-        """Value of the highest sample."""
+        """Return the value of the highest sample."""
         return float(self.bracket.values.max())
 
     @property
     def top(self) -> tuple[float, float]:
-        """Time and height of the top of the parabola through the samples."""
+        """Compute time and value of the vertex of the parabola through the samples."""
         return vertex(self.bracket.times, self.bracket.values)
 
     def times(self) -> Array:
-        """Return when to evaluate next: at the parabola's top, from the second time on in the middles too."""
+        """Return the next evaluation times: the parabola's vertex, later the midpoints too."""
         t, y = self.bracket.times, self.bracket.values
         middles = 0.5 * (t[1:] + t[:-1])
         if _has_top(self.bracket):
@@ -208,7 +208,7 @@ class _Search:
         return middles[:1] if np.argmax(y) == 0 else middles[-1:]
 
     def take(self, times: Array, values: Array) -> None:
-        """Take samples into the bracket, judge its parabola by them, narrow it to the best one and its neighbours."""
+        """Add samples, test the parabola with them, narrow the bracket to the best sample and its neighbours."""
         old = self.bracket
         t, first = np.unique(np.concatenate([old.times, times]), return_index=True)
         y = np.concatenate([old.values, values])[first]
@@ -219,9 +219,9 @@ class _Search:
         if len(old.times) < 3:
             return
         before, self.miss = self.miss, float(np.abs(values - _through(old.times, old.values, times)).max())
-        # near a smooth top the parabola's top is wrong by miss^2 / (4 drop) only: it is flat there
+        # near a smooth maximum the vertex has an error of only miss^2 / (4 drop), as the curve is flat
         small, drop = _KEPT * old.scale, y[best] - y.min()
-        # a value beside a known one says little of the parabola
+        # a value close to a known sample does not test the parabola
         apart = np.abs(times[:, None] - old.times).min(axis=1).max() > _APART * np.ptp(old.times)
         smooth = apart and (self.miss <= small or self.miss**2 <= 0.01 * small * drop)
         rough = _SHRUNK * before <= self.miss <= _NOISE * old.scale
@@ -229,7 +229,7 @@ class _Search:
 
 
 def _drop_lower(searches: Sequence[_Search]) -> None:
-    """Settle what cannot become the highest of its column and sign any more."""
+    """End the searches that can no longer give the highest value of their column and sign."""
     highest: dict[tuple[str, float], float] = {}
     for search in searches:
         key = search.bracket.name, search.bracket.sign
@@ -239,7 +239,7 @@ def _drop_lower(searches: Sequence[_Search]) -> None:
 
 
 def integral(trajectory: Trajectory, values: str | Array) -> float:
-    """Integrate a column, or values at the trajectory's samples, over time by the parabolas through neighbours.
+    """Integrate a column, or values at the samples, over time by parabolas through neighbouring samples.
 
     Parameters
     ----------
@@ -250,12 +250,12 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     Returns
     -------
     float
-        [unit of the values times s]
+        Integral in the unit of the values times s.
 
     Raises
     ------
     InputError
-        If there is no such column, or the values are not one number for each sample.
+        If the column is unknown, or the values are not one number for each sample.
 
     Examples
     --------
@@ -277,7 +277,7 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
 
 
 def _sampled(trajectory: Trajectory, values: Array) -> Array:
-    """Return values as an array of one number for each sample, or raise InputError."""
+    """Return values as an array with one number per sample, or raise InputError."""
     wanted = f"give the name of a column, or an array of {len(trajectory.time)} numbers, one for each sample"
     try:
         found = np.asarray(values, dtype=np.float64)
@@ -297,14 +297,14 @@ def _local_maxima(y: Array) -> list[int]:
 
 
 def _has_top(bracket: Bracket) -> bool:
-    """Whether the best sample has a neighbour on both sides."""
+    """Check whether the best sample has a neighbour on both sides."""
     return len(bracket.times) == 3 and int(np.argmax(bracket.values)) == 1
 
 
 def vertex(t: Array, y: Array) -> tuple[float, float]:
-    """Return time and value of the vertex of the parabola through three samples, or of the highest sample.
+    """Compute time and value of the vertex of the parabola through three samples, or of the highest sample.
 
-    The vertex is that of a maximum between the samples. There may also be fewer than three.
+    The vertex counts if it is a maximum between the samples. Fewer than three samples are allowed.
     """
     best = int(np.argmax(y))
     if len(t) < 3 or best != 1:
@@ -314,7 +314,7 @@ def vertex(t: Array, y: Array) -> tuple[float, float]:
 
 
 def _through(t: Array, y: Array, x: Array) -> Array:
-    """Values at x of the parabola through three samples."""
+    """Evaluate the parabola through three samples at x."""
     (a, b, c), (fa, fb, fc) = t, y
     left, right = (fb - fa) / (b - a), (fc - fb) / (c - b)
     return np.asarray(fa + (x - a) * (left + (x - b) * (right - left) / (c - a)))

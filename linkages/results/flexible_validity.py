@@ -1,4 +1,4 @@
-"""Where the model of a link that bends ceases to hold in a run: one rule each, in `BENT_RULES`."""
+"""Validity of the flexible-link model in a run: rules in `BENT_RULES`."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from linkages.results.validity import Finding, Rule
 from linkages.system import System
 from linkages.system.flexible_link import BentLink
 
-#: Slope against the frame's axis at which the stiffness, off by half its square, is off by 1 %.
+#: Slope against the frame's axis with a stiffness error of 1 % (half the squared slope) [rad].
 SLOPE = math.sqrt(2.0 * 0.01)
-#: Compressive force over Euler's load of the beam with pinned ends: there deflections are twice those without it.
+#: Compressive force over the pinned beam's Euler load that doubles the deflections [1].
 BUCKLING = 0.5
-#: Stretching modes with which the peak of a blow is right: with one it is wrong by a third, with two by 10 %, with four
-#: by 0.1 %, of a steel rod of 0.3 m whose dry joint closes (docs/flexible.md, Limits).
+#: Number of axial modes for accurate impact peaks. Errors for a 0.3 m steel rod when its dry joint closes: a third with
+#: one mode, 10 % with two, 0.1 % with four (docs/flexible.md, Limits).
 AXIAL = 4
-#: Highest kept bending frequency over what excites the link: its own modes answer to that as they do at rest.
+#: Smallest ratio of the highest kept bending frequency to the excitation frequency [1].
 ABOVE = 10.0
 
-_SAMPLES = 101  # along the beam
+_SAMPLES = 101  # number of samples along the beam
 
 
 class BentCase(NamedTuple):
-    """A link that bends in one run; the impacts are those of contacts that it carries."""
+    """A flexible link in one run, with the impacts of the contacts on it."""
 
     link: str
     pieces: Sequence[BentLink]
     run: Trajectory
     impacts: Sequence[Impact]
-    drives: Sequence[str]  # of joints that turn
+    drives: Sequence[str]  # drives of revolute joints
 
 
 def bent_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[tuple[str, BentCase]]:
-    """Name the links that bend, with what rules look at; none of a run whose links are moved by other models."""
+    """Yield the flexible links with the data of the rules; none for runs with other link models."""
     carried = _carriers(system)
     drives = [name for name in system.tree.driven if system.mechanism.joint[name].type == "revolute"]
     return [
@@ -50,7 +50,7 @@ def bent_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> li
 
 
 def _carriers(system: System) -> dict[str, set[str]]:
-    """Links on which each contact acts, by its label."""
+    """Return the links on which each contact acts, by its label."""
     tree = system.tree
     records, names = (
         tree.bodies.records,
@@ -72,7 +72,7 @@ def _slope(case: BentCase) -> Finding | None:
         largest = np.maximum(largest, np.max(np.abs(slopes), axis=0))
     worst = int(np.argmax(largest))
     value = float(largest[worst])
-    text = f"stiffness is off by half its square, 1 % at {SLOPE:.3g}"
+    text = f"the relative error of the stiffness is half its square, 1 % at {SLOPE:.3g}"
     return Finding(value, float(case.run.time[worst]), text) if value > SLOPE else None
 
 
@@ -81,7 +81,7 @@ def _strut(case: BentCase) -> Finding | None:
     worst, elastic = int(np.argmax(force)), case.pieces[0].beam.elastic()
     euler = math.pi**2 * elastic.bending / elastic.length**2
     value = float(force[worst]) / euler
-    text = f"half and more doubles what bends; Euler's load with pinned ends is {euler:.3g} N"
+    text = f"half doubles the deflection; the Euler load with pinned ends is {euler:.3g} N"
     return Finding(value, float(case.run.time[worst]), text) if value > BUCKLING else None
 
 
@@ -98,7 +98,7 @@ def _blow(case: BentCase) -> Finding | None:
         return None
     highest = max(float(np.max(piece.modes.frequencies)) for piece in case.pieces) / (2.0 * math.pi)
     value = highest * shortest.duration
-    text = f"1 or more; a contact lasts {shortest.duration:.3g} s, the fastest mode has {highest:.3g} Hz"
+    text = f"at least 1; a contact lasts {shortest.duration:.3g} s, the fastest mode has {highest:.3g} Hz"
     return Finding(value, shortest.start, text) if value < 1.0 else None
 
 
@@ -118,31 +118,26 @@ def _drive(case: BentCase) -> Finding | None:
 BENT_RULES = (
     Rule(
         "flexible",
-        "a link bends further than its model holds: its largest slope is",
-        "make it stiffer, or set its pieces = 2 or more",
+        "the deflection of a link exceeds the validity of its model: its largest slope is",
+        "make it stiffer, or divide it: set its `pieces` to 2 or more",
         _slope,
     ),
+    Rule("flexible", "compressive load close to the Euler buckling load: ratio", "make it stiffer or shorter", _strut),
     Rule(
         "flexible",
-        "a link is pressed nearly as hard as buckles it: in parts of that load",
-        "make it stiffer or shorter",
-        _strut,
-    ),
-    Rule(
-        "flexible",
-        "blows on a link need more stretching modes, for waves along it decide their peaks: there are",
+        "impacts on a link need more axial modes, as axial waves determine the peaks: the number is",
         f"set its axial = {AXIAL} or more",
         _wave,
     ),
     Rule(
         "flexible",
-        "a contact is over before the fastest mode of a link has swung once: their ratio is",
-        "keep more modes, axial ones above all, until peaks settle",
+        "a contact is shorter than one period of the fastest mode of a link: ratio",
+        "keep more modes, axial ones first, until the peaks converge",
         _blow,
     ),
     Rule(
         "flexible",
-        "a drive turns nearly as fast as the fastest bending mode of a link swings: the ratio of their frequencies is",
+        "the fastest bending mode of a link is close to the drive frequency: ratio",
         "keep more bending modes",
         _drive,
     ),

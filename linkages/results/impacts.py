@@ -1,8 +1,8 @@
-"""Contacts of a joint, one by one: when, how fast, how hard, and whether they last.
+"""Individual contacts of a joint: time, speed, force, and kind (impact or sustained contact).
 
-A contact is an *impact* if the journal closes in once, rebounds and parts. It is *sustained* if the journal closes in
-again before it has parted, or if it lasts longer than `SUSTAINED` times a free elastic impact of the same depth and
-approach speed, whose duration is `HERTZ` times depth over speed. See `phases`.
+A contact is an *impact* if the journal approaches once, rebounds and separates. It is *sustained* if the journal
+approaches again before separation, or if the contact lasts longer than `SUSTAINED` times a free elastic impact of the
+same depth and approach speed, whose duration is `HERTZ` times depth over speed. See `phases`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from linkages.arrays import Array
 from linkages.results.extremes import Bracket, refine
 from linkages.results.trajectory import Trajectory
 
-#: What a joint does during a step, see `phases`.
+#: Phases of a joint during a step, see `phases`.
 FREE, IMPACT, SUSTAINED_CONTACT = 0, 1, 2
 
 #: Duration of an impact between elastic bodies over depth/approach speed: Hertz's 2.9432, for an exponent of 1.5.
@@ -38,18 +38,18 @@ class Impact:
     ----------
     joint : str
     start : float
-        When journal and bearing touch.
+        Start of the contact.
     approach_speed, tangential_speed : float
-        Rate of the eccentricity and sliding speed then.
+        Rate of the eccentricity and sliding speed at the start.
     duration : float
-        Until they part, or until the run ends.
+        Time until separation, or until the run ends.
     peak_force, peak_penetration : float
-        Over continuous time. The force is the resultant: its normal part and friction, with a film's in a mixed joint.
+        Peaks over continuous time. The force is the resultant of normal force, friction and (mixed joint) film.
     separation_speed : float
-        Rate at which they part; NaN if the run ends before.
+        Rate of the eccentricity at separation; NaN if the run ends earlier.
     peak_normal_force : float
-        Over continuous time: the force's part along the line of centres, at a corner along the wall's normal. NaN if it
-        is not known, of a folder from before it was written.
+        Peak over continuous time of the force along the line of centres (at a corner: along the wall's normal). NaN
+        if unknown, in folders written by older versions.
     """
 
     joint: str
@@ -63,7 +63,7 @@ class Impact:
     peak_normal_force: float = math.nan
 
 
-#: Files of contacts, and their columns.
+#: Files of contacts, with their columns.
 FILES = {
     "impacts.csv": [field.name for field in fields(Impact) if field.name != "peak_normal_force"],
     "impacts_normal.csv": ["joint", "start", "peak_normal_force"],
@@ -71,21 +71,21 @@ FILES = {
 
 
 def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
-    """All contacts of the named joints, in the order of their starts.
+    """Collect all contacts of joints in the order of their starts.
 
-    The run's steps end at the start and at the end of each contact; a step is in contact if the penetration in
-    its middle, by the cubic through its ends, is positive.
+    The run's steps end at the start and end of each contact. A step is in contact if the penetration at its middle,
+    from the cubic through its ends, is positive.
 
     Parameters
     ----------
     trajectory : Trajectory
     joints : sequence of str
-        Joints that can touch; of a guide with play its corners, ``GUIDE.corner1``.
+        Joints that can touch; for a guide with clearance its corners, ``GUIDE.corner1``.
 
     Returns
     -------
     list of Impact
-        SI units.
+        All contacts, in SI units.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def impacts(trajectory: Trajectory, joints: Sequence[str]) -> list[Impact]:
 
 
 def write_impacts(rows: Sequence[Impact], folder: Path) -> None:
-    """Write `FILES`: ``impacts.csv``, whose columns others read, and the rows' normal forces beside it."""
+    """Write `FILES`: ``impacts.csv``, with fixed columns for other programs, and the normal forces."""
     for name, columns in FILES.items():
         with open(folder / name, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
@@ -140,12 +140,12 @@ def write_impacts(rows: Sequence[Impact], folder: Path) -> None:
 
 
 def read_impacts(folder: Path) -> list[Impact]:
-    """Read what `write_impacts` has written; normal forces are NaN where their file is missing.
+    """Read the files of `write_impacts`; normal forces are NaN if their file is missing.
 
     Raises
     ------
     OSError, ValueError, KeyError, TypeError
-        The files are no such lists.
+        If the files do not have this form.
     """
     tables: list[list[dict[str, str]]] = []
     for name in FILES:
@@ -158,7 +158,7 @@ def read_impacts(folder: Path) -> list[Impact]:
 
 
 def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
-    """Tell `FREE` flight, `IMPACT` and `SUSTAINED_CONTACT` of a joint apart, for each step of the run.
+    """Classify each step of a run as `FREE` flight, `IMPACT` or `SUSTAINED_CONTACT` of a joint.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def phases(trajectory: Trajectory, name: str) -> NDArray[np.int64]:
 
 
 def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Trajectory:
-    """Add a column ``NAME.normal_force`` for each contact: what pushes journal and bearing apart [N]."""
+    """Add a column ``NAME.normal_force`` for each contact: the normal force [N]."""
 
     def normal_force(columns: Mapping[str, Array], name: str) -> Array:
         if f"{name}.ex" not in columns:
@@ -201,7 +201,7 @@ def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Traject
         if not corner:
             centres = columns[f"{name}.ex"] + 1j * columns[f"{name}.ey"]
             return -np.real(force * centres.conj()) / np.maximum(np.abs(centres), np.finfo(float).tiny)
-        # from corner 4 to corner 1 across the block, less its tilt: across the slot
+        # direction across the slot: from corner 4 to corner 1 of the block, minus the tilt
         first, last = (columns[f"{guide}.corner{k}.ex"] + 1j * columns[f"{guide}.corner{k}.ey"] for k in (1, 4))
         across = (first - last) * np.exp(-1j * columns[f"{guide}.tilt"])
         return np.abs(np.real(force * across.conj())) / np.abs(across)
@@ -215,7 +215,7 @@ def _with_normal_forces(trajectory: Trajectory, names: Sequence[str]) -> Traject
 
 
 def _intervals(trajectory: Trajectory, name: str) -> list[tuple[int, int]]:
-    """First and last sample of each contact."""
+    """Return the first and last sample of each contact."""
     delta, closing = trajectory[f"{name}.penetration"], trajectory[f"{name}.closing"]
     step = np.diff(trajectory.time)
     middle = 0.5 * (delta[:-1] + delta[1:]) + step * (closing[:-1] - closing[1:]) / 8.0

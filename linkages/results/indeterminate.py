@@ -1,4 +1,4 @@
-"""Forces and torques that the motion does not determine: reactions of redundant loops and gears."""
+"""Statically indeterminate forces and torques: reactions of redundant loops and gears."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from linkages.results.characteristics import effort_of
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
-_POSITIONS = 5  # of the motion that are looked at
-_NOTHING = 1e-6  # of the largest: size of a quantity in a set of reactions that balance by themselves
+_POSITIONS = 5  # number of examined positions of the motion
+_NOTHING = 1e-6  # relative threshold of a quantity in self-balanced reactions
 
 
 def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[str, ...]:
     """Name the columns whose values are statically indeterminate.
 
-    More closure rows than are independent have reactions that balance by themselves, without any load: the null space
-    of the rows' transposed Jacobian. A quantity to which such reactions contribute depends on how the links were fitted
-    together, and on their elasticity.
+    If there are more closure rows than independent ones, some reactions balance each other without any load: the null
+    space of the rows' transposed Jacobian. A quantity with a part in such reactions depends on assembly tolerances and
+    on elasticity.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[s
     arrays : Arrays
         `System.arrays`, or `System.ideal_arrays` for the motion with ideal joints.
     motion : Trajectory
-        With columns ``q.COORDINATE``.
+        Motion with columns ``q.COORDINATE``.
 
     Returns
     -------
@@ -57,7 +57,7 @@ def indeterminate(system: System, arrays: Arrays, motion: Trajectory) -> tuple[s
 
 
 def _self_balanced(arrays: Arrays, q: Array) -> Array:
-    """Return the reactions of the rows that load no free coordinate, as lines."""
+    """Compute the self-balanced reactions of the rows, which load no free coordinate, as lines."""
     pose = make_pose(arrays.bodies)
     body_positions(arrays.bodies, q, pose)
     jacobian = closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))[:, arrays.free]
@@ -65,7 +65,7 @@ def _self_balanced(arrays: Arrays, q: Array) -> Array:
 
 
 def _sizes(system: System, arrays: Arrays, q: Array, reaction: Array) -> dict[str, float]:
-    """Compute the size of each column under reactions alone [N]; moments are divided by the linkage's length."""
+    """Compute each column's magnitude under reactions alone [N]; moments over the linkage's length."""
     mechanism, gears = system.mechanism, system.experiment.gears
     work = make_workspace(len(arrays.bodies.records), len(q), len(arrays.rows), arrays.bodies.shapes.shape[2])
     body_positions(arrays.bodies, q, work.pose)

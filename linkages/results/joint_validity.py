@@ -1,6 +1,6 @@
-"""Where a run leaves the range that a law of a joint holds for: one rule each, in `RULES`; of links that bend, others.
+"""Validity of joint laws in a run: rules in `RULES`. `linkages.results.flexible_validity` has those for flexible links.
 
-Ranges of a law's own, of L/D or of the restitution e, are those of the text ``valid`` in its registry.
+Limits of a law for L/D or the restitution e are in the text ``valid`` of its registry entry.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from linkages.results.trajectory import Trajectory
 from linkages.results.validity import Finding, Rule, broken
 from linkages.system import System
 
-#: Taylor vortices between cylinders of which the inner one turns begin where rho omega R c/mu is 41.1 sqrt(R/c).
+#: Taylor vortices between cylinders with a rotating inner one start at rho omega R c/mu = 41.1 sqrt(R/c).
 #: Taylor, Phil. Trans. R. Soc. A 223, 1923.
 TAYLOR = 41.1
-#: Reduced Reynolds number rho omega c^2/mu, of inertia over viscous forces: lubrication theory takes it as small.
+#: Reduced Reynolds number rho omega c^2/mu, of inertia over viscous forces: lubrication theory assumes a small value.
 INERTIA = 1.0
-#: Half-width of a contact over the journal's radius. Hertz takes circles as parabolas and bodies as half-spaces: it has
-#: to be small (Johnson, Contact Mechanics, 1985, section 5.3). Assumed: at 0.5 the contact is 30 degrees to each side.
+#: Half-width of a contact over the journal's radius. Hertz's theory needs a small value (parabolas instead of circles,
+#: half-spaces): Johnson, Contact Mechanics, 1985, section 5.3. Assumed: 0.5, a contact of 30 degrees to each side.
 HALF_WIDTH = 0.5
-#: Largest pressure of a line contact over the yield strength where it first yields, below the surface (Tresca).
+#: Largest pressure of a line contact over the yield strength at first yield, below the surface (Tresca).
 #: Johnson, Contact Mechanics, 1985, eq. (6.4).
 YIELD = 1.67
-#: Penetration of a contact over the journal's radius. Contact laws take bodies as half-spaces, so it has to be small.
-#: Assumed: at 1 %, circles overlap over 30 degrees to each side if the clearance is 6 % of the radius, else over more.
+#: Penetration of a contact over the journal's radius; contact laws need a small value (half-spaces). Assumed: 1 %;
+#: circles overlap over 30 degrees to each side if the clearance is 6 % of the radius, and over more otherwise.
 DEPTH_OF_JOURNAL = 0.01
-#: Penetration of a block's corner over its height. Assumed: as large as the strain at which steel yields.
+#: Penetration of a block's corner over its height. Assumed: the yield strain of steel.
 DEPTH_OF_BLOCK = 0.001
 
 
 class Case(NamedTuple):
     """A journal in its bearing in one run.
 
-    `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio that its film covers.
+    `law` is its record of `linkages.laws.PARAMETERS`, `film_end` the largest eccentricity ratio covered by its film.
     """
 
     joint: Joint
@@ -60,30 +60,30 @@ class Case(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """A joint with clearance that can touch, in one run: its contacts, and the length that limits their depths."""
+    """A clearance joint with contact in one run: contacts, and the reference length of their depths."""
 
     contacts: Sequence[str]
-    size: float  # [m]
-    most: float  # depth in parts of that length
-    of: str  # name of that length
+    size: float  # reference length [m]
+    most: float  # largest depth over the reference length [1]
+    of: str  # name of the reference length
     run: Trajectory
 
 
 def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[dict[str, Any]]:
-    """Warn of laws, and of models of links that bend, that a run uses outside their ranges, one entry for each rule.
+    """Warn of laws and flexible-link models used outside their validity, one entry for each rule.
 
     Parameters
     ----------
     system : System
     run : Trajectory
-        Of the system, with all of its columns.
+        Run of the system with all columns.
     impacts : sequence of Impact
-        Its contacts.
+        Contacts of the run.
 
     Returns
     -------
     list of dict
-        As of `linkages.results.warnings.warning`.
+        Entries of `linkages.results.warnings.warning`.
     """
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
     touches = list(_touches(system, run))
@@ -143,7 +143,7 @@ def _restitution(case: Case) -> Finding | None:
 
 
 def _beyond_own(law: str, valid: str, symbol: str, value: float) -> Finding | None:
-    """Compare a number with the range of a law's text, as in "L/D > 8, half film"."""
+    """Compare a number with the limit in a law's text, such as "L/D > 8, half film"."""
     found = re.search(rf"(?<!\w){symbol} ([<>]) (\d+(?:[./]\d+)?)", valid)
     if found is None:
         return None
@@ -162,7 +162,7 @@ def _inertia(case: Case) -> Finding | None:
 
 
 def _reynolds(case: Case, scale: float, limit: float, words: str) -> Finding | None:
-    """Compare rho omega c^2/mu times `scale` with a limit; omega is the journal's from the bearing."""
+    """Compare rho omega c^2/mu times `scale` with a limit; omega is the journal's relative to the bearing."""
     model = case.model
     if not model.has_film or not model.clearance:
         return None
@@ -211,7 +211,7 @@ def _yield(case: Case) -> Finding | None:
 
 
 def _hardest(case: Case, contact: Contact) -> tuple[float, float, float] | None:
-    """Half-width [m], largest pressure [Pa] and start [s] of the hardest contact, a line contact by Hertz.
+    """Compute half-width [m], pressure [Pa] and start [s] of the hardest contact (Hertzian line contact).
 
     a^2 = 4 F R/(pi E' L) and p = 2 F/(pi a L), 1/R = 1/R_j - 1/R_b: Johnson, Contact Mechanics, 1985, eq. (4.43).
     """
@@ -234,28 +234,33 @@ def _depth(touch: Touch) -> Finding | None:
 
 
 RULES = (
-    Rule("film", "a film law is used at an L/D that it is not for", 'film = "finite" is for any L/D', _slenderness),
+    Rule(
+        "film",
+        "a film law is used at an L/D outside its validity",
+        'film = "finite" is valid for any L/D',
+        _slenderness,
+    ),
     Rule(
         "film",
         "the flow in a film is not laminar, its Reynolds number rho omega R c/mu is too large",
-        "true forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
+        "real forces and friction are larger: raise the viscosity, or lower the speed or the clearance",
         _turbulence,
     ),
     Rule(
         "film",
-        "the inertia of a film, which no film law here has, is not small: rho omega c^2/mu is",
+        "the inertia of a film, which the film laws neglect, is not small: rho omega c^2/mu is",
         "raise the viscosity, or lower the speed or the clearance",
         _inertia,
     ),
     Rule(
         "film",
-        "beyond its map a finite film is held at the map's end: eccentricity ratio",
+        "a finite film exceeds its map and is evaluated at the map's end: eccentricity ratio",
         "lower mixed.film_limit to the end of the map",
         _film_end,
     ),
     Rule(
         "contact",
-        "a contact law is used at a restitution that it is not for",
+        "a contact law is used at a restitution outside its validity",
         "choose a law for this coefficient, such as flores",
         _restitution,
     ),
@@ -268,7 +273,7 @@ RULES = (
     Rule(
         "contact",
         "a contact yields: its largest pressure over the yield strength is",
-        "bodies are elastic here: lower the speed of impact, or take a harder material or a longer bearing",
+        "the model is elastic: lower the impact speed, or use a harder material or a longer bearing",
         _yield,
     ),
 )
@@ -276,8 +281,8 @@ RULES = (
 DEPTH_RULES = (
     Rule(
         "contact",
-        "a contact is too soft, the bodies lie deep in each other: penetration over the size of a body",
-        "raise contact.stiffness, or take a stiffer material; or lower the speed of impact or the load",
+        "a contact is too soft, the penetration is deep: penetration over the size of a body",
+        "raise contact.stiffness, or use a stiffer material; or lower the impact speed or the load",
         _depth,
     ),
 )

@@ -1,4 +1,4 @@
-"""The loops of a run, checked: how far its ideal joints come apart, and up to which sample they hold."""
+"""Check of a run's loops: gaps of ideal joints, and the last sample with closed loops."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Loops(NamedTuple):
     Attributes
     ----------
     tree : Tree
-        Whose coordinates the trajectory has, as columns ``q.COORDINATE``.
+        Tree with the trajectory's coordinates, columns ``q.COORDINATE``.
     rows : array of records
-        Closure rows of the ideal joints: `Tree.loop_rows` of a run, `Tree.closure_rows` if all joints are ideal.
+        Closure rows: `Tree.loop_rows` for a run, `Tree.closure_rows` if all joints are ideal.
     """
 
     tree: Tree

@@ -1,4 +1,4 @@
-"""Rounding as a magnitude: below it an output is zero."""
+"""Rounding level of outputs, below which a value counts as zero."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from linkages.outputs.registry import unit
 from linkages.system import System
 
-#: Rounding of an output, in parts of its natural magnitude: some thousand units in the last place.
+#: Rounding of an output over its natural magnitude: some thousand units in the last place.
 ROUNDING = 1e-12
 
 
@@ -17,8 +17,8 @@ def noise(system: System, names: Iterable[str]) -> dict[str, float]:
     """Estimate the rounding of outputs, in their units.
 
     The natural magnitude of an output follows from its unit and from the length, mass, rate and weight of the linkage:
-    length x rate^2 for an acceleration, mass x length x rate^2 and the weight for a force. An output whose unit has
-    none has zero.
+    length x rate^2 for an acceleration; mass x length x rate^2, or the weight, for a force. It is zero for outputs with
+    another unit.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Errors of peaks: by how much a run at a tighter tolerance changes them.
+"""Errors of peaks from a run at a tighter tolerance.
 
-The change of a peak alone says too little: where the errors of two runs happen to agree, it is small although both err.
-So other maxima of the same column are compared as well.
+The change of a peak alone is not sufficient: if the errors of both runs happen to agree, the change is small although
+both are wrong. Therefore other maxima of the same column are compared as well.
 
 | where                      | error of a peak                                                                       |
 |----------------------------|---------------------------------------------------------------------------------------|
@@ -24,16 +24,16 @@ from linkages.arrays import Array
 from linkages.results.extremes import vertex
 from linkages.results.trajectory import Trajectory
 
-#: Factor on changes: the tighter run errs too.
+#: Safety factor on changes, because the tighter run has errors too.
 SAFETY = 1.5
-#: Part of a peak: a difference between parted runs beyond which the peak has no error.
+#: Difference of diverged runs over a peak beyond which the peak has no error estimate.
 FELT = 0.1
-#: Part of the largest peak of a quantity: how exactly `linkages.results.extremes` finds a maximum.
+#: Accuracy of `linkages.results.extremes` over the largest peak of a quantity.
 RESOLVED = 1e-9
 
-_MAXIMA = 8  # other maxima of a column that are compared
-_HIGH = 0.5  # of the highest: least height of such a maximum
-_COMPARED = 500  # times at which parted runs are compared
+_MAXIMA = 8  # number of other compared maxima of a column
+_HIGH = 0.5  # smallest height of such a maximum over the highest
+_COMPARED = 500  # number of times at which diverged runs are compared
 
 
 def errors(
@@ -44,23 +44,23 @@ def errors(
     parted: tuple[float, float] | None,
     noise: Mapping[str, float],
 ) -> dict[str, float | None]:
-    """Estimate the errors of the peaks of a run, or of a part of it.
+    """Estimate the errors of the peaks of a run or a part of it.
 
     Parameters
     ----------
     run, tighter : Trajectory
-        Both over the same time; `run` with dense output.
+        Runs over the same time; `run` with dense output.
     peaks, finer : dict
-        Peaks of both, by key (`linkages.results.characteristics.peaks_by_key`).
+        Peaks of both runs by key (`linkages.results.characteristics.peaks_by_key`).
     parted : (float, float) or None
-        When the runs part, and when they are together again [s]; see `linkages.results.divergence.apart`.
+        Times of divergence and of convergence [s]; see `linkages.results.divergence.apart`.
     noise : dict
         Rounding of each column (`linkages.results.noise`).
 
     Returns
     -------
     dict
-        Error of each peak by its key, in the peak's unit; None where there is none.
+        Error of each peak by its key, in the peak's unit; None without an estimate.
     """
     start, end = (float(tighter.time[k]) for k in (0, -1))
     if parted is None or parted[0] >= end or parted[1] <= start:
@@ -120,7 +120,7 @@ def _maxima(values: Array, times: Array, until: float) -> list[slice]:
 
 
 def _differences(run: Trajectory, tighter: Trajectory, parted: tuple[float, float]) -> dict[str, float]:
-    """Largest difference of each column between two runs while they are apart."""
+    """Compute the largest difference of each column between diverged runs."""
     steps = np.flatnonzero((tighter.time >= parted[0]) & (tighter.time <= parted[1]))
     steps = steps[:: 1 + len(steps) // _COMPARED]
     if run.evaluate is None or not len(steps):

@@ -1,4 +1,4 @@
-"""The shapes of ``summary.json`` and ``wear.json``, to check a file that is read: docs/outputs.md explains the keys."""
+"""Schemas of ``summary.json`` and ``wear.json``; docs/outputs.md explains the keys."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from linkages.errors import Status
 from linkages.files.toml import Finite, NonNegative, Table, leaves
 from linkages.model.experiment import Experiment
 
-_Number = Finite | None  # null where it means nothing
+_Number = Finite | None  # null if meaningless
 _Status = Annotated[str, Field(pattern=f"^({'|'.join(status.value for status in Status)})$")]
 
 
 class _Part(Table):
-    """An object of the file; keys that it need not have are left alone."""
+    """An object of the file; additional keys are ignored."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -46,10 +46,10 @@ class _Joint(_Part):
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
         if (self.force.peak is None) != (self.force.time is None):
-            raise ValueError("force: a peak goes with its time")
+            raise ValueError("force: peak and time must both be given")
         for key in ("eccentricity_ratio", "contact_fraction", "impacts"):
             if (self.model == "ideal") != (getattr(self, key) is None):
-                raise ValueError(f"{key}: goes with a model that is not ideal")
+                raise ValueError(f"{key}: allowed only with a model that is not ideal")
         return self
 
 
@@ -83,7 +83,7 @@ class _Numbers(_Part):
     links: dict[str, _Link] = Field({})
 
     def lacks(self, other: _Numbers) -> str:
-        """Name what is among other numbers and not among these; "" if nothing is."""
+        """Name an entry of the other numbers that is missing here; "" if none is."""
         for kind in ("outputs", "joints", "drives", "loads"):
             for name in getattr(other, kind):
                 if name not in getattr(self, kind):
@@ -158,7 +158,7 @@ class _Provenance(_Part):
 
 
 class Summary(_Numbers):
-    """What a summary of a run must have."""
+    """The schema of ``summary.json``."""
 
     engine: str
     duration: NonNegative
@@ -179,7 +179,7 @@ class Summary(_Numbers):
             if missing := numbers.lacks(self):
                 raise ValueError(f"{where}.{missing} is missing")
         if self.report != "whole" and self.report not in self.windows:
-            raise ValueError(f'report: there is no window "{self.report}"')
+            raise ValueError(f'report: the window "{self.report}" is missing')
         return self
 
 
@@ -200,7 +200,7 @@ class _WearBlock(_Part):
 
 
 class Wear(_Part):
-    """The shape of ``wear.json``."""
+    """The schema of ``wear.json``."""
 
     cycles: int = Field(ge=0)
     status: _Status

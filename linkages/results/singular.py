@@ -1,4 +1,4 @@
-"""Singular positions that a motion passes or comes near: change points and dead points of the closed loops."""
+"""Singular positions on or near a motion: change points and dead points of the closed loops."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from linkages.results.akima import interpolated
 from linkages.results.trajectory import Trajectory
 from linkages.system.tree import Tree
 
-#: Ratio of the closure's singular values below which a position is as good as singular: reactions are a thousand times
-#: what they are elsewhere, and which way the linkage goes on depends on digits that nobody knows.
+#: Conditioning (smallest over largest singular value of the closure rows) below which a position counts as singular:
+#: reactions are a thousand times larger than elsewhere, and rounding decides on the branch of the linkage.
 NEAR = 1e-3
 
-_MOST = 4000  # samples that are looked at first
-_ZOOMS, _POINTS = 4, 33  # how the smallest ratio between samples is found
-_TAKES_PART = 0.1  # of the largest: component of a joint that can move although the drives stand still
+_MOST = 4000  # number of first samples
+_ZOOMS, _POINTS = 4, 33  # refinements, and points of each, for the smallest ratio between samples
+_TAKES_PART = 0.1  # smallest relative component of a joint in the motion with fixed drives
 
 
 class Passage(NamedTuple):
-    """A singular position on the way, or the nearest to one.
+    """A singular position on the motion, or the closest position to one.
 
     Attributes
     ----------
     time : float
-        [s]
+        Time of the position [s].
     quality : float
-        Smallest over largest singular value of the closure's Jacobian there; zero is singular.
+        Conditioning: smallest over largest singular value of the closure's Jacobian; zero if singular.
     joints : tuple of str
-        Coordinates of the tree that the drives and loops do not hold there.
+        Coordinates of the tree that drives and loops leave free there.
     unique : bool
-        Whether the linkage has one branch there: a dead point of a drive, which cannot go on, and not a change point,
-        where two branches cross.
+        Whether the linkage has one branch there (a dead point, where a drive cannot continue), or two branches
+        cross (a change point).
     """
 
     time: float
@@ -48,24 +48,24 @@ class Passage(NamedTuple):
 
 
 def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
-    """Find where the loops of a motion come closer to a singular position than `NEAR`, between its samples too.
+    """Find the singular positions within `NEAR` of a motion, between its samples too.
 
-    A position is singular where the closure rows, in the coordinates that no drive prescribes, lose rank: the
-    linkage can then move although its drives stand still, or reactions exist without a load.
+    A position is singular if the closure rows, in the coordinates without prescribed motion, lose rank: the linkage can
+    then move with fixed drives, or reactions exist without a load.
 
     Parameters
     ----------
     tree : Tree
-        Of the system that moves.
+        Tree of the moving system.
     arrays : Arrays
         `System.arrays`, or `System.ideal_arrays` for the motion with ideal joints.
     motion : Trajectory
-        With columns ``q.COORDINATE``.
+        Motion with columns ``q.COORDINATE``.
 
     Returns
     -------
     list of Passage
-        In the order of time.
+        Positions in the order of time.
     """
     if not arrays.rank or len(motion.time) < 2:
         return []
@@ -88,38 +88,38 @@ def passages(tree: Tree, arrays: Arrays, motion: Trajectory) -> list[Passage]:
 
 
 def _candidates(quality: Array) -> list[int]:
-    """Find the samples beside which the quality can come near zero: local minima that its own slope takes there."""
+    """Find the samples near which the conditioning can reach zero: local minima, extrapolated by the slope."""
     left = np.concatenate([[np.inf], quality[:-1]])
     right = np.concatenate([quality[1:], [np.inf]])
     lowest = (quality <= left) & (quality < right) | (quality < NEAR)
     fall = np.maximum(*(np.where(np.isfinite(x), x - quality, 0.0) for x in (left, right)))
     near = np.flatnonzero(lowest & (quality - 2.0 * fall < NEAR))
-    # one of each run of neighbours
+    # one of each group of neighbours
     return [
         int(run[np.argmin(quality[run])]) for run in np.split(near, np.flatnonzero(np.diff(near) > 1) + 1) if len(run)
     ]
 
 
 def _jacobian(arrays: Arrays, q: Array) -> Array:
-    """Jacobian of the closure rows in all coordinates, driven ones too."""
+    """Compute the Jacobian of the closure rows in all coordinates, including driven ones."""
     pose = make_pose(arrays.bodies)
     body_positions(arrays.bodies, q, pose)
     return closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))
 
 
 def _qualities(arrays: Arrays, q: Array) -> Array:
-    """Smallest over largest singular value of the closure's Jacobian, in free coordinates, at each line of q."""
+    """Compute the conditioning of the closure's Jacobian in free coordinates at each line of q."""
     return _quality(np.stack([_jacobian(arrays, line)[:, arrays.free] for line in q]), arrays.rank)
 
 
 def _quality(jacobians: Array, rank: int) -> Any:
-    """Last over first of as many singular values as there are independent rows."""
+    """Return the ratio of last to first of the `rank` largest singular values."""
     values = np.linalg.svd(jacobians, compute_uv=False)
     return values[..., rank - 1] / values[..., 0]
 
 
 def _loose(tree: Tree, arrays: Arrays, q: Array) -> tuple[str, ...]:
-    """Name the coordinates that take part in the motion that nothing holds."""
+    """Name the coordinates in the motion that drives and loops leave free."""
     direction = np.abs(np.linalg.svd(_jacobian(arrays, q)[:, arrays.free])[2][arrays.rank - 1])
     taking_part = arrays.free[direction > _TAKES_PART * direction.max()]
     return tuple(tree.coordinates[i] for i in taking_part)

@@ -1,4 +1,4 @@
-"""The start-up of joints that can touch: journals begin in the middle of their clearances, fly, strike and rebound."""
+"""Start-up of joints with contact: centred journals fly across the clearance, hit the bearing and rebound."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from linkages.system import System
 def startup_end(system: System, contacts: Sequence[Impact], end: float) -> float | None:
     """Find the time at which the start-up of a run ends [s].
 
-    A joint with clearance has started up when a contact lasts longer than the flight to the first one. The start-up of
-    the run ends when every joint that touches has started up, and every drive has its speed.
+    The start-up of a joint with clearance ends with the first contact that is longer than the initial flight. The
+    start-up of the run ends when all touching joints have started up and every drive has reached its speed.
 
     Parameters
     ----------
     system : System
     contacts : sequence of Impact
-        Every contact of the run.
+        All contacts of the run.
     end : float
-        When the run ends [s].
+        End of the run [s].
 
     Returns
     -------
     float or None
-        `end` if the start-up lasts longer than the run; None if no journal flies at the start.
+        `end` if the start-up lasts longer than the run; None if no journal starts with free flight.
 
     Examples
     --------

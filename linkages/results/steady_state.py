@@ -1,20 +1,20 @@
-"""Whether a run has come to a steady motion, by the return map of its states at the drives' common period.
+"""Steady state of a run: classification of its motion by the return map of states at the drives' common period.
 
-The state at a time is where the journals lie in their clearances (in parts of these), and the coordinates that the
-drives leave free (angles in rad, lengths in parts of the linkage's). Two times a period apart show the same motion if
+The state at a time consists of the eccentricities of the journals over their clearances, and of the coordinates without
+prescribed motion (angles in rad, lengths over the linkage's length). Two times a period apart show the same motion if
 no entry of their states differs by more than `SAME`.
 
 | kind           | rule                                                                                               |
 |----------------|----------------------------------------------------------------------------------------------------|
-| periodic       | at the end the state is that of n periods before, n = 1 to `MOST`, the least: over half of what    |
-|                | can be compared, at least n/2 and at most 3n periods. Where differences shrink by a factor from    |
-|                | one n periods to the next (by least squares, so that scatter is no trend), what is still to come   |
-|                | of them (a geometric series) is within `SAME` too; for n > 1 the run must be long enough to tell   |
-| chaotic        | `ENOUGH` periods or more, and states that are close part: the distance of a state from its nearest |
-|                | neighbour among the others grows from one period to the next, by `GROWTH` in its natural logarithm |
-| quasi-periodic | as many periods, and neighbours neither part nor approach                                          |
-| not settled    | neighbours approach, or the steps from period to period shrink by half over the run; or too few    |
-|                | periods to tell                                                                                    |
+| periodic       | the final state equals the state n periods before, with the smallest n = 1 to `MOST`, over more    |
+|                | than half of the comparable time, at least n/2 and at most 3n periods. If differences shrink by a  |
+|                | factor per n periods (by least squares, so that scatter is no trend), their expected remaining     |
+|                | change (a geometric series) is within `SAME` too; for n > 1 the run must be sufficiently long      |
+| chaotic        | at least `ENOUGH` periods, and close states diverge: the distance of a state from its nearest      |
+|                | neighbour among the others grows per period by `GROWTH` in its natural logarithm                   |
+| quasi-periodic | at least `ENOUGH` periods, and neighbours neither diverge nor approach                             |
+| not settled    | neighbours approach, or the changes per period halve over the run; or the run has too few periods  |
+|                | for a decision                                                                                     |
 """
 
 from __future__ import annotations
@@ -33,42 +33,42 @@ from linkages.results.configuration import configuration
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
-SAME = 0.01  # of a clearance, or [rad]
-MOST = 4  # periods of the drives in one of the motion
-ENOUGH = 16  # periods from which on a motion that does not repeat is judged
-GROWTH = 0.2  # of the logarithm of neighbours' distance in a period
-_PHASES = 48  # of a period, at which states are compared; a multiple of 4
-_SHRINKS = 0.5  # of distances over the run, or of the later to the earlier steps: a motion that still settles
+SAME = 0.01  # tolerance of equal states [clearances, or rad]
+MOST = 4  # most drive periods in one period of the motion
+ENOUGH = 16  # fewest periods for the classification of a motion that does not repeat
+GROWTH = 0.2  # growth per period of the logarithm of neighbours' distance
+_PHASES = 48  # compared states per period; a multiple of 4
+_SHRINKS = 0.5  # ratio of later to earlier distances or changes that indicates a transient
 _SHORT = "the run is shorter than a period"
-_SETTLES = "it still changes from period to period, less and less"
-_TURNS = 12  # most turns of one drive in a common period
+_SETTLES = "the changes from period to period still decrease"
+_TURNS = 12  # most revolutions of one drive in a common period
 _COMMENSURATE = 1e-9  # relative error of two frequencies' ratio as a fraction
-_LOOKS = 2001  # times at which a drive's table or formula is looked at
-#: What states are measured in, for sentences: of journals alone, and of all coordinates.
+_LOOKS = 2001  # number of times at which a drive's table or formula is sampled
+#: Units of states in messages: journals alone, and all coordinates.
 _CLEARANCES = "of the clearance"
-_MIXED = "(eccentricities in clearances, positions in sizes of the machine, angles in rad)"
-_ROUNDS = 8  # by which a period is refined
-_REPEATED = 1e-6  # of its range: by how much a motion that repeats itself may differ a period later
+_MIXED = "(eccentricities in clearances, positions over the linkage's size, angles in rad)"
+_ROUNDS = 8  # iterations that refine a period
+_REPEATED = 1e-6  # tolerance of a repeated motion over its range
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What kind of motion a run ends in.
+    """Classification of the motion at the end of a run.
 
     Attributes
     ----------
     kind : str or None
         "periodic", "quasi-periodic", "chaotic", "not settled"; None if the drives have no common period.
     why : str
-        In words.
+        Reason in words.
     period : float or None
         The drives' common period [s].
     periods : int
-        Of them, in one period of the motion; 0 if it is not periodic.
+        Number of drive periods in one period of the motion; 0 if it is not periodic.
     since : float or None
-        When the periodic motion was reached [s].
+        Start of the periodic motion [s].
     end : float
-        When the run ends [s].
+        End of the run [s].
     """
 
     kind: str | None
@@ -80,18 +80,18 @@ class Motion:
 
     @property
     def cycle(self) -> tuple[float, float] | None:
-        """The last period of a periodic motion [s]; None of another one."""
+        """Return the last period of a periodic motion [s]; None for other motions."""
         if self.period is None or not self.periods:
             return None
         return max(self.end - self.periods * self.period, 0.0), self.end
 
 
 def common_period(system: System) -> float | None:
-    """Shortest time in which all drives repeat their motion [s]; None where there is none.
+    """Find the shortest time in which all drives repeat their motion [s]; None without one.
 
-    A drive of constant speed repeats it in a full turn, one by a table or formula after the time that `repeats` finds.
-    There is none with a load over time, a drive by torque, one that slides on and on, or without any that moves; or
-    with drives whose frequencies are not in the ratio of small whole numbers.
+    A drive of constant speed repeats it after a revolution, a table or formula after the time found by `repeats`. A
+    load over time, a drive by torque, a prismatic drive at constant speed, a linkage without a moving drive, and drive
+    frequencies without a ratio of small integers have no common period.
     """
     experiment = system.experiment
     changing = [load for table, name in experiment.loads if (load := getattr(experiment, table)[name])]
@@ -117,7 +117,7 @@ def common_period(system: System) -> float | None:
 
 
 def drive_period(system: System, name: str, end: float) -> float | None:
-    """Time in which a prescribed drive repeats its motion [s]; None if it does not, or stands still.
+    """Find the period of a prescribed drive [s]; None if it does not repeat, or does not move.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def drive_period(system: System, name: str, end: float) -> float | None:
     name : str
         The driven joint.
     end : float
-        The motion of a table, of a formula or of a sliding joint is looked at from 0 to here [s].
+        End of the examined motion of a table, a formula or a prismatic joint [s].
     """
     drive = system.experiment.drives[name]
     if drive.varies or system.mechanism.joint[name].type != "revolute":
@@ -134,19 +134,19 @@ def drive_period(system: System, name: str, end: float) -> float | None:
 
 
 def _history(system: System, name: str, times: Array) -> Array:
-    """Coordinate of a prescribed drive, its rate and acceleration at some times, (nt, 3)."""
+    """Compute coordinate, rate and acceleration of a prescribed drive at times, (nt, 3)."""
     return np.stack(system.motions(times), axis=-1)[:, system.tree.driven.index(name)]
 
 
 def repeats(history: Callable[[Array], Array], end: float) -> float | None:
-    """Shortest time after which a motion repeats itself up to its end [s], where that is half of all at most; or None.
+    """Find the period of a motion [s], at most half of its duration; None if it does not repeat.
 
     Parameters
     ----------
     history : callable
-        Coordinate, rate and acceleration (nt, 3) at some times (nt,) [s].
+        Function that gives coordinate, rate and acceleration (nt, 3) at times (nt,) [s].
     end : float
-        The motion goes from 0 to here [s].
+        End of the motion, which starts at 0 [s].
 
     Examples
     --------
@@ -161,13 +161,13 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
     if not scale.all():
         return None
     half = _LOOKS // 2
-    quickest = times[half + int(np.abs(values[half:, 1]).argmax())]  # it may rest at its end
-    before = times[: half + 2]  # periods that are tried, and one beyond
+    quickest = times[half + int(np.abs(values[half:, 1]).argmax())]  # the motion may be at rest at its end
+    before = times[: half + 2]  # candidate periods, and one more
     here, *_ = found = history(quickest - before)
     far = np.linalg.norm((found - here)[:, :2] / scale, axis=1)
     for guess in before[1:-1][(far[1:-1] <= far[:-2]) & (far[1:-1] < far[2:])]:
         period = guess
-        for _ in range(_ROUNDS):  # Gauss and Newton: to all digits where nothing is left in the end
+        for _ in range(_ROUNDS):  # Gauss-Newton iterations
             now = history(np.array([quickest - period]))[0]
             left, slope = (now - here)[:2] / scale, -now[1:] / scale
             period = float(np.clip(period - left @ slope / (slope @ slope or 1.0), guess - times[1], guess + times[1]))
@@ -180,14 +180,14 @@ def repeats(history: Callable[[Array], Array], end: float) -> float | None:
 
 
 def motion_of(system: System, run: Trajectory) -> Motion:
-    """Tell what kind of motion a run ends in.
+    """Classify the motion at the end of a run.
 
     Parameters
     ----------
     system : System
-        That made the run.
+        System of the run.
     run : Trajectory
-        A loaded one will do.
+        Run of the engine, or a loaded one.
 
     Returns
     -------
@@ -207,7 +207,7 @@ def motion_of(system: System, run: Trajectory) -> Motion:
     if run.status is not Status.OK:
         return Motion("not settled", "the run ended early", period, end=end)
     start = max(float(run.time[0]), *(drive.ramp for drive in system.experiment.drives.values()))
-    count = int(max(end - start, 0.0) / period * _PHASES * (1.0 + 1e-12))  # none where the ramp outlasts the run
+    count = int(max(end - start, 0.0) / period * _PHASES * (1.0 + 1e-12))  # zero if the ramp is longer than the run
     times = end - period / _PHASES * np.arange(count + 1)
     states = interpolated(run.time, configuration(system, run.columns), np.maximum(times, run.time[0]))
     kind, periods, reached, why = classify(states, scale=_CLEARANCES if system.determinate else _MIXED)
@@ -216,27 +216,27 @@ def motion_of(system: System, run: Trajectory) -> Motion:
 
 
 def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str, int, int | None, str]:
-    """Apply the rule to states (nt, m) that go back from the end, `phases` in each period.
+    """Classify a series of states (nt, m), ordered backwards from the end, with `phases` per period.
 
     Parameters
     ----------
     states : (nt, m) array
-        Without units.
+        Dimensionless states.
     phases : int
     scale : str
-        What the states are measured in, for `why`.
+        Unit of the states, for `why`.
 
     Returns
     -------
     kind : str
     periods : int
-        Of the motion, in periods; 0 if it is not periodic.
+        Period of the motion in drive periods; 0 if it is not periodic.
     reached : int or None
-        Line from which on it is periodic.
+        First line of the periodic motion.
     why : str
     """
     last = len(states) - 1
-    if not states.shape[1]:  # the drives determine all there is
+    if not states.shape[1]:  # the drives determine the motion
         found = last >= phases
         return ("periodic", 1, last, "") if found else ("not settled", 0, None, _SHORT)
     for n in range(1, MOST + 1):
@@ -248,7 +248,7 @@ def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str
         apart = np.abs(changes).max(axis=1)
         recent, told = float(apart[: window + 1].max()), last >= 2 * shift + window
         if n > 1 and not told:
-            break  # of a whirl that dies away two periods may look alike
+            break  # two periods of a decaying whirl may look alike
         rest = _rest(changes[: window + 1], changes[shift : shift + window + 1]) if told else 0.0
         if max(recent, rest) <= SAME:
             apart_at = np.flatnonzero(apart > SAME)
@@ -268,22 +268,22 @@ def classify(states: Array, phases: int = _PHASES, scale: str = "") -> tuple[str
         return "not settled", 0, None, why
     growth, steps = _neighbours(states, phases, count)
     if growth > GROWTH:
-        return "chaotic", 0, None, f"states that are close part by a factor of {np.exp(growth):.2g} in a period"
+        return "chaotic", 0, None, f"close states diverge by a factor of {np.exp(growth):.2g} in a period"
     if growth * count < np.log(_SHRINKS) or steps < _SHRINKS:
         return "not settled", 0, None, _SETTLES
-    return "quasi-periodic", 0, None, "it does not repeat, and states that are close stay close"
+    return "quasi-periodic", 0, None, "it does not repeat, and close states stay close"
 
 
 def _rest(recent: Array, before: Array) -> float:
-    """Return what is still to come of changes (nt, m) that follow those before as terms of geometric series do."""
+    """Extrapolate the remaining sum of changes (nt, m) as geometric series."""
     factor = (recent * before).sum(axis=0) / np.maximum((before * before).sum(axis=0), 1e-300)
     shrinks = (factor > 0.0) & (factor < 1.0)
     return float(np.max(np.abs(recent).max(axis=0)[shrinks] * (factor / (1.0 - factor))[shrinks], initial=0.0))
 
 
 def _neighbours(states: Array, phases: int, count: int) -> tuple[float, float]:
-    """Growth of the logarithm of neighbours' distance in a period; ratio of later to earlier steps between periods."""
-    part = phases // 4  # positions over a time, in place of rates
+    """Compute the growth of the logarithmic distance of neighbours per period; ratio of later to earlier changes."""
+    part = phases // 4  # positions over a time, instead of rates
     blocks = np.array([states[k * phases : k * phases + part].ravel() for k in range(count)])
     apart = np.abs(blocks[:, None] - blocks).max(axis=2)
     steps = np.diagonal(apart, 1)

@@ -1,4 +1,4 @@
-"""The summary of a run: extremes of what was asked for, beside the ideal linkage's, and the error of each."""
+"""The summary of a run: extremes of its outputs and of the ideal linkage's, with errors."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from linkages.results.warnings import chaotic, geared, meaningless, rough, singu
 from linkages.system import System
 from linkages.system.rigid_segments import system_of
 
-_COMPARED = 500  # times at which the run and the tighter one are compared
+_COMPARED = 500  # number of times at which the run and the tighter one are compared
 
 
 @dataclass(frozen=True, repr=False)
 class Study(Brief):
-    """A run with what is needed to judge it.
+    """A run with its ideal linkage and a run at a tighter tolerance; made by `linkages.study`.
 
     Attributes
     ----------
     system : System
     engine : str
-        That made the run.
+        Engine of the run.
     run : Trajectory
     ideal : Trajectory
-        The same linkage with every joint ideal; see `linkages.ideal`.
+        Motion of the linkage with every joint ideal; see `linkages.ideal`.
     tighter : Trajectory or None
         The run repeated at a ten times tighter tolerance.
     """
@@ -62,22 +62,22 @@ class Study(Brief):
 
     @cached_property
     def contacts(self) -> list[Impact]:
-        """Every contact of the run."""
+        """Return all contacts of the run."""
         return impacts(self.run, touching(self.system))
 
     @cached_property
     def motion(self) -> Motion:
-        """What kind of motion the run ends in."""
+        """Classify the motion at the end of the run."""
         return motion_of(self.system, self.run)
 
     @cached_property
     def start_up(self) -> float | None:
-        """Time at which the start-up of joints that can touch ends [s]; None if no journal flies at the start."""
+        """Return the end of the start-up of joints with contact [s]; None if no journal starts with free flight."""
         return startup_end(self.system, self.contacts, float(self.run.time[-1]))
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Parts of the run with numbers of their own, by name [s]; docs/outputs.md lists them."""
+        """Return the time ranges with separate results, by name [s]; docs/outputs.md lists them."""
         experiment, end = self.system.experiment, float(self.run.time[-1])
         asked = {name: (window.start, window.end) for name, window in experiment.windows.items()}
         if experiment.report_from is not None:
@@ -90,7 +90,7 @@ class Study(Brief):
 
     @property
     def reported(self) -> str:
-        """Name of the window whose numbers tables show first, or "whole"."""
+        """Return the name of the window that tables show first, or "whole"."""
         experiment = self.system.experiment
         if experiment.report == "whole" and experiment.report_from is None:
             return "whole"
@@ -99,38 +99,38 @@ class Study(Brief):
 
     @cached_property
     def passages(self) -> list[Passage]:
-        """Singular positions of its closed loops that the run passes or nears."""
+        """Return the singular positions of the closed loops on or near the run."""
         return passages(self._model.tree, self._model.arrays, self.run)
 
     @cached_property
     def ideal_passages(self) -> list[Passage]:
-        """The same of the motion with ideal joints."""
+        """Return the singular positions on or near the motion with ideal joints."""
         system, arrays = self._ideal_model
         return passages(system.tree, arrays, self.ideal)
 
     @cached_property
     def indeterminate(self) -> tuple[str, ...]:
-        """Columns of the run that are statically indeterminate."""
+        """Return the statically indeterminate columns of the run."""
         return indeterminate(self._model, self._model.arrays, self.run)
 
     @cached_property
     def ideal_indeterminate(self) -> tuple[str, ...]:
-        """The same of the motion with ideal joints."""
+        """Return the statically indeterminate columns of the motion with ideal joints."""
         return indeterminate(*self._ideal_model, self.ideal)
 
     @cached_property
     def meaningless(self) -> frozenset[str]:
-        """Columns of the run whose peaks mean nothing."""
+        """Return the columns of the run with meaningless peaks."""
         return meaningless(_judged(self.system), self.passages, self.indeterminate)
 
     @cached_property
     def _model(self) -> System:
-        """System whose coordinates the run has."""
+        """Return the system with the run's coordinates."""
         return system_of(self.system, self.run.columns)
 
     @cached_property
     def _ideal_model(self) -> tuple[System, Arrays]:
-        """System whose coordinates the motion with ideal joints has, and its arrays."""
+        """Return the system with the ideal motion's coordinates, and its arrays."""
         if self.system.determinate:
             return self.system, self.system.ideal_arrays
         system = self.system.ideal()
@@ -138,12 +138,12 @@ class Study(Brief):
 
     @cached_property
     def noise(self) -> dict[str, float]:
-        """Rounding of the columns of the run."""
+        """Return the rounding level of the run's columns."""
         return noise(self.system, [name for name in self.run.columns if name != "time"])
 
     @cached_property
     def apart(self) -> tuple[float, float] | None:
-        """When the run and the tighter one part, and are together again for good [s]; None if they never part."""
+        """Return the times of divergence and final convergence of the run and the tighter one [s], or None."""
         run, tighter = self.run, self.tighter
         if tighter is None or run.evaluate is None:
             return None
@@ -151,7 +151,7 @@ class Study(Brief):
 
 
 def summarize(study: Study) -> dict[str, Any]:
-    """Make the contents of ``summary.json``: SI units; see docs/outputs.md.
+    """Make the contents of ``summary.json`` in SI units; see docs/outputs.md.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def summarize(study: Study) -> dict[str, Any]:
     Returns
     -------
     dict
-        Of numbers, texts, lists and dicts, ready for JSON.
+        Numbers, texts, lists and dicts, ready for JSON.
 
     Examples
     --------
@@ -208,12 +208,12 @@ def summarize(study: Study) -> dict[str, Any]:
 
 
 def _ideal_meaningless(study: Study) -> frozenset[str]:
-    """Columns of the motion with ideal joints whose peaks mean nothing."""
+    """Return the columns of the motion with ideal joints that have meaningless peaks."""
     return meaningless(_judged(study.system), study.ideal_passages, study.ideal_indeterminate)
 
 
 def _window(study: Study, span: tuple[float, float], ideal: dict[str, Any]) -> dict[str, Any]:
-    """Numbers of a part of the run, those of ideal joints in it (or, where their motion ends before, of all of it)."""
+    """Collect the numbers of a time range, with ideal joints (whole motion if that ends earlier)."""
     system = study.system
     found = numbers(system, study.run.within(*span), study.meaningless, study.contacts)
     if study.ideal.time[-1] >= span[1]:
@@ -228,14 +228,14 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
     ----------
     study : Study
     whole : dict
-        From `summarize`, of the same run.
+        Result of `summarize` for the same run.
 
     Returns
     -------
     dict
-        ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None where there is none; without
-        a tighter run it is empty; see `linkages.results.peak_errors`. ``windows`` are those of ``whole``, each with
-        errors of its own.
+        ``error`` has the error of each peak by the peak's key (``slider7.ax.peak``), None without an estimate, and
+        is empty without a tighter run; see `linkages.results.peak_errors`. ``windows`` are the windows of ``whole``
+        with their errors.
     """
     peaks, error = peaks_by_key(whole), _errors(study, study.run, study.tighter, whole)
     estimated = study.tighter is not None and study.tighter.status is Status.OK
@@ -261,7 +261,7 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
 def _errors(
     study: Study, run: Trajectory, tighter: Trajectory | None, of: Mapping[str, Any]
 ) -> dict[str, float | None]:
-    """Estimate the error of each peak of a run, or of a part of it; empty without the tighter run."""
+    """Estimate the error of each peak of a run or a part of it; empty without the tighter run."""
     if tighter is None:
         return {}
     peaks = peaks_by_key(of)
@@ -272,14 +272,14 @@ def _errors(
 
 
 def meaningless_of(system: System, run: Trajectory, names: Iterable[str]) -> frozenset[str]:
-    """Choose from columns of one run those whose values mean nothing, see `linkages.results.warnings.meaningless`."""
+    """Select the meaningless columns of one run, see `linkages.results.warnings.meaningless`."""
     moved = system_of(system, run.columns)
     found = passages(moved.tree, moved.arrays, run), indeterminate(moved, moved.arrays, run)
     return meaningless(names, *found) & frozenset(names)
 
 
 def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> list[dict[str, Any]]:
-    """Warn of what one run shows by itself: singular positions, forces left open, laws outside their ranges."""
+    """List warnings of one run: singular positions, indeterminate forces, laws outside their validity."""
     moved = system_of(system, run.columns)
     return [
         *singular(passages(moved.tree, moved.arrays, run), ()),
@@ -289,14 +289,14 @@ def warnings_of(system: System, run: Trajectory, contacts: Sequence[Impact]) -> 
 
 
 def touching(system: System) -> list[str]:
-    """Contacts that can touch: joints, the corners of guides, stops that slide, points at lines."""
-    turning = system.ends["kind"] == STOP  # they give a torque
+    """Return the contacts that can touch: joints, corners of guides, prismatic stops, points at lines."""
+    turning = system.ends["kind"] == STOP  # revolute stops give a torque
     able = system.touching & ~turning
     return [label for (_, label), one in zip(system.contacts, able, strict=True) if one]
 
 
 def _judged(system: System) -> list[str]:
-    """Columns of outputs, forces in joints, torques of drives and gears."""
+    """Return the columns of outputs, joint forces, torques of drives and gears."""
     experiment = system.experiment
     forces = [f"{joint.name}.force" for joint in system.mechanism.joints]
     gears = [f"{name}.{effort_of(system, 'gears', name)}" for name in experiment.gears]

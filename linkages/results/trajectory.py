@@ -1,4 +1,4 @@
-"""Results of a run: named columns over time, a status, where they came from; save and load."""
+"""Results of a run: named columns over time, status, provenance; save and load."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_AT_ONCE = 10_000  # times at which a run is evaluated at once
+_AT_ONCE = 10_000  # most times of one evaluation
 
-#: Called with the simulated time [s] now and then.
+#: Function called with the simulated time [s] at intervals.
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, repr=False)
 class Trajectory(Brief):
-    """A run, or an ideal motion: ``run["A.force"]`` is a column, ``"A.force" in run`` says whether there is one.
+    """A run, or an ideal motion: ``run["A.force"]`` is a column, ``"A.force" in run`` checks for one.
 
     Attributes
     ----------
     time : (nt,) array
         Sample times [s]: every step of the integrator.
     columns : dict of (nt,) arrays
-        By name; see `linkages.outputs.registry`.
+        Columns by name; see `linkages.outputs.registry`.
     status : Status
         OK, or why the run ended before its duration.
     provenance : dict
         Engine, settings, versions, wall time.
     evaluate : callable or None
-        All columns at any times within the run, from the engine's dense output; None if loaded from a file.
+        Function that gives all columns at any times of the run (dense output); None if loaded from a file.
     units : dict of str
-        SI unit of each column; empty where nobody has said.
+        SI unit of each column; empty if unknown.
     """
 
     time: Array
@@ -85,9 +85,9 @@ class Trajectory(Brief):
         return line, rows
 
     def within(self, start: float, end: float) -> Trajectory:
-        """Return the part of the trajectory between two times within it [s], with samples at both.
+        """Return the part of the trajectory between two of its times [s], with samples at both.
 
-        Between samples it is evaluated, or of a loaded trajectory interpolated.
+        Values between samples are evaluated, or interpolated for a loaded trajectory.
         """
         inside = (self.time > start) & (self.time < end)
         edges = np.array([start, end])
@@ -100,12 +100,12 @@ class Trajectory(Brief):
         return replace(self, time=columns["time"], columns=columns)
 
     def save(self, path: str | Path) -> None:
-        """Write to an ``.npz`` file without pickle; written whole or not at all.
+        """Write to an ``.npz`` file without pickle, atomically.
 
         Raises
         ------
         RunError
-            If it cannot be written.
+            If the file cannot be written.
         """
         header = json.dumps({"status": self.status.value, "provenance": self.provenance, "units": self.units})
         with whole(Path(path)) as partial, open(partial, "wb") as file:
@@ -113,7 +113,7 @@ class Trajectory(Brief):
 
     @property
     def about(self) -> dict[str, str]:
-        """Status, and the provenance as JSON."""
+        """Return the status, and the provenance as JSON."""
         return {"status": self.status.value, "provenance": json.dumps(self.provenance)}
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -135,7 +135,7 @@ class Trajectory(Brief):
         return table_formats.dataframe(self.columns, self.units)
 
     def to_xarray(self) -> xr.Dataset:
-        """Return the columns as an xarray Dataset over the time; each has its unit, the whole its status.
+        """Return the columns as an xarray Dataset over the time; variables have units, the dataset has the status.
 
         Raises
         ------
@@ -154,7 +154,7 @@ class Trajectory(Brief):
 
 
 def load_trajectory(path: str | Path) -> Trajectory:
-    """Read what `Trajectory.save` wrote.
+    """Read a file of `Trajectory.save`.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
 
 
 def _trajectory(columns: dict[str, NDArray[Any]]) -> Trajectory:
-    """Make a trajectory of the arrays of a file."""
+    """Make a trajectory from the arrays of a file."""
     header = json.loads(str(columns.pop("header")))
     status, provenance, units = Status(header["status"]), dict(header["provenance"]), dict(header.get("units", {}))
     time = columns["time"]
@@ -212,13 +212,13 @@ def sample(
 ) -> Trajectory:
     """Make a trajectory by evaluating a run at its steps.
 
-    The trajectory ends before the first number that is not finite and before the first open loop; its status is then
-    NOT_FINITE or LOOP_OPEN. The largest loop error is added to the provenance.
+    The trajectory ends before the first non-finite number and before the first open loop; its status is then NOT_FINITE
+    or LOOP_OPEN. The largest loop error is added to the provenance.
 
     Raises
     ------
     RunError
-        If there is nothing before it.
+        If nothing remains.
     """
     columns = _in_parts(evaluate, steps)
     finite = np.ones(len(steps), dtype=bool)

@@ -1,4 +1,4 @@
-"""Rules that say where a run leaves the range of a model, and how what they find becomes warnings."""
+"""Rules on the validity of models in a run, and the warnings from their findings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Case = TypeVar("Case")
 
 
 class Finding(NamedTuple):
-    """A number outside its range, when [s] (None: always), and what it should be."""
+    """A number outside its limits, the time [s] (None: always), and the limits as text."""
 
     value: float
     time: float | None
@@ -19,7 +19,7 @@ class Finding(NamedTuple):
 
 
 class Rule(NamedTuple, Generic[Case]):
-    """A rule: the kind of its warning, what is wrong, what to do, and how it is found (None: all is well)."""
+    """A rule: kind of the warning, problem, remedy, and the function that finds it (None: valid)."""
 
     kind: str
     what: str
@@ -28,7 +28,7 @@ class Rule(NamedTuple, Generic[Case]):
 
 
 def broken(rules: Iterable[Rule[Case]], cases: Sequence[tuple[str, Case]]) -> list[dict[str, Any]]:
-    """Warn of rules that cases, each with its name, break: one entry for each rule."""
+    """Return a warning for each rule violated by the named cases."""
     result = []
     for rule in rules:
         found = [(name, finding) for name, case in cases if (finding := rule.find(case)) is not None]

@@ -1,4 +1,4 @@
-"""What must be known before the numbers of a summary are trusted."""
+"""Warnings about the reliability of a summary's numbers."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from linkages.results.trajectory import Trajectory
 from linkages.system import System
 from linkages.system.rigid_segments import system_of
 
-ROUGH = 0.1  # of a peak: an error that makes it rough
-_NOTHING = 1e-6  # of the largest peak of its kind: below it a peak is rounding or residue, and its change says nothing
+ROUGH = 0.1  # error over a peak that gives a warning
+_NOTHING = 1e-6  # relative to the largest peak of its kind: a smaller peak is rounding, and its change is meaningless
 _NAMED = 4  # most peaks, joints or times in a sentence
 
-#: Outputs that stay bounded in a singular position, and those that do where two branches cross.
+#: Outputs that stay bounded at a singular position; and at a crossing of two branches.
 _POSITIONS = frozenset({"x", "y", "angle", "eccentricity_ratio"})
 _VELOCITIES = frozenset({"vx", "vy", "omega", "rate"})
 
@@ -27,7 +27,7 @@ def warning(kind: str, time: float | None, what: str, remedy: str) -> dict[str, 
 
 
 def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str, Any]]:
-    """Warn of the singular positions that a run and the ideal motion beside it pass or near, in one entry."""
+    """Warn of singular positions on or near a run and its ideal motion, in one entry."""
     found = run or ideal
     if not found:
         return []
@@ -36,17 +36,17 @@ def singular(run: Sequence[Passage], ideal: Sequence[Passage]) -> list[dict[str,
     times = _listed([f"{passage.time:.6g} s" for passage in found])
     if worst.unique:
         branch = (
-            "no other branch begins there, but the drives cannot go on: velocities, accelerations, forces and torques "
-            "have no bound"
+            "no other branch starts there, but the drives cannot continue: velocities, accelerations, forces and "
+            "torques are unbounded"
         )
     else:
         branch = (
-            "another branch crosses there, so that the one that follows is not determined: the one that continues the "
-            "velocity was taken; forces and torques have no bound, nor have accelerations if a length errs"
+            "another branch crosses there, so that the continuation is not determined: the run continues with the same "
+            "velocity; forces and torques are unbounded, and also accelerations if a length has an error"
         )
     what = (
         f"{which} passes or nears singular positions at {times}: there {_listed(worst.joints)} can move although the "
-        f"drives stand still (ratio of singular values down to {worst.quality:.1g}); {branch}"
+        f"drives do not (ratio of singular values down to {worst.quality:.1g}); {branch}"
     )
     remedy = "change the lengths or the range of the drives, or drive another joint"
     return [warning("singular", found[0].time, what, remedy)]
@@ -60,9 +60,9 @@ def undetermined(run: Sequence[str], ideal: Sequence[str]) -> list[dict[str, Any
     which = "" if run else " of the ideal linkage"
     what = (
         f"{', '.join(found)}{which} are statically indeterminate: loops or gears are redundant, and these forces and "
-        "torques depend on how the parts were fitted together"
+        "torques depend on assembly tolerances"
     )
-    remedy = "give a joint of a redundant loop clearance, or leave a redundant link or gear out"
+    remedy = "give a joint of a redundant loop clearance, or remove a redundant link or gear"
     return [warning("indeterminate", None, what, remedy)]
 
 
@@ -74,7 +74,7 @@ def rough(
 ) -> list[dict[str, Any]]:
     """Warn of peaks whose errors exceed a tenth of them, and of errors that could not be estimated.
 
-    Peaks that do not exceed the rounding of their columns are zero, and no reason for a warning.
+    Peaks below the rounding level of their columns count as zero and give no warning.
     """
     if tighter is not None and tighter.status is not Status.OK:
         time = float(tighter.time[-1])
@@ -86,32 +86,33 @@ def rough(
         return []
     names = _listed([f"{100.0 * part:.0f} % of {key}" for key, part in changed])
     remedy = (
-        "tighten solver.accuracy; where that does not settle them, the motion depends on its start beyond any digits: "
+        "tighten solver.accuracy; if that does not reduce them, the motion is too sensitive to its start: "
         "compare statistics of many runs, not peaks"
     )
     return [warning("rough", None, f"the estimated errors are {names}", remedy)]
 
 
 def chaotic(apart: tuple[float, float] | None, unknown: Sequence[str]) -> list[dict[str, Any]]:
-    """Warn of peaks that have no error because a run and its repetition part."""
+    """Warn of peaks without error estimate because a run and its repetition diverge."""
     if apart is None or not unknown:
         return []
     what = (
-        f"the run and the one at a ten times tighter tolerance are apart from t = {apart[0]:.6g} s to {apart[1]:.6g} "
-        f"s: the run is one of many motions there, and the peaks of {_listed(unknown)} are lower bounds without errors"
+        f"the run and its repetition at a ten times tighter tolerance differ from t = {apart[0]:.6g} s to "
+        f"{apart[1]:.6g} s: the run is one of many motions there, and the peaks of "
+        f"{_listed(unknown)} are lower bounds without errors"
     )
-    remedy = "compare statistics of many runs, not peaks; or give a window that ends before"
+    remedy = "compare statistics of many runs, not peaks; or define a window that ends before"
     return [warning("rough", apart[0], what, remedy)]
 
 
 def geared(system: System) -> list[dict[str, Any]]:
-    """Warn of joints that carry wheels: a gear joins their coordinates, and knows no teeth that press on their pins."""
+    """Warn of joints of geared wheels: gears couple coordinates and omit the tooth forces on the pins."""
     gears = system.experiment.gears
     joints = dict.fromkeys(name for gear in gears.values() for name in gear.joints)
     if not gears:
         return []
     named = _listed(list(joints)), _listed(list(gears))
-    what = "the forces in {} are without those of the teeth, or of the belt, of {}".format(*named)
+    what = "the forces in {} exclude the tooth or belt forces of {}".format(*named)
     remedy = (
         "add, in both joints, the torque on the second one over its wheel's pitch radius and, of teeth, over the "
         "cosine of their pressure angle"
@@ -120,16 +121,16 @@ def geared(system: System) -> list[dict[str, Any]]:
 
 
 def unstretched(system: System, run: Trajectory) -> list[dict[str, Any]]:
-    """Warn of links whose stretching a run in rigid segments leaves out although it was not asked to."""
+    """Warn of links whose axial deformation rigid segments omit without the setting axial = 0."""
     names = [name for name in system.experiment.flexible if system.experiment.links[name].axial != 0]
     if not names or system_of(system, run.columns) is system:
         return []
-    what = f"rigid segments, in which {_listed(names)} ran, do not stretch: stretching modes are left out"
-    return [warning("segments", None, what, "use the compiled engine, or say so by axial = 0")]
+    what = f"the rigid segments of {_listed(names)} are inextensible: axial modes are omitted"
+    return [warning("segments", None, what, "use the compiled engine, or set axial = 0")]
 
 
 def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | None]) -> list[tuple[str, float]]:
-    """Errors in parts of their peaks, the largest first; without those of peaks that are nothing but rounding."""
+    """Return the relative errors of peaks, largest first, without peaks below the rounding level."""
     largest, found = largest_of_quantities(peaks), []
     for key, error in errors.items():
         peak = peaks[key]
@@ -139,9 +140,9 @@ def relative(peaks: Mapping[str, float | None], errors: Mapping[str, float | Non
 
 
 def meaningless(names: Iterable[str], passages: Sequence[Passage], undetermined: Sequence[str]) -> frozenset[str]:
-    """Choose from the columns of outputs, forces and torques those whose peaks mean nothing.
+    """Select the columns of outputs, forces and torques with meaningless peaks.
 
-    They have no bound in these singular positions, or are among these columns, statically indeterminate.
+    They are unbounded at these singular positions, or statically indeterminate.
     """
     bounded = _POSITIONS if any(passage.unique for passage in passages) else _POSITIONS | _VELOCITIES
     unbounded = {

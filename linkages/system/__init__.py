@@ -1,23 +1,23 @@
-"""The numeric model, built once from a mechanism and an experiment; everything after it takes a `System`.
+"""The numeric model: a `System`, built once from a mechanism and an experiment; all later steps read it.
 
-| module       | responsibility                                                       |
-|--------------|----------------------------------------------------------------------|
-| system       | `System`: the assembled start, all arrays; `load`                    |
-| unassembled  | `Unassembled`: tree, motions, loads, contacts and their records      |
-| tree         | spanning tree: what carries the bodies, what is cut, the coordinates |
-| spanning     | how that tree grows                                                  |
-| flexible_link | a link that bends: its frame, modes and sections                     |
-| deflection   | the shape of links that bend at t = 0                                |
-| static_system | a system that stands still in a pose, its prescribed joints held     |
-| rigid_segments | the same linkage with rigid pieces in place of links that bend       |
-| law_records  | joint models -> the records that the force laws read                 |
-| load_records | applied loads -> the records that the kernels read                   |
-| unilateral_contacts | limit stops, points at straight lines -> records of contacts         |
-| assembly     | loop closure on the drawn branch, the consistent state at t = 0      |
-| rate         | how fast a linkage without prescribed motions moves                   |
-| equilibrium  | where journals lie at rest under their loads: another start          |
-| ideal_motion | the ideal linkage's motion over time                                 |
-| reference_configuration | a machine drawn anew: closed, every joint within its limits          |
+| module                  | responsibility                                                               |
+|-------------------------|------------------------------------------------------------------------------|
+| system                  | `System`: the assembled start, all arrays; `load`                            |
+| unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
+| tree                    | spanning tree: carrying joints, cut joints, coordinates                      |
+| spanning                | construction of the spanning tree                                            |
+| flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |
+| deflection              | quasi-static shape of flexible links at t = 0                                |
+| static_system           | a linkage held at zero velocity in a pose                                    |
+| rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
+| law_records             | joint models -> records of the force laws                                    |
+| load_records            | applied loads -> records of the load kernels                                 |
+| unilateral_contacts     | limit stops, points at straight lines -> records of contacts                 |
+| assembly                | loop closure on the branch of the reference configuration, state at t = 0    |
+| rate                    | time scale of a linkage without prescribed motions                           |
+| equilibrium             | offsets of journals in static equilibrium: an alternative start              |
+| ideal_motion            | motion of the ideal linkage over time                                        |
+| reference_configuration | a pose with closed loops and all joints within their limits                  |
 """
 
 from linkages.system.system import System, load

@@ -1,4 +1,4 @@
-"""Loop closure on the drawn branch, mobility, and the consistent state at t = 0."""
+"""Loop closure on the branch of the reference configuration, mobility, and the consistent state at t = 0."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from linkages.planar.workspace import make_workspace
 from linkages.system.load_records import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree
 
-#: Ratio of singular values below which a position counts as singular. At a dead point itself the ratio found is about
-#: the root of `linkages.planar.closure.TOLERANCE`, as Newton's method knows such a position no better.
+#: Ratio of singular values below which a position counts as singular. At an exact dead point Newton's method computes a
+#: ratio of about the square root of `linkages.planar.closure.TOLERANCE`.
 SINGULAR = 1e-6
-_CONTINUATION = 0.05  # largest step of a drive from the drawn pose to its start angle [rad or m]
-_FARTHEST = 1e3  # start of a drive from the drawn pose [rad or m]
-_CLEAR, _CLEARLY = 1e-9, 1e-6  # singular values of independent rows in parts of the largest entry: at a pose, beside it
-_ASIDE, _TRIED = (0.05, 0.01), 4  # distances beside it [rad, or in parts of the linkage's length]; directions tried
-_ASTRAY = 0.1  # of such a distance: a position closed farther from the wanted one is no neighbour in that direction
+_CONTINUATION = 0.05  # largest step of a drive from the reference configuration to its start angle [rad or m]
+_FARTHEST = 1e3  # largest start value of a drive [rad or m]
+_CLEAR, _CLEARLY = 1e-9, 1e-6  # relative thresholds for independent rows: at a pose, at a neighbouring pose
+_ASIDE, _TRIED = (0.05, 0.01), 4  # distances of neighbouring poses [rad, or linkage lengths]; number of directions
+_ASTRAY = 0.1  # largest relative deviation of a closed neighbouring pose from the intended direction
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A linkage assembled at t = 0 on the branch that the SDF file draws.
+    """A linkage assembled at t = 0 on the branch of the reference configuration (the SDF file's pose).
 
     q and v (n,) are coordinates of the *ideal* linkage (displaced by the joints' offsets) and their rates,
     `mobility` its degrees of freedom. The quality is the smallest over the largest singular value of the
@@ -52,19 +52,19 @@ def assemble(
 ) -> Assembly:
     """Assemble the ideal linkage at t = 0 with consistent velocities.
 
-    Drives are brought from the drawn pose to their start angles in small steps, so that the assembly stays on
-    the drawn branch. Coordinates that nothing prescribes keep their drawn values as far as the loops allow, and
-    start at rest; powered joints start at their `angle` and `speed`. Where the ideal linkage holds powered joints,
-    which move only through play, their speeds are those of the loops that ideal joints close. Journals are displaced by
-    `offsets`, two for each joint with play; default those of the experiment.
+    Drives move from the reference configuration to their start angles in small steps, so that the assembly stays on
+    the branch of the SDF file. Coordinates without a prescribed motion keep their reference values as far as the loops
+    allow, and have zero velocity; powered joints start at their `angle` and `speed`. If the ideal linkage locks the
+    powered joints, so that they move only within clearances, the loops of ideal joints alone determine the speeds.
+    Journals are displaced by `offsets`, two for each clearance joint (default: the experiment's offsets).
 
     Raises
     ------
     AssemblyError
         If the loops cannot be closed or the position is singular.
     InputError
-        If a drive starts too far from the drawn pose, more joints are driven than the linkage has degrees of freedom,
-        or a spring has no direction at t = 0.
+        If a drive starts too far from the reference configuration, more joints are driven than the linkage has degrees
+        of freedom, or a spring has no direction at t = 0.
     """
     moved = np.concatenate([tree.driven_dofs, tree.powered_dofs])
     value, rate, _ = motions(np.zeros(1))
@@ -75,7 +75,7 @@ def assemble(
     free = np.setdiff1d(tree.closing_dofs, held)
     for name, distance in zip([*tree.driven, *tree.powered], start, strict=True):
         if not abs(distance) <= _FARTHEST:
-            problem = f"starts {distance:g} rad or m from the drawn pose; it must be {_FARTHEST:g} at most"
+            problem = f"starts {distance:g} rad or m from the reference configuration; the limit is {_FARTHEST:g}"
             raise InputError(experiment.source, f"drives.{name}", problem)
     speed = np.concatenate([rate[0], [drive.speed or 0.0 for drive in powered]])
     rows, size = tree.closure_rows, tree.extent
@@ -85,7 +85,7 @@ def assemble(
     for fraction in np.linspace(0.0, 1.0, steps + 1):
         q[held] = fraction * start[: len(held)]
         if not close(tree.bodies, rows, none, free, size, q):
-            at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the drawn pose"
+            at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the reference configuration"
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
         if fraction == 0.0:
             _check_drawn(tree, rows, q)
@@ -121,7 +121,7 @@ def _widest_gap(tree: Tree, q: Array) -> str:
 
 
 def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
-    """Whether the powered joints can move only through play: the ideal linkage has fewer freedoms than drives."""
+    """Check whether powered joints move only within clearances: the ideal linkage has fewer freedoms than drives."""
     if not tree.powered or not tree.play:
         return False
     q, rows = np.zeros(tree.size), tree.closure_rows
@@ -132,7 +132,7 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
     _check_count(tree, experiment, len(tree.driven) + len(tree.powered), _mobility(tree, tree.loop_rows, q))
     for name in tree.powered:
         if experiment.drives[name].angle:
-            problem = "must be zero or left out: the ideal linkage holds this joint, which moves only through play"
+            problem = "must be zero or left out: the ideal linkage locks this joint, which moves only within clearances"
             raise InputError(experiment.source, f"drives.{name}.angle", problem)
     return True
 
@@ -145,31 +145,31 @@ def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int)
 
 
 def _mobility(tree: Tree, rows: Records, q: Array) -> int:
-    """Degrees of freedom with these closure rows: coordinates of joints less independent rows."""
+    """Compute the degrees of freedom with these closure rows: joint coordinates minus independent rows."""
     return len(tree.joint_dofs) - independent(tree, rows, q)
 
 
 def _check_drawn(tree: Tree, rows: Records, q: Array) -> None:
-    """Refuse a drawn pose in which two motions cross, or which the links cannot leave as its Jacobian promises."""
+    """Reject a reference configuration at a bifurcation, or one in which the closed loops block every motion."""
     if _is_flat(tree, rows, q):
-        raise AssemblyError(Status.SINGULAR, "two ways to move meet in the drawn pose; draw it in another one")
+        raise AssemblyError(Status.SINGULAR, "two motions branch at the reference configuration; draw another pose")
     if not _explored(tree, rows, q, tree.joint_dofs)[1]:
-        problem = "the loops hold the links in the drawn pose, in which their lengths just suffice to close them"
+        problem = "the links are just long enough to close the loops: the reference configuration is immobile"
         raise AssemblyError(Status.LOCKED, problem)
 
 
 def _is_flat(tree: Tree, rows: Records, q: Array) -> bool:
-    """Whether fewer rows are independent at q than beside it, as with all links of a four-bar on one line."""
+    """Check for a rank drop of the closure rows at q, as for a four-bar with all links on one line."""
     return _rank(_jacobian(tree, rows, q)[:, tree.joint_dofs], _CLEAR) < independent(tree, rows, q)
 
 
 def independent(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -> int:
-    """Count the independent rows at q and where the linkage can go from there, in some coordinates; default joints'."""
+    """Count the independent rows at q and at neighbouring poses, in some coordinates (default: the joints')."""
     return _explored(tree, rows, q, tree.joint_dofs if columns is None else columns)[0]
 
 
 def _explored(tree: Tree, rows: Records, q: Array, columns: Indices) -> tuple[int, bool]:
-    """Count the independent rows at q and beside it, where some are dependent at q.
+    """Count the independent rows at q and, if some are dependent there, at neighbouring poses.
 
     Returns
     -------
@@ -212,10 +212,10 @@ def coordinate_scale(tree: Tree) -> Array:
 
 
 def balanced(tree: Tree, rows: Records, q: Array) -> Records:
-    """Scale rows of angles and of gears: at q unit reactions move them as much as, in the mean, lengths by theirs.
+    """Scale the rows of angles and gears so that unit reactions give, on average, the same response as length rows.
 
-    Else a light slider or wheel, or a large ratio, would pass for a singular position. Gears are scaled one by one,
-    all angles alike.
+    Without this scaling a light slider, a light wheel or a large gear ratio would be mistaken for a singular position.
+    Gears are scaled one by one; all angle rows share one factor.
     """
     gears = rows["ratio"] != 0.0
     angles = ~gears & (rows["term"]["kind"] == ANGLE)

@@ -1,4 +1,4 @@
-"""The shape of links that bend at t = 0: that of a motion that goes on steadily, so that the start does not ring."""
+"""Quasi-static shape of flexible links at t = 0, so that the start excites no vibration."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from linkages.planar.workspace import make_workspace
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
 
-_ROUNDS = 60  # of Newton's method
-_DONE, _DIFFERENCE = 1e-11, 1e-6  # change of a deflection that ends it, and for its derivatives, in parts of the length
-_TURN = 0.5  # of any section in a step of Newton's method [rad]
-_STEP = 1e-3  # of the fastest coordinate between the shapes whose difference gives the rates [rad, or lengths]
+_ROUNDS = 60  # most iterations of Newton's method
+_DONE, _DIFFERENCE = 1e-11, 1e-6  # tolerance and difference step of a deflection over the length
+_TURN = 0.5  # largest rotation of a section in one Newton step [rad]
+_STEP = 1e-3  # difference step of the fastest coordinate for the rates [rad, or linkage lengths]
 
 
 def deflected(system: Unassembled, assembly: Assembly, time: float = 0.0) -> Assembly:
-    """Return the assembly with links bent as the steady loads of the ideal linkage bend them.
+    """Return the assembly with flexible links deflected by the steady loads of the ideal linkage.
 
-    These are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose journals keep
-    their offsets; modal accelerations are left out, and rates are the change of that shape with the motion. Links
-    whose `start` is "undeformed" stay straight. Loads and prescribed motions are those of `time` [s].
+    The steady loads are the inertia of the rigid motion, weight, applied loads and the reactions of joints whose
+    journals keep their offsets. Modal accelerations are neglected; modal rates follow from the change of the shape with
+    the motion. Links with `start` "undeformed" stay straight. Loads and prescribed motions are evaluated at `time` [s].
 
     Raises
     ------
     InputError
-        If there is no such shape: the load is beyond that which buckles a link.
+        If no stable shape exists: a load exceeds the buckling load of a link.
     AssemblyError
-        If the loops do not close with bent links.
+        If the loops do not close with deflected links.
     """
     finder = _Finder(system, assembly, time)
     if not len(finder.modes):
@@ -55,7 +55,7 @@ def deflected(system: Unassembled, assembly: Assembly, time: float = 0.0) -> Ass
 
 
 class _Finder:
-    """Finds the steady shape for positions and rates of the joints."""
+    """Finds the quasi-static shape for given positions and rates of the joints."""
 
     def __init__(self, system: Unassembled, assembly: Assembly, time: float) -> None:
         tree, self.time = system.tree, time
@@ -75,7 +75,7 @@ class _Finder:
         self.rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
 
     def shape(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-        """Coordinates and accelerations of the bent linkage near the given coordinates and rates."""
+        """Compute coordinates and accelerations of the deflected linkage near the given coordinates and rates."""
         tree, q, v, count = self.tree, q.copy(), v.copy(), len(self.modes)
         for table, values in zip((q, v), self.system.motions(np.array([t]))[:2], strict=True):
             table[tree.driven_dofs] = values[0]
@@ -87,12 +87,12 @@ class _Finder:
                 beside[self.modes[k]] += step
                 slope[:, k] = (self._left(t, beside, v)[0] - left) / step
             if not np.all(np.isfinite(slope)):
-                raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links bent by their loads")
+                raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links deflected by their loads")
             values, ways = np.linalg.eig(slope)
             softest = int(np.argmin(values.real))
             if values.real[softest] > 0.0:
                 change = np.linalg.solve(slope, left)
-            else:  # away from a shape that is not stable, to which Newton's method would go
+            else:  # Newton's method would converge to an unstable shape: step away from it
                 change = (ways @ (np.linalg.pinv(ways) @ left / np.abs(values))).real
             change *= min(1.0, _TURN / self._turn(q, change))
             q[self.modes] -= change
@@ -100,14 +100,14 @@ class _Finder:
             if size <= _DONE * tree.extent:
                 break
         if values.real[softest] <= 0.0:
-            raise self._refused(int(np.argmax(np.abs(ways[:, softest]))), "are beyond what buckles it")
+            raise self._refused(int(np.argmax(np.abs(ways[:, softest]))), "exceed its buckling load")
         if size > _DONE * tree.extent:
-            found = f"bend it to no shape that {_ROUNDS} steps of Newton find"
+            found = f"give no static deflection within {_ROUNDS} Newton iterations"
             raise self._refused(int(np.argmax(np.abs(change))), found)
         return q, a
 
     def _turn(self, q: Array, change: NDArray[np.floating]) -> float:
-        """Largest angle by which a change of the modes turns a section [rad]."""
+        """Compute the largest rotation of a section due to a change of the modes [rad]."""
         bodies, other = self.tree.bodies, q.copy()
         other[self.modes] -= change
         before, after = make_pose(bodies), make_pose(bodies)
@@ -122,9 +122,9 @@ class _Finder:
         )
 
     def _left(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-        """Find what forces are left on the modes, and the accelerations of the linkage that keeps its shape.
+        """Compute the residual forces on the modes, and the accelerations of the linkage with a fixed shape.
 
-        Its loops are closed by the joints: q and v are changed.
+        Closes the loops by the joint coordinates: changes q and v.
         """
         system, tree = self.system, self.tree
         if not close(tree.bodies, self.rows, self.offset, self.free, tree.extent, q):

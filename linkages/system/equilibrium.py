@@ -1,8 +1,8 @@
-"""Where journals and blocks lie at rest in their bearings and slots: a start without the flight across the clearance.
+"""Static equilibrium of journals and blocks in their clearances: a start without free flight across the clearance.
 
-In each joint with play the place is sought where its law, at rest but for the rotation of the two bodies, gives the
-force that the linkage with ideal joints passes there at t = 0. Forces and motion are those of that linkage, displaced
-as found; couples of films and of friction, which change them by a part of a radius in a link's length, are left out.
+For each clearance joint the solver finds the offset at which the joint law, at zero velocity apart from the rotation of
+both bodies, gives the joint force of the ideal linkage at t = 0. Forces and motion belong to the ideal linkage with
+these offsets. Moments of films and friction are neglected; they change the forces by about a radius over a link length.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from linkages.planar.record_types import WORN
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
 
-_PASSES = 3  # in each of which the error shrinks by a clearance over a link's length
-_NOTHING = 1e-12  # of the largest force: a joint that passes less may lie anywhere
+_PASSES = 3  # each reduces the error by the factor clearance over link length
+_NOTHING = 1e-12  # relative to the largest force: below it a joint carries no load
 _DOUBLINGS = 60
-_EXACT = 1e-14  # of a clearance: to which places are sought
+_EXACT = 1e-14  # tolerance of offsets over the clearance
 
 
 def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) -> Array:
-    """Offsets of the joints with play from their centred places, two for each: x, y [m]; of a guide [m], tilt [rad].
+    """Compute equilibrium offsets of clearance joints, two for each: x, y [m]; for a guide across [m], tilt [rad].
 
     Parameters
     ----------
     system : Unassembled
     assemble : callable
-        Assembly with given offsets.
+        Function that assembles the linkage with given offsets.
 
     Raises
     ------
     InputError
-        If a joint's law can carry its force nowhere at rest, as of a film in which nothing turns.
+        If no offset balances the force at zero velocity, as for a film between parts that do not rotate.
     """
     offsets = np.zeros(2 * len(system.tree.play))
     for _ in range(_PASSES):
@@ -57,7 +57,7 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
 
 
 def _passed(system: Unassembled, start: Assembly) -> tuple[Array, Array, Array]:
-    """Find the forces that joints with play pass if ideal, two for each as their offsets; poses, velocities."""
+    """Compute the ideal forces of the clearance joints, two for each as the offsets; poses, velocities."""
     tree, rows = system.tree, system.tree.closure_rows
     n = tree.size
     pose, vel, wrench = make_pose(tree.bodies), make_motion(tree.bodies), make_motion(tree.bodies)
@@ -75,7 +75,7 @@ def _passed(system: Unassembled, start: Assembly) -> tuple[Array, Array, Array]:
 
 
 class _Joint:
-    """The contacts of one joint with play, at a pose in which it has an offset already."""
+    """The contacts of one clearance joint, at a pose that includes its offset."""
 
     def __init__(self, system: Unassembled, name: str, pose: Array, vel: Array, offset: Array) -> None:
         self.system, self.name = system, name
@@ -104,7 +104,7 @@ class _Joint:
         return offset[0] * self.across + offset[1] * np.array([-arm[1], arm[0]])
 
     def force(self, offset: Array) -> Array:
-        """Force on the journal at an offset, (2,) [N]; of a guide the force across the slot and the moment [N m]."""
+        """Compute the journal force at an offset, (2,) [N]; for a guide: force across the slot and moment [N m]."""
         system, total = self.system, np.zeros(3)
         for k, arm, (place, rest) in zip(self.contacts, self.arms, self.motions, strict=True):
             e = place + self._shift(offset, arm)
@@ -114,12 +114,12 @@ class _Joint:
         return np.array([total[:2] @ self.across, total[2]]) if self.guide else total[:2]
 
     def rest(self, wanted: Array) -> Array:
-        """Offset at which the law gives a force."""
+        """Find the offset at which the law gives the wanted force."""
         return self._block(wanted) if self.guide else self._journal(wanted)
 
     def _journal(self, wanted: Array) -> Array:
-        """Every direction is alike in a round bearing: the distance gives the size, the direction follows."""
-        from scipy.optimize import brentq, root  # takes half a second to import
+        """Find the eccentricity from the force's size, then its direction (round bearings are isotropic)."""
+        from scipy.optimize import brentq, root  # half a second of import time
 
         law, size = self.system.laws[self.contacts[0]], float(np.hypot(*wanted))
         clearance, can_touch = float(law["clearance"]), bool(self.system.touching[self.contacts[0]])
@@ -148,7 +148,7 @@ class _Joint:
         return np.asarray(found.x) * clearance
 
     def _block(self, wanted: Array) -> Array:
-        """Offset for a tilt by the force across, tilt by the moment: both resist the more, the farther they go."""
+        """Find a block's offset from the transverse force and its tilt from the moment; both laws are monotonic."""
         clearance = float(self.system.laws[self.contacts[0]]["clearance"])
         reach = max(np.hypot(*arm) for arm in self.arms)
 
@@ -161,7 +161,7 @@ class _Joint:
         return np.array([place(tilt), tilt])
 
     def _balanced(self, excess: Callable[[float], float], scale: float, arm: float) -> float:
-        """Find where an excess of force, or over an arm of moment, that falls with the place is zero."""
+        """Find the zero of a residual force (or moment over an arm) that decreases with the offset."""
         from scipy.optimize import brentq
 
         if excess(0.0) == 0.0:
@@ -178,5 +178,5 @@ class _Joint:
 
     def _refuse(self, size: float) -> None:
         where = self.system.experiment.source
-        problem = f'is "equilibrium", but {self.name} can carry its {size:.3g} N nowhere at rest; take "centred"'
+        problem = f'is "equilibrium"; no offset of {self.name} balances {size:.3g} N at zero velocity; use "centred"'
         raise InputError(where, "start", problem)

@@ -1,4 +1,4 @@
-"""A link that bends, in its place in the tree: its pieces, if it is cut, with their frames, modes and sections."""
+"""A flexible link in the spanning tree: its substructures, if it is divided, with their frames, modes and sections."""
 
 from __future__ import annotations
 
@@ -22,41 +22,43 @@ if TYPE_CHECKING:
     from linkages.model.link_tables import LinkModel
 
 
-_SAME = 1e-9  # abscissas closer than this, in parts of the beam's length, are one
-_BETWEEN = 17  # stations from a section to the next
-_POINTS = 8  # of Gauss between stations
+_SAME = 1e-9  # abscissas closer than this, relative to the beam's length, coincide
+_BETWEEN = 17  # number of stations between neighbouring sections
+_POINTS = 8  # number of Gauss points between stations
 
 
 @dataclass(frozen=True)
 class BentLink:
-    """A link that bends, or a piece of one.
+    """A flexible link, or one of its substructures.
 
     Attributes
     ----------
     name : str
-        The link's, or its own.
+        Name of the link, or of the substructure.
     model : LinkModel
+        Settings of the link.
     part : Link
-        Its beam and its mass.
+        Beam and mass of the substructure.
     carrier : str
-        Piece that carries it; empty if a joint does, or none.
+        Substructure that carries this one; empty if a joint carries it, or if it floats.
     origin : (2,) array
-        Where its frame is drawn: on the beam, at what carries it [m].
+        Origin of the frame in the reference configuration: on the beam, at the carrier [m].
     direction : (2,) array
-        Of the beam as drawn, from its first end to its last.
+        Unit vector along the beam in the reference configuration, from its first to its last end.
     abscissas : tuple of float
         Sections to which joints and frames are fixed, from the origin [m].
     acting : frozenset of float
-        Those on which something acts, what carries the piece aside.
+        Abscissas of the sections on which joints or loads act, without the carrier's [m].
     modes : ComponentModes
+        Modes of the substructure.
     damping : (nf,) array
         Damping over stiffness of each mode [s].
     ends : (float, float)
-        Abscissas of its ends [m].
+        Abscissas of the substructure's ends [m].
     first : float
-        Place of the origin from the first end of the link's beam [m].
+        Distance of the origin from the first end of the link's beam [m].
     is_chord : bool
-        Whether the frame's axis goes through another joint; else it is tangent to the beam at the origin.
+        Whether the frame's axis passes through another joint; otherwise it is tangent to the beam at the origin.
     """
 
     name: str
@@ -75,29 +77,29 @@ class BentLink:
 
     @property
     def beam(self) -> LinkBeam:
-        """Its beam."""
-        assert self.part.beam is not None  # it bends
+        """Return the beam of the substructure."""
+        assert self.part.beam is not None  # only links with a beam are flexible
         return self.part.beam
 
     def abscissa(self, point: Array) -> float:
-        """Abscissa of the section that carries a point drawn at a joint or frame of the link [m]."""
+        """Return the abscissa of the section that carries a joint or frame at a reference point [m]."""
         return self.nearest(float((point - self.origin) @ self.direction))
 
     def nearest(self, s: float) -> float:
-        """Abscissa of the section nearest to one [m]."""
+        """Return the section's abscissa nearest to s [m]."""
         return min(self.abscissas, key=lambda other: abs(other - s))
 
     def moves(self, s: float) -> bool:
-        """Whether a section moves or turns in the link's frame."""
+        """Check whether a section moves or turns relative to the link's frame."""
         return s != 0.0 or self.is_chord
 
     @property
     def coordinates(self) -> list[str]:
-        """Names of its modal coordinates in a tree."""
+        """Return the names of the modal coordinates."""
         return [f"{self.name}.{mode}" for mode in self.modes.names]
 
     def fill(self, shapes: Array) -> None:
-        """Fill a body's lines of `linkages.planar.bodies.Bodies.shapes`."""
+        """Fill the lines of the body in `linkages.planar.bodies.Bodies.shapes`."""
         modes, nf = self.modes, len(self.modes.names)
         (a0, b0, h0), (a1, b1, h1), rest, twist = modes.moments()
         shapes[SHAPE, :nf] = np.stack([a0, b0, a1, b1], axis=-1)
@@ -105,7 +107,7 @@ class BentLink:
         shapes[MATRIX:][:nf, :nf] = np.stack([-h0, rest, -h1, twist], axis=-1)
 
     def fill_section(self, s: float, shapes: Array) -> None:
-        """Fill a section's."""
+        """Fill the lines of a section."""
         nf = len(self.modes.names)
         a, b, slope, h = self.modes.at(s)
         shapes[SHAPE, :nf, :3] = np.stack([a, b, slope], axis=-1)
@@ -127,7 +129,7 @@ class BentLink:
             within = places[side]
             if not within.size:
                 continue
-            edges = np.concatenate([[end], within if end < 0.0 else within[::-1]])  # from outside inwards
+            edges = np.concatenate([[end], within if end < 0.0 else within[::-1]])  # from the ends to the origin
             half = 0.5 * np.abs(np.diff(edges))[:, None]
             s = (0.5 * (edges[:-1] + edges[1:])[:, None] + half * x).ravel()
             mass = (density * half * weight).ravel()
@@ -146,17 +148,18 @@ class BentLink:
 
 
 def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: Joint | None) -> tuple[BentLink, ...]:
-    """Return the pieces of a link that bends, carried by a joint (None: it floats), each behind what carries it.
+    """Divide a flexible link into substructures, each listed after its carrier; `carrier` None: the link floats.
 
-    The frame's axis goes through the farthest joint of the link if what carries it lets it turn freely: slopes are
-    then half as large as with a tangent axis, and so is the error of the model, which goes with their square. A drive
-    acts on the section at its joint, and so needs the tangent there. Of a link that is cut the joint carries the piece
-    that it lies on, whose axis may go through its end; the others are fixed to the ends of their neighbours.
+    The frame's axis passes through the farthest joint of the link if the carrying joint leaves the rotation free.
+    Slopes are then half as large as with a tangent axis, and the model's error, which grows with the squared slope, is
+    a quarter. A drive acts on the section at its joint and therefore needs the tangent. In a divided link the joint
+    carries the substructure on which it lies, whose axis may pass through its end; the others are fixed to their
+    neighbours' ends.
     """
     link, model = mechanism.link[name], experiment.links[name]
     whole = link.beam
     if whole is None:
-        raise AssertionError("a link that bends has a beam")  # `linkages.model.check` saw to it
+        raise AssertionError("a flexible link has a beam")  # ensured by `linkages.model.check`
     length = float(np.linalg.norm(whole.end - whole.start))
     direction = (whole.end - whole.start) / length
 
@@ -221,7 +224,7 @@ def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: 
 
 
 def section_at(link: Sequence[BentLink], point: Array) -> tuple[str, float]:
-    """Name of the piece of a link and abscissa of its section that carry a point drawn at a joint or frame of it."""
+    """Return the substructure's name and section's abscissa that carry a joint or frame at a reference point."""
 
     def beyond(piece: BentLink) -> float:
         s = float((point - piece.origin) @ piece.direction)
@@ -232,12 +235,12 @@ def section_at(link: Sequence[BentLink], point: Array) -> tuple[str, float]:
 
 
 def _named(experiment: Experiment) -> set[str]:
-    """Names that stand in the tables of what acts on links and in joints, before a dot or alone."""
+    """Collect the names of joints, links and frames that the experiment's tables mention."""
     found: set[str] = set()
     rest: list[Any] = [name for _, name in experiment.named]
     rest += [getattr(experiment, table)[name].model_dump() for table, name in experiment.named]
     rest += [load.signals for load in (*experiment.forces.values(), *experiment.torques.values())]
-    for value in rest:  # which becomes longer meanwhile
+    for value in rest:  # grows during the iteration
         if isinstance(value, str):
             found |= {value, value.rpartition(".")[0]}
         elif isinstance(value, dict | list | tuple):
@@ -246,7 +249,7 @@ def _named(experiment: Experiment) -> set[str]:
 
 
 def _distinct(places: Sequence[float], origin: float, a: float, b: float) -> tuple[float, ...]:
-    """Abscissas from the origin of distinct places within the piece of the beam from a to b."""
+    """Return the abscissas of distinct places on the beam between a and b, relative to the origin."""
     found: list[float] = []
     for place in sorted(min(max(place, a), b) - origin for place in places):
         if not found or place - found[-1] > _SAME * (b - a):

@@ -1,4 +1,4 @@
-"""The motion of the linkage with every joint ideal, over time: closed exactly wherever it is asked for."""
+"""Motion of the linkage with ideal joints over time, with exactly closed loops at any requested time."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
 
 _GRID = 0.02  # step of the fastest drive between two stored positions [rad or m]
-_FEWEST, _MANY = 200, 200_000  # steps between stored positions: at least, and without longer steps of the drive
-_COARSEST = 0.1  # step of the fastest drive in a long motion [rad or m]
-_BLURRED = 1e-3  # quality below which rates and accelerations have lost their digits
-_LOCKED = 1e-3  # quality below which a motion that cannot go on has met a dead point
-_CURVED = 0.5  # largest part of a prediction that is due to the acceleration [rad, or in parts of the linkage's length]
-_SHORTEST = 2.0**-40  # of a stored step: where not even such a step can be taken the motion cannot go on
+_FEWEST, _MANY = 200, 200_000  # fewest steps between stored positions; most before the drive steps become longer
+_COARSEST = 0.1  # step of the fastest drive between two stored positions in a long motion [rad or m]
+_BLURRED = 1e-3  # conditioning below which rates and accelerations are inaccurate
+_LOCKED = 1e-3  # conditioning below which a motion ends at a dead point
+_CURVED = 0.5  # largest contribution of the acceleration to a prediction [rad, or linkage lengths]
+_SHORTEST = 2.0**-40  # smallest part of a stored step: if this fails, the motion ends
 
 
 class _Line(NamedTuple):
-    """A position of the motion."""
+    """A stored position of the motion."""
 
     time: float
     q: Array
@@ -34,11 +34,11 @@ class _Line(NamedTuple):
 
 
 class IdealMotion:
-    """Exact motion, reactions and drive torques of the linkage with every joint ideal.
+    """Exact motion, reactions and drive torques of the linkage with ideal joints.
 
-    Only for linkages whose prescribed drives determine the motion (`System.determinate`). The motion is
-    closed by Newton's method at every time asked for; a stored table of positions supplies the guesses: one for every
-    0.02 rad or m of the fastest drive, in motions of more than 4,000 rad for every 0.1 rad at least.
+    Use it if the prescribed drives determine the motion (`System.determinate`); otherwise simulate the system
+    `System.ideal()`. Newton's method closes the loops at every requested time. A stored table supplies initial guesses:
+    one position per 0.02 rad or m of the fastest drive (at most 0.1 rad in motions of more than 4,000 rad).
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class IdealMotion:
     Raises
     ------
     InputError
-        As `check_duration`.
+        See `check_duration`.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class IdealMotion:
         self._follow_branch()
 
     def _follow_branch(self) -> None:
-        """Fill the table; positions whose rates have no digits are passed over."""
+        """Fill the table; skip positions whose rates are inaccurate."""
         free = self.system.tree.closing_dofs
         q, v, a = self._prescribed(self.times)
         q[0, free] = self.system.assembly.q[free]
@@ -104,11 +104,11 @@ class IdealMotion:
             self._insert(between)
 
     def _end(self, quality: float) -> None:
-        """Take note that the motion ends at a position of this quality."""
+        """Record the end of the motion at a position with this conditioning."""
         self.status = Status.LOCKED if quality < _LOCKED else Status.NO_ASSEMBLY
 
     def _insert(self, lines: list[_Line]) -> None:
-        """Put lines where they belong in the table."""
+        """Insert lines into the table in the order of time."""
         at = np.searchsorted(self.times, [line.time for line in lines])
         own = self.times, self.q, self.v, self.a, self.quality
         merged = [
@@ -117,7 +117,7 @@ class IdealMotion:
         self.times, self.q, self.v, self.a, self.quality = merged
 
     def _creep(self, start: _Line, end: float) -> list[_Line]:
-        """Go from a line of the table to a time in as many shorter steps as it takes, or to where the motion ends."""
+        """Advance from a line of the table to a time in shorter steps, or to the end of the motion."""
         lines, line, free = [], start, self.system.tree.closing_dofs
         whole = step = end - start.time
         while line.time < end and step >= _SHORTEST * whole:
@@ -133,13 +133,13 @@ class IdealMotion:
         return lines
 
     def _is_straight(self, line: _Line, step: float) -> bool:
-        """Whether a step is short enough to be predicted; near a singular position the rates soon change."""
+        """Check whether a step is short enough for prediction; rates change quickly near a singular position."""
         bend = 0.5 * step * step * np.abs(line.a / self._scale).max(initial=0.0)
         way = step * np.abs(line.v / self._scale).max(initial=0.0)
         return bool(bend <= (_CURVED if line.quality > _BLURRED else min(_CURVED, 0.5 * way)))
 
     def _close(self, q: Array, v: Array, a: Array, quality: Array, offset: Array | None = None) -> int:
-        """Close the loops in each line; returns how many were closed."""
+        """Close the loops in each line; return the number of closed lines."""
         tree = self.system.tree
         rows = tree.closure_rows
         if offset is None:
@@ -156,16 +156,16 @@ class IdealMotion:
     def states(
         self, times: Array, offset: Array | None = None, hinges: Array | None = None
     ) -> tuple[Array, Array, Array]:
-        """Coordinates, rates and accelerations (nt, n) at any times within the table.
+        """Compute coordinates, rates and accelerations (nt, n) at any times within the table.
 
         Parameters
         ----------
         times : (nt,) array
         offset : (nt, nr) array, optional
-            Wanted values of the tree's closure rows instead of zero (rates and accelerations are then those of a
-            constant offset): places journals away from their bearings' centres.
+            Prescribed values of the tree's closure rows instead of zero (rates and accelerations belong to a
+            constant offset): they displace journals from the bearings' centres.
         hinges : (nt, nh) array, optional
-            Angles of the hinges of links in segments instead of zero [rad]; likewise.
+            Constant hinge angles of links in rigid segments instead of zero [rad].
 
         Raises
         ------
@@ -177,7 +177,7 @@ class IdealMotion:
             q[:, self.system.tree.hinge_dofs] = hinges
         near = np.clip(np.searchsorted(self.times, times), 1, len(self.times) - 1)
         near -= times - self.times[near - 1] < self.times[near] - times
-        if self.status is Status.LOCKED:  # rates of the last line have no bound
+        if self.status is Status.LOCKED:  # rates of the last line are unbounded
             near = np.minimum(near, len(self.times) - 2)
         free, step = self.system.tree.closing_dofs, (times - self.times[near])[:, None]
         q[:, free] = _predicted(step, self.q[near], self.v[near], self.a[near])[:, free]
@@ -193,7 +193,7 @@ class IdealMotion:
     def _interpolate(self, time: float, quality: float, q: Array, v: Array, a: Array) -> None:
         """Replace a state by one between others before and behind, as `linkages.planar.singularities` does in runs.
 
-        It stays as it is where they are no farther from a singular position, or no branch goes through.
+        The state is kept if the neighbours are equally close to a singular position, or if no branch continues.
         """
         tree, count = self.system.tree, len(WEIGHTS)
         steps = np.concatenate([np.arange(-count, 0), np.arange(1, count + 1)])
@@ -212,50 +212,50 @@ class IdealMotion:
 
 
 def check_duration(system: System) -> None:
-    """Refuse a motion of so many revolutions that the stored positions could not follow it.
+    """Reject a motion with too many revolutions for the stored positions.
 
     Raises
     ------
     InputError
-        If the fastest drive goes farther than 20,000 rad or m; an oscillation counts as 2 pi rad.
+        If the fastest drive moves more than 20,000 rad or m; an oscillation counts as 2 pi rad.
     """
     most = _MANY * _COARSEST
     if system.drive_way > most:
         asked, followed = (way / (2.0 * np.pi) for way in (system.drive_way, most))
         longest = system.experiment.duration * most / system.drive_way
         problem = (
-            f"is {asked:.0f} revolutions (or oscillations) of the fastest drive; the ideal linkage is followed over "
-            f"{followed:.0f} at most: give {longest:.4g} s or less, or slow the drive"
+            f"is {asked:.0f} revolutions (or oscillations) of the fastest drive; the ideal linkage supports at most "
+            f"{followed:.0f}: give {longest:.4g} s or less, or slow the drive"
         )
         raise InputError(system.experiment.source, "duration", problem)
 
 
 def cause(status: Status, system: System, time: float) -> tuple[Status, float]:
-    """Find why a run ended, and up to which time its numbers count.
+    """Find the cause of a run's end, and the time up to which its numbers are valid.
 
-    Where a step collapsed or a loop came apart, the drives may have reached a dead point. A run without play and
-    without flexible links counts up to there.
+    After a step collapse or an open loop the drives may have reached a dead point; a run without clearance joints and
+    flexible links is valid up to that point.
 
     Parameters
     ----------
     status : Status
-        Of the engine.
+        Status reported by the engine.
     system : System
     time : float
-        At which the run ended [s].
+        Time at which the run ended [s].
 
     Returns
     -------
     status : Status
-        LOCKED at a dead point, else the given one.
+        LOCKED at a dead point, else the given status.
     end : float
-        [s]
+        End of the valid part [s].
     """
     if status not in (Status.STEP_SIZE_COLLAPSE, Status.LOOP_OPEN) or not system.determinate or not system.drive_rate:
         return status, time
     try:
         motion = IdealMotion(system)
-    except InputError:  # too long to look for a dead point
+    except InputError:  # the motion is too long to search for a dead point
         return status, time
     if motion.status is not Status.LOCKED or time <= motion.times[-1] - _GRID / system.drive_rate:
         return status, time

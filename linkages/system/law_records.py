@@ -1,4 +1,4 @@
-"""From an experiment's joint models to the records that the force laws read."""
+"""Records of the force laws from the joint models of an experiment."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from linkages.model.experiment_tables import Contact, Friction, JointModel, Mixe
 
 
 def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Records:
-    """One record of `PARAMETERS` for each contact."""
+    """Make one record of `PARAMETERS` for each contact."""
     records: Records = np.zeros(len(models), PARAMETERS)
     for record, bearing, model in zip(records, bearings, models, strict=True):
         _fill(record, model, bearing)
@@ -38,7 +38,7 @@ def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointMod
 
 
 def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Array:
-    """Load the maps of the finite films, one line for each contact; empty lines where there is none needed."""
+    """Load the maps of the finite films, one line for each contact; empty lines for contacts that need none."""
     tables: dict[int, Array] = {}
     for k, (bearing, joint) in enumerate(zip(bearings, models, strict=True)):
         if bearing is not None and joint.has_film and FILMS[joint.film].force is None:
@@ -50,7 +50,7 @@ def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]
 
 
 def profiles(models: Sequence[JointModel]) -> Array:
-    """Control depths of the worn joints, bearing then journal, at the end of a line for each contact."""
+    """Make one line per contact, with the control depths of worn joints (bearing, journal) at its end."""
     rows = [np.concatenate(model.wear.depths) if model.is_worn and model.wear else np.zeros(0) for model in models]
     result = np.zeros((len(models), max(map(len, rows), default=0)))
     for line, row in zip(result, rows, strict=True):
@@ -59,7 +59,7 @@ def profiles(models: Sequence[JointModel]) -> Array:
 
 
 def film_limits(laws: Records, tables: Array) -> Array:
-    """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
+    """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
     limits = np.full(len(laws), 1.0 - THINNEST)
     for k in np.flatnonzero(laws["film"] == MAPPED):
         if tables.shape[1]:
@@ -118,7 +118,7 @@ def _fill_contact(record: Any, contact: Contact, bearing: Bearing | None, cleara
         record["restitution"], record["hysteresis"] = contact.restitution, law.factor(contact.restitution)
     if contact.stiffness is not None:
         record["stiffness"] = contact.stiffness
-    if bearing is None:  # a corner at a wall: a stiffness that its law needs was checked to be given
+    if bearing is None:  # a corner at a wall: the check ensures that a required stiffness is given
         return
     journal = bearing.radius - clearance
     record["shape_ratio"] = line_shape(bearing.radius, journal, bearing.length)

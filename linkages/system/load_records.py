@@ -1,4 +1,4 @@
-"""From an experiment's applied loads to the records that the kernels read."""
+"""Records of the load kernels from the applied loads of an experiment."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from linkages.planar.motion import Motions, Pieces, Program, constant_rate, mono
 from linkages.planar.record_types import FORCE, LOAD, PUSH, SIGNAL, SPRING, TORQUE, TORSION
 from linkages.system.tree import Tree
 
-_LOOKS = 501  # times at which a drive's formula is looked at
-_COINCIDENT = 1e-9  # of the linkage's size: points closer than this have no direction between them
+_LOOKS = 501  # number of times at which a drive's formula is checked
+_COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
 
 def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
@@ -66,7 +66,7 @@ def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
 
 
 def _turning(tree: Tree, joint: str | None, links: Iterable[str | None]) -> tuple[int, int, float]:
-    """Bodies that turn against each other, in a joint or as two links do, and the sign of the joint's coordinate."""
+    """Return the two bodies of a joint or pair of links, and the sign of the joint's coordinate."""
     if joint is not None:
         found = tree.mechanism.joint[joint]
         return tree.marker(found.parent, found.on_parent)[0], tree.marker(found.child, found.on_child)[0], found.sign
@@ -85,7 +85,7 @@ class _Functions:
 
     @property
     def signals(self) -> Records:
-        """All signals."""
+        """Return all collected signals."""
         return np.array(self._signals, SIGNAL)
 
     def add_formula(self, given: Formula, names: Mapping[str, str]) -> int:
@@ -94,7 +94,7 @@ class _Functions:
         return len(self.made) - 1
 
     def _input(self, signal: str) -> int:
-        """Return the index of a signal, which is collected."""
+        """Collect a signal; return its index."""
         if signal not in self.inputs:
             self.inputs[signal] = len(self.inputs)
             self._signals.append(self.tree.signal(signal))
@@ -120,7 +120,7 @@ class _Functions:
 
 
 def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) -> None:
-    """Refuse springs with a free length that have no direction at t = 0, where the coordinates are q (n,)."""
+    """Reject springs with a free length that have no direction at t = 0, where the coordinates are q (n,)."""
     if not experiment.springs:
         return
     names = experiment.loads
@@ -137,7 +137,7 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
 
 
 def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
-    """Refuse formulas that are no number: of loads at t = 0 and the coordinates and rates q, v (n,); of drives ever."""
+    """Reject non-finite formulas: loads' at t = 0 with coordinates and rates q, v (n,); drives' at any time."""
     pose, vel, outputs = make_pose(tree.bodies), make_motion(tree.bodies), np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
     body_states(tree.bodies, q, v, pose, vel)
     if experiment.loads:

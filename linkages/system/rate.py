@@ -1,6 +1,6 @@
-"""How fast a linkage without prescribed motions moves, before it has moved: errors of rates are measured by that.
+"""Time scale of a linkage without prescribed motions, known before the run: the error tolerance of rates refers to it.
 
-It must not depend on the duration of a run, since the result of the run must not.
+It must not depend on the duration of a run, because the result of the run must not.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from linkages.arrays import Array
 from linkages.planar.record_types import REVOLUTE
 from linkages.system.unassembled import Unassembled
 
-_UNKNOWN = 1.0  # rate where nothing moves or pulls at the start [rad/s]
+_UNKNOWN = 1.0  # rate for a linkage without motion and forces at the start [rad/s]
 
 
 def motion_rate(system: Unassembled, rates: Array) -> float:
     """Estimate the rate of the motion of a linkage without prescribed motions [rad/s].
 
-    It is the largest rate at the start, or the rate of a swing under the forces at hand, if that is larger: the root of
+    It is the largest rate at the start or, if larger, the rate of a swing under the present forces: the square root of
     force over mass and length, for the weight, springs, constant loads and drives by torque or force.
 
     Parameters
     ----------
     system : Unassembled
     rates : (n,) array
-        Of the tree's coordinates at the start [rad/s, m/s].
+        Rates of the tree's coordinates at the start [rad/s, m/s].
     """
     extent, experiment = system.tree.extent, system.experiment
     mass = sum(link.mass for link in system.mechanism.links)
@@ -48,5 +48,5 @@ def motion_rate(system: Unassembled, rates: Array) -> float:
 
 
 def _magnitude(values: Any) -> float:
-    """Largest magnitude of a number or of a list; zero of None."""
+    """Return the largest magnitude of a number or list; zero for None."""
     return 0.0 if values is None else float(np.abs(values).max())

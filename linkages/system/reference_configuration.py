@@ -1,6 +1,6 @@
-"""Draws a machine anew: its loops closed, every joint within the limits that its file gives.
+"""Reference configurations of imported mechanisms: loops closed, every joint within the limits of its file.
 
-Limits say which of the assemblies of a linkage is meant, where the drawing does not close.
+Where the file's pose does not close the loops, the joint limits select the intended assembly.
 """
 
 from __future__ import annotations
@@ -22,40 +22,40 @@ from linkages.planar.record_types import ANGLE
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
 
-_CLOSED = 1e-9  # gap in parts of the size, or angle beyond a limit [rad], of a linkage that closes within its limits
-_FAR = 1e6  # as good as no limit [rad or m]
-_STARTS = 20  # of the search, anywhere between the limits; before them, one from their middle
+_CLOSED = 1e-9  # largest gap over the size, or angle beyond a limit [rad], of a closed linkage
+_FAR = 1e6  # limits beyond this count as absent [rad or m]
+_STARTS = 20  # random starts of the search between the limits, after a start from their middle
 
 
 class Drawn(NamedTuple):
-    """A machine in a pose, and the coordinates of its joints there, from the pose of the file [rad or m]."""
+    """A mechanism in a pose, and its joint coordinates relative to the file's pose [rad or m]."""
 
     model: RawModel
     coordinates: dict[str, float]
 
 
 def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple[float, float]]) -> Drawn | None:
-    """Return the machine in a pose in which its loops close and every joint is within its limits.
+    """Find a pose of the mechanism with closed loops and every joint within its limits.
 
     Parameters
     ----------
     path : Path
-        The file, for errors.
+        File named in errors.
     model : RawModel
     limits : mapping of str to (float, float)
-        Lowest and highest coordinate of a joint, zero where it is drawn [rad or m].
+        Lowest and highest coordinate of a joint, zero in the file's pose [rad or m].
 
     Returns
     -------
     Drawn or None
-        With the machine itself if it is drawn like that; None if no such pose is found.
+        The mechanism itself if the file's pose fulfils both conditions; None if no pose was found.
 
     Raises
     ------
     InputError
-        If it is no planar linkage.
+        If the mechanism is not a planar linkage.
     """
-    from scipy.optimize import least_squares  # takes a while to import
+    from scipy.optimize import least_squares  # slow to import
 
     mechanism = planar(path, model, {})
     tree = spanning_tree(replace(mechanism, joints=tuple(sorted(mechanism.joints, key=lambda j: j.name not in limits))))
@@ -91,13 +91,13 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
 
 
 def _assembled(tree: Tree, q: Array) -> tuple[Array, Array]:
-    """Poses of all bodies at q, and the gaps of the loops."""
+    """Compute the poses of all bodies at q, and the gaps of the loops."""
     pose, rows = make_pose(tree.bodies), tree.closure_rows
     return pose, closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose)
 
 
 def _coordinate(tree: Tree, pose: Array, joint: Joint) -> float:
-    """Angle or way of a joint from where it is drawn [rad or m]."""
+    """Compute a joint's angle or stroke relative to the file's pose [rad or m]."""
     parent, child = tree.index[joint.parent], tree.index[joint.child]
     if joint.type == "revolute":
         return float(joint.sign * (pose[child, 2] - pose[parent, 2]))
@@ -107,14 +107,14 @@ def _coordinate(tree: Tree, pose: Array, joint: Joint) -> float:
 
 
 def _place(tree: Tree, pose: Array, body: int, drawn: Array) -> Array:
-    """Where a point drawn on a body is."""
+    """Compute the position of a body point given in the reference configuration."""
     x, y = drawn - tree.drawn[body]
     c, s = pose[body, 3:]
     return pose[body, :2] + np.array([c * x - s * y, s * x + c * y])
 
 
 def _posed(model: RawModel, tree: Tree, q: Array) -> RawModel:
-    """Move every link, with all that it carries, to where the tree has it at q."""
+    """Move every link, with its joints and frames, to its pose in the tree at q."""
     (pose, _), basis = _assembled(tree, q), tree.mechanism.basis
     moves = {"world": Pose()}
     for name in tree.mechanism.link:

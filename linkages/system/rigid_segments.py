@@ -1,4 +1,4 @@
-"""A system whose links that bend are rows of rigid pieces, and how its hinges stand when the modes have some values."""
+"""Chains of rigid segments instead of flexible links, and hinge angles for given modal coordinates."""
 
 from __future__ import annotations
 
@@ -19,43 +19,43 @@ from linkages.system.assembly import Assembly
 from linkages.system.system import System
 from linkages.system.tree import Tree
 
-_SAME = 1e-9  # of a piece's length: places closer than this are one
+_SAME = 1e-9  # relative to a segment's length: closer places coincide
 
 
 @dataclass(frozen=True, eq=False)
 class Segmented(System):
-    """A rigid linkage with springs in its hinges, in place of one whose links bend; make one by `segmented`.
+    """A rigid linkage with sprung hinges, equivalent to a linkage with flexible links; made by `segmented`.
 
     Attributes
     ----------
     whole : System
-        The linkage whose links bend.
+        The equivalent linkage with flexible links.
     rows : dict of Row
-        The pieces of each of these links, by name.
+        The segments of each flexible link, by name.
     """
 
     whole: System = field(kw_only=True)
     rows: Mapping[str, Row] = field(kw_only=True)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the linkage whose links bend."""
+        """Pickle the linkage with flexible links."""
         return segmented, (self.whole,)
 
     @cached_property
     def tree(self) -> Tree:
-        """Spanning tree; its hinges stand as they are told where loops are closed, as modes do."""
+        """Return the spanning tree; loop closure keeps its hinge angles fixed, like modal coordinates."""
         names = frozenset(name for row in self.rows.values() for name in row.joints)
         hinges = tuple(name for name in super().tree.coordinates if name in names)
         return replace(super().tree, hinges=hinges)
 
     @property
     def stiff(self) -> bool:
-        """Hinges are stiff."""
+        """Return True: hinges are stiff."""
         return True
 
     @cached_property
     def assembly(self) -> Assembly:
-        """The start of the linkage whose links bend: hinges as its sections stand, loops closed by the joints.
+        """Assemble at the start of the flexible linkage: hinges follow its sections, joints close the loops.
 
         Raises
         ------
@@ -69,14 +69,14 @@ class Segmented(System):
         q, v = self.coordinates(start.q), self.coordinates(start.v)
         free = np.setdiff1d(tree.closing_dofs, tree.powered_dofs)
         if not close(tree.bodies, closure, offset, free, tree.extent, q):
-            raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links in segments")
+            raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links divided into rigid segments")
         consistent_rates(tree.bodies, closure, free, q, v, np.zeros(tree.size))
         return Assembly(q, v, start.mobility, start.quality)
 
     def coordinates(self, q: Array) -> Array:
-        """Coordinates (..., n) of this tree near those (..., m) of the linkage whose links bend; rates from rates.
+        """Compute coordinates (..., n) of this tree from those (..., m) of the flexible linkage; rates from rates.
 
-        Hinges follow the turns of the sections at the pieces' nodes; the loops are not quite closed.
+        Hinges follow the section rotations at the segments' nodes; small gaps of the loops remain.
         """
         whole, tree = self.whole.tree, self.tree
         result = np.zeros((*q.shape[:-1], tree.size))
@@ -100,7 +100,7 @@ class Segmented(System):
         return result
 
     def largest_deflection(self, q: Array) -> float:
-        """Largest distance [m] of a hinge from the line between its beam's ends, at coordinates (nt, n)."""
+        """Compute the largest distance [m] of a hinge from its beam's chord, at coordinates (nt, n)."""
         found = 0.0
         for row in self.rows.values():
             turns = q[:, [self.tree.coordinates.index(name) for name in row.joints]].cumsum(axis=1)
@@ -112,9 +112,9 @@ class Segmented(System):
 
 
 def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
-    """Angles (..., ns) of sections of a link that bends, from the frame that its joint carries [rad].
+    """Compute rotations (..., ns) of a flexible link's sections relative to the frame at its carrying joint [rad].
 
-    Places (ns,) are those from the beam's first end [m]; rates instead of coordinates q (..., n) give rates.
+    Places (ns,) are distances from the beam's first end [m]; rates instead of coordinates q (..., n) give rates.
     """
     found = np.zeros((*q.shape[:-1], len(places)))
     ends: dict[tuple[str, float], Array] = {}
@@ -132,7 +132,7 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
 
 
 def segmented(system: System) -> Segmented:
-    """Return the same linkage with rows of rigid pieces in place of its links that bend.
+    """Return the same linkage with chains of rigid segments instead of flexible links.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def segmented(system: System) -> Segmented:
     >>> import linkages
     >>> from linkages.system.rigid_segments import segmented
     >>> system = linkages.load(linkages.find_file("seven_bar.toml"))
-    >>> segmented(system).tree.coordinates == system.tree.coordinates  # no link of it bends
+    >>> segmented(system).tree.coordinates == system.tree.coordinates  # no flexible link
     True
     """
     found = rows(system.mechanism, system.experiment)
@@ -151,7 +151,7 @@ def segmented(system: System) -> Segmented:
 
 
 def system_of(system: System, columns: Collection[str]) -> System:
-    """Return the system whose coordinates are among the columns of a run: in rigid pieces where a run was in them."""
+    """Return the system whose coordinates are among a run's columns: with rigid segments if the run used them."""
     if any(f"q.{name}" not in columns for link in system.tree.bent.values() for name in link.coordinates):
         return segmented(system)
     return system

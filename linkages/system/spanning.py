@@ -1,4 +1,4 @@
-"""How a spanning tree grows: which joints stay, bodies behind one another, sections of links that bend."""
+"""Construction of the spanning tree: its joints, the order of its bodies, sections of flexible links."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def spanning_tree(
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
-    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. Play, driven and
-    powered are names of joints, as in `Tree`. Links that bend are made when it is known which joint carries them.
+    Fixed joints and driven joints stay in the tree, so that a drive acts on a coordinate. `play`, `driven` and
+    `powered` are names of joints, as in `Tree`. A flexible link is divided once its carrying joint is known.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class _Builder:
 
     def grow(self, start: str) -> None:
         front = [start]
-        for inner in front:  # which becomes longer meanwhile
+        for inner in front:  # grows during the iteration
             for joint in self.joints:
                 if inner not in (joint.parent, joint.child):
                     continue
@@ -113,7 +113,7 @@ class _Builder:
                     front.append(outer)
 
     def add_floating(self, name: str) -> None:
-        """Add a link on clearance joints alone: x and y slides and a turn at its mass centre, from the world."""
+        """Add a link held by clearance joints alone: two prismatic joints and a revolute one at its mass centre."""
         com, none = self.mechanism.link[name].com, np.zeros(2)
         if name in self.bend:
             com = self._cut(name, None).origin
@@ -123,7 +123,7 @@ class _Builder:
         self._add(f"{name}.angle", y_slide, types.REVOLUTE, 1.0, none, none, com, name)
 
     def _cut(self, link: str, carrier: Joint | None) -> BentLink:
-        """Make the pieces of a link that bends; returns the one that the joint carries."""
+        """Divide a flexible link into substructures; return the one that the joint carries."""
         self.pieces[link] = self.bend[link](carrier)
         self.bent |= {piece.name: piece for piece in self.pieces[link]} | {link: self.pieces[link][0]}
         return self.bent[link]
@@ -144,7 +144,7 @@ class _Builder:
     def _add(
         self, name: str, parent: int, kind: int, sign: float, at: Array, axis: Array, drawn: Array, link: str
     ) -> None:
-        """Add a body, massless if it is no link or piece, and the joint at `at` on its parent that carries it."""
+        """Add a body (massless unless it is a link or substructure) and its carrying joint at `at` on the parent."""
         dof = -1
         if kind != types.FIXED:
             dof = len(self.coordinates)
@@ -164,13 +164,13 @@ class _Builder:
         self.drawn.append(np.array(drawn))
         if bent:
             self._add_sections(bent)
-        for piece in self.pieces.get(link, ())[1:]:  # fixed to the ends of those that carry them
+        for piece in self.pieces.get(link, ())[1:]:  # fixed to the ends of their carriers
             parent = self.sections[section_at([self.bent[piece.carrier]], piece.origin)]
             at = piece.origin - self.drawn[parent]
             self._add("", parent, types.FIXED, 1.0, at, np.zeros(2), piece.origin, piece.name)
 
     def _add_sections(self, bent: BentLink) -> None:
-        """Add the massless sections of a piece on which something acts; `bodies` adds the others."""
+        """Add the loaded massless sections of a substructure; `bodies` adds the others."""
         self.index[bent.name] = len(self.rows) - 1
         for s in bent.abscissas:
             self.sections[bent.name, s] = self.index[bent.name]
@@ -208,9 +208,9 @@ class _Builder:
         )
 
     def bodies(self) -> Bodies:
-        """Return all bodies; modes get their coordinates now, behind those of the joints.
+        """Return all bodies; assigns the modal coordinates after the joint coordinates.
 
-        A section that never moves in its link's frame is the link itself.
+        A section that never moves relative to its link's frame is the link itself.
         """
         self.acting = len(self.rows)
         for name, s in list(self.sections):

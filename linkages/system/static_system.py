@@ -1,4 +1,4 @@
-"""A system that stands still in a pose, its prescribed joints held and every joint ideal: what modes are those of."""
+"""A linkage with ideal joints held at zero velocity in a pose: the system whose natural modes are computed."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from linkages.system.deflection import deflected
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.system import System
 
-#: Tables of an experiment that a standing linkage is without: none of them acts linearly.
+#: Tables of an experiment that a static linkage omits, because their laws are not linear.
 LEFT_OUT = ("frictions", "stops", "contacts")
 
 
 @dataclass(frozen=True, eq=False)
 class Standing(System):
-    """A linkage in a pose; make it by `standing`.
+    """A linkage held in a pose; made by `standing`.
 
     Attributes
     ----------
     pose : Assembly
-        With links as they are before loads bend them.
+        Pose with undeformed links.
     time : float
-        At which loads act [s].
+        Time at which the loads are evaluated [s].
     """
 
     pose: Assembly = field(kw_only=True)
@@ -36,12 +36,12 @@ class Standing(System):
 
     @cached_property
     def assembly(self) -> Assembly:
-        """The pose, with links whose start is quasi-static bent by the loads at rest.
+        """Assemble in the pose; links with a quasi-static start are deflected by the loads at zero velocity.
 
         Raises
         ------
         InputError
-            If the loads are beyond those that buckle a link.
+            If the loads exceed the buckling load of a link.
         """
         return deflected(self, self.pose, self.time) if self.tree.bent else self.pose
 
@@ -49,19 +49,19 @@ class Standing(System):
 def standing(system: System, times: Sequence[float]) -> list[Standing]:
     """Hold a linkage in the poses of its drives at some times.
 
-    Joints with clearance are ideal, links that bend stay so, and loads are those of the times. Frictions, stops and
-    contacts are left out.
+    Joints with clearance become ideal, flexible links stay flexible, and loads are evaluated at these times. Friction,
+    stops and unilateral contacts are omitted.
 
     Parameters
     ----------
     system : System
     times : sequence of float
-        [s]; 0 alone where the prescribed drives do not determine the motion.
+        Times [s]; only 0 if the prescribed drives do not determine the motion.
 
     Raises
     ------
     InputError
-        If the motion is not determined at other times than 0.
+        If a time other than 0 is given and the drives do not determine the motion.
     AssemblyError
         If the linkage cannot be assembled in one of the poses.
     """
@@ -74,14 +74,14 @@ def standing(system: System, times: Sequence[float]) -> list[Standing]:
     if ideal.determinate and ideal.tree.driven:
         poses = IdealMotion(ideal).states(at)[0]
     elif at.any():
-        raise InputError(experiment.source, "drives", "do not determine the motion; its poses are known at t = 0 alone")
+        raise InputError(experiment.source, "drives", "do not determine the motion; only the pose at t = 0 is known")
     else:
         poses = np.repeat(ideal.assembly.q[None], len(at), axis=0)
     return [_held(ideal, q, float(t)) for q, t in zip(poses, at, strict=True)]
 
 
 def _held(ideal: System, q: Array, time: float) -> Standing:
-    """Return a linkage with ideal joints that stands at coordinates (n,)."""
+    """Return a linkage with ideal joints held at coordinates (n,)."""
     tree, start = ideal.tree, ideal.assembly
     still = {
         f"drives.{name}": {"angle": float(q[dof]), "speed": 0.0}

@@ -1,4 +1,4 @@
-"""`System`: a mechanism and what is done with it as the numbers that every engine reads, each made once."""
+"""`System`: a mechanism and an experiment as the arrays that every engine reads, each computed once."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from linkages.system.unassembled import Unassembled
 class System(Unassembled):
     """A mechanism and an experiment that fit each other, as plain arrays.
 
-    Everything below is computed when it is first asked for, and then kept. nc contacts: a journal with play is one, a
-    guide with play has four.
+    Use `load` to make one from files and `replaced` to vary values. Each property is computed at its first use and then
+    kept. nc is the number of contacts: a journal with clearance is one, a guide with clearance has four.
 
     Raises
     ------
@@ -51,7 +51,7 @@ class System(Unassembled):
     _twin: System | None = field(default=None, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle what the user wrote, laws of the user's own among it: another process makes its own arrays."""
+        """Pickle the input and user-defined laws; another process computes its own arrays."""
         experiment = self.experiment
         tables = experiment.joints, experiment.stops, experiment.contacts
         names = [name for table in tables for model in table.values() for name in model.laws]
@@ -66,15 +66,15 @@ class System(Unassembled):
         ----------
         values : mapping
             Paths of the experiment (``joints.A.clearance``), and of the machine with ``sdf.`` before them
-            (``sdf.links.rod.mass``); strings are read as TOML values. Of a link that becomes rigid, outputs of bending
-            are left out.
+            (``sdf.links.rod.mass``); strings are read as TOML values. Outputs of the deformation
+            of links that become rigid are dropped.
         origin : str
-            Where the values come from, for errors and as their source.
+            Origin of the values, named in errors and as their source.
 
         Returns
         -------
         System
-            A new one; this one stays as it is.
+            A new system; this one is unchanged.
 
         Raises
         ------
@@ -130,7 +130,7 @@ class System(Unassembled):
         Raises
         ------
         InputError
-            If there is none.
+            If no number has this path.
 
         Examples
         --------
@@ -146,17 +146,17 @@ class System(Unassembled):
 
     @cached_property
     def motion_rate(self) -> float:
-        """Rate of the motion as far as it is known before a run [rad/s]."""
+        """Estimate the rate of the motion before a run [rad/s]."""
         return self.drive_rate if self.drive_rate > 0.0 else motion_rate(self, self.assembly.v)
 
     @cached_property
     def assembly(self) -> Assembly:
-        """The ideal linkage assembled at t = 0, with consistent velocities.
+        """Assemble the ideal linkage at t = 0, with consistent velocities.
 
         Raises
         ------
         AssemblyError
-            If it cannot be assembled.
+            If the linkage cannot be assembled.
         """
         if self._twin is not None:
             return self._twin.assembly
@@ -167,26 +167,26 @@ class System(Unassembled):
 
     @property
     def determinate(self) -> bool:
-        """Whether the prescribed drives alone determine the ideal motion."""
+        """Check whether the prescribed drives alone determine the ideal motion."""
         return self.assembly.mobility == len(self.tree.driven)
 
-    # -- all of it ---------------------------------------------------------------------------------
+    # -- arrays of the kernels ---------------------------------------------------------------------------------
 
     @cached_property
     def arrays(self) -> Arrays:
-        """All that kernels read of the system."""
+        """Return all arrays that kernels read."""
         tree = self.tree
         limits = np.where(self.touching, np.inf, self.laws["clearance"] * self.film_limits)
         joints = self.laws, self.tables, limits, self.touching.astype(np.int64), self.bristles
         dofs = tree.free_dofs, tree.driven_dofs, tree.powered_dofs, tree.driven_bodies, tree.powered_bodies
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
-        # what is called by address is compiled for contiguous arrays, and nothing checks them there
+        # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
         bodies = tree.bodies, tree.stiff_bodies(self.motion_rate)
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
     def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, int]:
-        """Rows, and how many of them are independent in free coordinates."""
+        """Return the rows, and the number of independent rows in free coordinates."""
         if not len(rows):
             return rows, 0
         count = independent(self.tree, rows, self.assembly.q, free)
@@ -211,7 +211,7 @@ class System(Unassembled):
 
     @cached_property
     def ideal_arrays(self) -> Arrays:
-        """The same with every joint ideal, closed by `Tree.closure_rows`."""
+        """Return the same arrays with every joint ideal, closed by `Tree.closure_rows`."""
         tree = self.tree
         rows, rank = self._closed_by(tree.closure_rows, tree.closing_dofs)
         return self.arrays._replace(
@@ -220,21 +220,21 @@ class System(Unassembled):
 
     @property
     def stiff(self) -> bool:
-        """Whether joints or links make the equations stiff: films, bristles and modes do, dry contact does not."""
+        """Check whether films, bristles or modes make the equations stiff; dry contact does not."""
         return any(model.has_film for model in self.models) or len(self.bristles) > 0 or bool(self.tree.bent)
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:
-    """Read an experiment and its mechanism, and check that they fit each other.
+    """Read an experiment and its mechanism, and check their consistency.
 
     Parameters
     ----------
     path : str or Path
         The TOML file.
     overrides : mapping, optional
-        Values by dotted path that replace those of the files; see `System.replaced`.
+        Values by dotted path that override the files; see `System.replaced`.
     origin : str
-        Where the overrides come from, for errors and as the source of their values.
+        Origin of the overrides, named in errors and as the source of their values.
 
     Returns
     -------
@@ -243,7 +243,7 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
     Raises
     ------
     InputError
-        One line with file, element or key, and reason.
+        If the input is invalid: one line with file, element or key, and reason.
 
     Examples
     --------
@@ -264,12 +264,12 @@ def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Register
 
 
 def _is_inertial(path: str) -> bool:
-    """Whether a path of the machine names a mass or a moment of inertia."""
+    """Check whether a path of the mechanism names a mass or a moment of inertia."""
     return path.startswith("links.") and path.endswith((".mass", ".inertia"))
 
 
 def _keeps_start(path: str) -> bool:
-    """Whether a path names a mass or a joint's law, on which the start does not depend."""
+    """Check whether a path names a mass or a joint's law, which do not affect the start."""
     if path.startswith("sdf."):
         return _is_inertial(path.removeprefix("sdf."))
     return path.startswith("joints.") and ".offset" not in path

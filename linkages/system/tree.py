@@ -1,4 +1,4 @@
-"""Spanning tree of a mechanism: which joints carry the bodies, which are cut, what the coordinates are."""
+"""Spanning tree of a mechanism: joints that carry the bodies, cut joints, coordinates."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from linkages.system.flexible_link import BentLink, section_at
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 #: Types of joints in records of bodies.
 TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
-_UNBENT = 1e30  # kg, with which a mode stays where it is
-#: Corners of a block, along and across its slot, in units of half its sides.
+_UNBENT = 1e30  # mass that immobilises a mode [kg]
+#: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A joint of the tree that carries body `child` from body `parent`; `reversed` if the SDF has it the other way."""
+    """A tree joint that carries body `child` on body `parent`; `reversed` if the SDF file has them exchanged."""
 
     joint: str
     reversed: bool
@@ -44,36 +44,36 @@ class Tree:
     Attributes
     ----------
     bodies : Bodies
-        World first, then parents before children. Links that float on clearance joints alone stand
-        behind two massless bodies, their x and y slides; the sections of links that bend, massless too, behind these.
+        World first, then parents before children. A link that floats on clearance joints follows two massless
+        bodies (its x and y prismatic joints); the massless sections of flexible links come last.
     index : dict
         Body index of each link name, "world" included.
     coordinates : tuple of str
         Name of each coordinate: a joint's name, or ``link.x``, ``link.y``, ``link.angle`` of a floating link; then
-        those of modes, ``link.bending1``.
+        modal coordinates, ``link.bending1``.
     edges : dict
         Tree joint that carries each link; floating links are absent.
     drawn : (nb, 2) array
-        Origin of each body frame in the drawn configuration of its own link [m].
+        Origin of each body frame in its link's reference configuration [m].
     play : tuple of str
-        Clearance joints, always cut.
+        Clearance joints; they are always cut.
     loops : tuple of str
-        Ideal joints that are cut to open the remaining loops.
+        Ideal joints cut to open the remaining loops.
     driven : tuple of str
         Joints with a prescribed motion.
     powered : tuple of str
         Joints with an applied torque.
     pieces : dict
-        Pieces of the links that bend, by link: one, if it is not cut. Behind the link's own name, which is that of the
-        body that its joint carries, `index` has their names.
+        Substructures of the flexible links, by link; one for a link that is not divided. In `index` the link's name
+        is the body that its joint carries; the names of the other substructures follow.
     sections : dict
-        Body of each of a piece's sections, by its name and abscissa on its beam [m].
+        Bodies of a substructure's sections, by the substructure's name and the abscissa on its beam [m].
     acting : int
-        Number of bodies without the last ones, sections on which nothing acts: only outputs look at them.
+        Number of bodies without the unloaded sections at the end, which only outputs read.
     gears : tuple of Gear
-        Pairs of joints whose coordinates go together.
+        Pairs of joints with coupled coordinates.
     hinges : tuple of str
-        Joints between the pieces of links in segments, which bend as those with modes do.
+        Joints between rigid segments of flexible links.
     """
 
     mechanism: Mechanism
@@ -94,27 +94,27 @@ class Tree:
 
     @property
     def size(self) -> int:
-        """Number of coordinates."""
+        """Return the number of coordinates."""
         return len(self.coordinates)
 
     @cached_property
     def bent(self) -> dict[str, BentLink]:
-        """Pieces of all links that bend, by name: the link's own if it is not cut."""
+        """Return the substructures of all flexible links, by name (the link's name if it is not divided)."""
         return {piece.name: piece for link in self.pieces.values() for piece in link}
 
     @cached_property
     def play_rows(self) -> Records:
-        """Closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
+        """Return the closure rows of the clearance joints, two each: the journal's offset along x_P and y_P."""
         return self._rows(self.play)
 
     @cached_property
     def loop_rows(self) -> Records:
-        """Closure rows of the cut ideal joints, then those of the gears."""
+        """Return the closure rows of the cut ideal joints, then the gears."""
         return np.concatenate([self._rows(self.loops), self.gear_rows])
 
     @cached_property
     def gear_rows(self) -> Records:
-        """Rows of the gears, whose reactions are along the second joints' terms, see `coordinate`."""
+        """Return the rows of the gears; reactions are along the second joints' terms, see `coordinate`."""
         rows = []
         for gear in self.gears:
             (one, sign), (two, other) = (self.coordinate(name) for name in reversed(gear.joints))
@@ -123,12 +123,12 @@ class Tree:
 
     @cached_property
     def closure_rows(self) -> Records:
-        """Rows that close the whole ideal linkage: those of the clearance joints first."""
+        """Return the rows that close the whole ideal linkage, clearance joints first."""
         return np.concatenate([self.play_rows, self.loop_rows])
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
-        """Joint and label of each contact: one for a journal, four (the corners of its block) for a guide."""
+        """Return joint and label of each contact: one per journal, four (corners of the block) per guide."""
         result = []
         for name in self.play:
             if self.mechanism.joint[name].type == "prismatic":
@@ -139,12 +139,12 @@ class Tree:
 
     @property
     def journals(self) -> tuple[str, ...]:
-        """Clearance joints that are journals in bearings."""
+        """Return the clearance joints that are journal bearings."""
         return tuple(name for name, label in self.contacts if name == label)
 
     @cached_property
     def ends(self) -> Records:
-        """The two ends of each contact."""
+        """Return the records of both ends of each contact."""
         rows = []
         for name in self.play:
             joint = self.mechanism.joint[name]
@@ -162,13 +162,13 @@ class Tree:
 
     @cached_property
     def joints(self) -> Records:
-        """Where the force in each of the mechanism's joints comes from, with play where there is."""
+        """Return the records that give each joint force, with clearances."""
         first = {name: k for k, (name, _) in reversed(list(enumerate(self.contacts)))}
         return self._joints(self.loops, first)
 
     @cached_property
     def ideal_joints(self) -> Records:
-        """The same with every joint ideal, closed by `closure_rows`."""
+        """Return the same records with every joint ideal, closed by `closure_rows`."""
         return self._joints((*self.play, *self.loops), {})
 
     def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> Records:
@@ -190,12 +190,12 @@ class Tree:
 
     @cached_property
     def driven_bodies(self) -> NDArray[np.int64]:
-        """Body that each driven joint carries."""
+        """Return the body that each driven joint carries."""
         return self._bodies_of(self.driven_dofs)
 
     @cached_property
     def powered_bodies(self) -> NDArray[np.int64]:
-        """Body that each powered joint carries."""
+        """Return the body that each powered joint carries."""
         return self._bodies_of(self.powered_dofs)
 
     def _bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -203,44 +203,44 @@ class Tree:
 
     @cached_property
     def free_dofs(self) -> NDArray[np.int64]:
-        """Coordinates that no drive prescribes, powered ones among them."""
+        """Return the coordinates without prescribed motion, including powered ones."""
         return np.setdiff1d(np.arange(self.size), self.driven_dofs)
 
     @cached_property
     def joint_dofs(self) -> NDArray[np.int64]:
-        """Coordinates of joints and of floating links: all but those of modes and hinges."""
+        """Return the coordinates of joints and floating links, without modes and hinges."""
         count = self.size - sum(len(link.modes.names) for link in self.bent.values())
         return np.array([k for k in range(count) if self.coordinates[k] not in self.hinges], dtype=np.int64)
 
     @cached_property
     def hinge_dofs(self) -> NDArray[np.int64]:
-        """Coordinates of the hinges between pieces."""
+        """Return the coordinates of the hinges between rigid segments."""
         return np.array([self.coordinates.index(name) for name in self.hinges], dtype=np.int64)
 
     @cached_property
     def closing_dofs(self) -> NDArray[np.int64]:
-        """Free coordinates that close loops: links keep their shape meanwhile."""
+        """Return the free coordinates that close loops at a fixed shape of the links."""
         return np.setdiff1d(self.joint_dofs, self.driven_dofs)
 
     def acting_bodies(self, bodies: Bodies) -> Bodies:
-        """Return bodies without the sections on which nothing acts."""
+        """Return the bodies without unloaded sections."""
         return packed(Bodies(bodies.records[: self.acting], bodies.shapes[: self.acting].view(LaneArray)))
 
     @cached_property
     def unbent_bodies(self) -> Bodies:
-        """The bodies with modes that stay as they are, whatever acts."""
+        """Return the bodies with immobile modes."""
         return self._with_modal_masses(lambda stiffnesses: _UNBENT)
 
     def stiff_bodies(self, rate: float) -> Bodies:
-        """Return the bodies with modes that are heavier by their stiffness over the square of a rate [rad/s].
+        """Return the bodies with modal masses increased by stiffness over the square of a rate [rad/s].
 
-        Then a change that is small against the kinetic energy of motions at that rate is small against the strain
-        energy too.
+        A change that is small relative to the kinetic energy of motions at that rate is then small relative to the
+        strain energy too.
         """
         return self._with_modal_masses(lambda stiffnesses: stiffnesses / rate**2)
 
     def _with_modal_masses(self, added: Callable[[Array], Array | float]) -> Bodies:
-        """Return the bodies with masses added to those of modes, (n, nm) of the stiffnesses of those that bend."""
+        """Return the bodies with added modal masses: a function of the modal stiffnesses (n, nm)."""
         shapes, bends = self.bodies.shapes.copy(), self.bodies.records["modes"] > 0
         if bends.any():
             shapes[bends, ELASTIC, :, LOCK] = added(shapes[bends, ELASTIC, :, STIFFNESS])
@@ -248,24 +248,24 @@ class Tree:
 
     @cached_property
     def driven_dofs(self) -> NDArray[np.int64]:
-        """Coordinate of each driven joint."""
+        """Return the coordinate of each driven joint."""
         return np.array([self.coordinates.index(name) for name in self.driven], dtype=np.int64)
 
     @cached_property
     def powered_dofs(self) -> NDArray[np.int64]:
-        """Coordinate of each joint with an applied torque."""
+        """Return the coordinate of each joint with an applied torque."""
         return np.array([self.coordinates.index(name) for name in self.powered], dtype=np.int64)
 
     @cached_property
     def extent(self) -> float:
-        """Length scale of the linkage: the diagonal of the box around its drawn joints [m]."""
+        """Return the linkage's length scale: the diagonal of the box around its joints [m]."""
         points = [point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)]
         return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if points else 1.0
 
     def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
-        """Marker (a record of `linkages.planar.record_types.MARKER`) of a point drawn on `link` [m], or `beside` it.
+        """Return the marker (`linkages.planar.record_types.MARKER`) of a reference point on `link` [m], or `beside` it.
 
-        On a link that bends the section at the point carries it.
+        On a flexible link the section at the point carries it.
         """
         body = self.index[link]
         if link in self.pieces:
@@ -274,18 +274,18 @@ class Tree:
         return body, float(x), float(y)
 
     def beam_ends(self, link: str) -> tuple[int, int]:
-        """Bodies of the sections at the first and the last end of the beam of a link that bends."""
+        """Return the bodies of the sections at the first and last end of a flexible link's beam."""
         beam = self.mechanism.link[link].beam
-        assert beam is not None  # it bends
+        assert beam is not None  # only links with a beam are flexible
         return self.marker(link, beam.start)[0], self.marker(link, beam.end)[0]
 
     def named_marker(self, name: str) -> tuple[int, float, float]:
-        """Marker of the origin of a link or frame, or of a joint's place on its child."""
+        """Return the marker of the origin of a link or frame, or of a joint's place on its child."""
         point = self.mechanism.place[name]
         return self.marker(point.link, point.origin)
 
     def coordinate(self, name: str) -> tuple[tuple[Any, ...], float]:
-        """Term (see `linkages.planar.record_types.TERM`) and sign of its value that give a joint's coordinate."""
+        """Return the term (`linkages.planar.record_types.TERM`) of a joint's coordinate, and its sign."""
         joint = self.mechanism.joint[name]
         ends = self.marker(joint.parent, joint.on_parent), self.marker(joint.child, joint.on_child)
         if joint.type == "prismatic":
@@ -293,7 +293,7 @@ class Tree:
         return (types.ANGLE, *ends, 0.0, 0.0), joint.sign
 
     def signal(self, name: str) -> tuple[Any, ...]:
-        """Signal (a record of `linkages.planar.record_types.SIGNAL`) of a position or speed, as ``slider.x``."""
+        """Return the `linkages.planar.record_types.SIGNAL` record of a position or speed, as ``slider.x``."""
         owner, _, part = name.rpartition(".")
         if part in OF_JOINTS:
             term, scale = self.coordinate(owner)
@@ -308,7 +308,7 @@ class Tree:
         rows, none = [], (0, (0, 0.0, 0.0), (0, 0.0, 0.0), 0.0, 0.0)
         for name in names:
             joint = self.mechanism.joint[name]
-            # a fixed joint keeps the drawn relative pose, whatever frames it was written with
+            # a fixed joint keeps the relative pose of the reference configuration, whatever its frames
             on_parent = joint.on_child if joint.type == "fixed" else joint.on_parent
             ends = self.marker(joint.parent, on_parent), self.marker(joint.child, joint.on_child)
             if joint.type == "prismatic":

@@ -25,7 +25,7 @@ from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
 from linkages.system.unilateral_contacts import touch_ends, touch_models
 
-_SAMPLED = 2000  # times at which rates of the drives are compared
+_SAMPLED = 2000  # number of times at which the drives' rates are compared
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,7 +35,7 @@ class Unassembled(Brief):
     Raises
     ------
     InputError
-        If mechanism and experiment do not fit each other.
+        If mechanism and experiment are inconsistent.
     """
 
     mechanism: Mechanism
@@ -54,7 +54,7 @@ class Unassembled(Brief):
 
     @cached_property
     def tree(self) -> Tree:
-        """Spanning tree: joints with play are cut, drives stay."""
+        """Build the spanning tree: clearance joints are cut, driven joints stay."""
         drives = self.experiment.drives
         tree = spanning_tree(
             self.mechanism,
@@ -67,18 +67,18 @@ class Unassembled(Brief):
 
     @cached_property
     def motions(self) -> Motions:
-        """Prescribed motions of the tree's driven joints."""
+        """Return the prescribed motions of the tree's driven joints."""
         return Motions([self.experiment.drives[name].motion() for name in self.tree.driven])
 
     @cached_property
     def drive_rate(self) -> float:
-        """Largest rate of a prescribed motion [rad/s or m/s]; zero without any."""
+        """Return the largest rate of a prescribed motion [rad/s or m/s]; zero without drives."""
         drives = [self.experiment.drives[name] for name in self.tree.driven]
         return max((drive.largest_rate(self.experiment.duration) for drive in drives), default=0.0)
 
     @cached_property
     def drive_way(self) -> float:
-        """Way of the fastest drive at its largest rate during the run [rad or m]; an oscillation counts as 2 pi.
+        """Compute the fastest drive's travel at its largest rate [rad or m]; an oscillation counts as 2 pi.
 
         The number of oscillations follows from the total variation of the rate: four times its largest value in each.
         """
@@ -90,78 +90,78 @@ class Unassembled(Brief):
 
     @cached_property
     def _drive_rates(self) -> tuple[Array, Array]:
-        """Rates and accelerations (nt, nd) of the prescribed motions at times that no oscillation keeps pace with."""
+        """Sample rates and accelerations (nt, nd) of the drives at irregular times, to avoid aliasing."""
         between = np.random.default_rng(0).random(_SAMPLED)
         return self.motions(self.experiment.duration * np.concatenate([[0.0], np.sort(between), [1.0]]))[1:]
 
     @cached_property
     def torques(self) -> Motions:
-        """Torque histories of the tree's powered joints."""
+        """Return the torque histories of the tree's powered joints."""
         return Motions([self.experiment.drives[name].torque_history() for name in self.tree.powered])
 
     @cached_property
     def loads(self) -> Loads:
-        """Applied loads as the kernels read them."""
+        """Return the applied loads as records of the kernels."""
         return pack_loads(self.tree, self.experiment)
 
     @cached_property
     def gravity(self) -> Array:
-        """Gravity in plane axes, (2,) [m/s2]."""
+        """Return gravity in plane axes, (2,) [m/s2]."""
         return self.mechanism.basis[:, :2].T @ self.experiment.gravity
 
     # -- contacts ----------------------------------------------------------------------------------
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
-        """Owner and label of each contact: those of joints with play, `Tree.contacts`; stops; points at lines."""
+        """Return owner and label of each contact: clearance joints (`Tree.contacts`), stops, points at lines."""
         named = (*self.experiment.stops, *self.experiment.contacts)
         return (*self.tree.contacts, *((name, name) for name in named))
 
     @cached_property
     def models(self) -> tuple[JointModel, ...]:
-        """Joint model of each contact."""
+        """Return the joint model of each contact."""
         play = tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
         return (*play, *touch_models(self.tree, self.experiment))
 
     @property
     def _bearings(self) -> tuple[Bearing | None, ...]:
-        """Bearing of each contact, if it has one."""
+        """Return the bearing of each contact, or None."""
         joints = self.mechanism.joint
         return tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
 
     @cached_property
     def laws(self) -> Records:
-        """Records that the force laws read, one of `linkages.laws.PARAMETERS` for each contact, (nc,)."""
+        """Return the law records (`linkages.laws.PARAMETERS`) of the contacts, (nc,)."""
         return law_parameters(self._bearings, self.models)
 
     @cached_property
     def film_tables(self) -> Array:
-        """Maps of the finite films, a line for each contact, empty where there is none needed."""
+        """Return the maps of the finite films, one line per contact, empty if it needs none."""
         return film_tables(self._bearings, self.models)
 
     @cached_property
     def ends(self) -> Records:
-        """The two ends of each contact: `Tree.ends`, with those that are worn, stops, points at lines."""
+        """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
         ends = np.concatenate([self.tree.ends, touch_ends(self.tree, self.experiment)])
         ends["kind"][[model.is_worn for model in self.models]] = WORN
         return ends
 
     @cached_property
     def tables(self) -> Array:
-        """`film_tables`, at the lines' ends the profiles of worn joints."""
+        """Return `film_tables` with the profiles of worn joints at the ends of the lines."""
         return np.hstack([self.film_tables, profiles(self.models)])
 
     @cached_property
     def film_limits(self) -> Array:
-        """Largest eccentricity ratio of each contact that its film covers, (nc,)."""
+        """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
         return film_limits(self.laws, self.film_tables)
 
     @cached_property
     def touching(self) -> NDArray[np.bool_]:
-        """Which contacts can touch, (nc,)."""
+        """Return which contacts can touch, (nc,)."""
         return np.array([model.can_touch for model in self.models], dtype=bool)
 
     @cached_property
     def bristles(self) -> NDArray[np.int64]:
-        """Contacts whose friction has a state of its own, LuGre's."""
+        """Return the contacts whose friction has a state (LuGre)."""
         return np.flatnonzero(self.laws["bristles"])

@@ -1,7 +1,7 @@
-"""Contacts beside those of joints with play, as the kernels read them: limit stops, points at straight lines.
+"""Records of unilateral contacts other than clearance joints: limit stops, and points at straight lines.
 
-Each is a corner at a wall, as a block's in its slot, or in a joint that turns an angle at a limit. Walls of slots stand
-back by a clearance; here that is a length against which depths count as small, and the wall's place makes up for it.
+Each is a corner at a wall, like a block's in its slot, or for a revolute joint an angle at a limit. The contact kernels
+offset slot walls by the clearance. Here this length only scales depths, and the wall's position compensates for it.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from linkages.model.experiment_tables import Contact, Friction, JointModel
 from linkages.planar.record_types import CORNER, ENDS, STOP
 from linkages.system.tree import Tree
 
-#: Depths of contacts are small against this part of the linkage's length, of a turning joint against this angle [rad].
+#: Scale of contact depths: relative to the linkage's length, for a revolute joint an angle [rad].
 REACH = 1e-3
 
 
 def touch_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
-    """Return the laws of each stop, then of each point at a line, as those of a dry joint."""
+    """Return dry joint models for each stop, then for each point at a line."""
     models = [
         _dry(REACH * (1.0 if _turns(tree, stop.joint) else tree.extent), stop.contact, None)
         for stop in experiment.stops.values()
@@ -36,7 +36,7 @@ def _dry(clearance: float, contact: Contact, friction: Friction | None) -> Joint
 
 
 def touch_ends(tree: Tree, experiment: Experiment) -> Records:
-    """Make the records of the two ends of each, in the same order."""
+    """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
     for stop in experiment.stops.values():
         joint, side = tree.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0

@@ -1,4 +1,4 @@
-"""What is computed for one robot on one branch: motion, modes, quasi-static response, stress."""
+"""Analysis of one robot on one branch: motion, modes, quasi-static response, stress."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from linkages.three_rrr.vibration import Vibration
 
 POSES = 361
 TRACKED = 6  # modes that are followed and drawn
-_SPARE = 4  # further modes, for those that cross
+_SPARE = 4  # additional modes for crossings
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class RobotResults:
     Attributes
     ----------
     model : FiniteElementModel
-        With locked roots, or held by servos if the robot says so.
+        With locked roots, or with servos if the robot has them.
     frequencies : (N, n) array
         Rising at each pose.
     tracked, shapes, mac : arrays
@@ -38,7 +38,7 @@ class RobotResults:
     free : (N, m) array
         The lowest frequencies with free roots, the paper's 24 numbers, the three zeros of the rigid motion among them.
     dynamic : Vibration or None
-        The response with vibration, if it was asked for.
+        The response with vibration, if requested.
     """
 
     robot: Robot

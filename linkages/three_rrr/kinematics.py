@@ -165,7 +165,7 @@ def motion(geometry: Geometry, time: Array, phi: Array, dphi: Array, ddphi: Arra
     r, e, f = arms(geometry, x[:, 0]), unit(phi), unit(psi)
 
     def relative(platform: Array, crank: Array) -> Array:
-        """Velocity of C_r less that of B_r, or the tangential part of the acceleration."""
+        """Compute the velocity of C_r relative to B_r, or the tangential part of the acceleration."""
         moved = platform[:, None, 1:] + platform[:, :1, None] * turned(r)
         return moved - (geometry.crank * crank)[..., None] * turned(e)
 

@@ -137,7 +137,7 @@ class Robot(Table):
 
     @cached_property
     def geometry(self) -> Geometry:
-        """Dimensions: those of the SDFormat file, unless others were given."""
+        """Return the dimensions: given ones, otherwise the SDFormat file's."""
         return self._geometry if self._geometry is not None else from_mechanism(self.load_mechanism())
 
     @cached_property

@@ -48,7 +48,7 @@ def velocity_terms(model: FiniteElementModel, state: Motion, tension_from: Array
 
 
 def _reduced(model: FiniteElementModel, state: Motion, gyro: Array, stiff: Array) -> tuple[Array, Array]:
-    """Matrices on the unknowns; the arms of a rigid platform rotate with it and add terms of their own."""
+    """Assemble the matrices of the unknowns; the arms of a rigid platform rotate with it and add terms."""
     if not model.rigid:
         grid = np.ix_(np.arange(len(state)), model.kept, model.kept)
         return gyro[grid], stiff[grid]

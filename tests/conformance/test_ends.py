@@ -69,7 +69,7 @@ def test_a_crank_that_locks_ends_the_run_where_geometry_says(engine, experiment_
     assert summary["duration"] == pytest.approx(locked, abs=1e-4)
     (warning,) = summary["warnings"]
     assert warning["kind"] == "singular"
-    assert "no other branch begins there" in warning["what"]
+    assert "no other branch starts there" in warning["what"]
     for numbers in (summary, summary["ideal"]):  # which have no bound as the lock is neared
         assert numbers["outputs"]["follower.omega"]["peak"] is None
         assert numbers["joints"]["A"]["force"]["peak"] is None

@@ -158,16 +158,16 @@ def test_a_warning_says_that_pins_are_without_the_force_of_teeth(system_of):
     assert summary["joints"]["A"]["force"]["peak"] == summary["joints"]["B"]["force"]["peak"] == 0.0
     (warning,) = summary["warnings"]
     assert warning["kind"] == "gear"
-    assert warning["what"].startswith("the forces in A, B are without those of the teeth, or of the belt, of mesh")
+    assert warning["what"].startswith("the forces in A, B exclude the tooth or belt forces of mesh")
     assert summarize(study(system_of(sdf, text + "[drives.B]\ntorque = 0.0\n"), "compiled"))["warnings"] == []
 
 
 #: case -> (text, what the message must say)
 REFUSED = {
     "no ratio": ("[gears.mesh]\njoints = ['A', 'B']\n", "gears.mesh.ratio: is missing"),
-    "ratio of zero": (gear("AB", 0.0), "gears.mesh: ratio is 0; the second joint would stand still"),
+    "ratio of zero": (gear("AB", 0.0), "gears.mesh: ratio is 0; the second joint would not move"),
     "one joint": (gear("A", 1.0), "gears.mesh.joints"),
-    "twice the same": (gear("AA", 1.0), 'gears.mesh: joints are one and the same, "A"'),
+    "twice the same": (gear("AA", 1.0), 'gears.mesh: both joints are "A"'),
     "unknown joint": (gear("AC", 1.0), 'gears.mesh.joints: "C" is not in machine.sdf; known are: A, B'),
     "name of a joint": (gear("AB", 1.0).replace("mesh", "A"), "gears.A: is also the name of"),
     "two drives": (

@@ -243,7 +243,7 @@ REFUSED = {
     "no line": (CONTACT.replace("anchor", "# anchor"), "contacts.foot: give either line, a frame, or anchor"),
     "line on the same link": (
         CONTACT.replace("anchor = [0.3, -0.2]\nangle = 0.0", 'line = "block"'),
-        'is that of a point and a line on the same link, "block"',
+        'has its point and its line on the same link, "block"',
     ),
     "angle of a frame": (
         CONTACT.replace("anchor = [0.3, -0.2]\nangle = 0.0", 'line = "block"\nangle = 0.1'),

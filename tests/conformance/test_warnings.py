@@ -69,7 +69,7 @@ def test_report_and_figures_of_a_run_through_change_points(experiment_file, tmp_
     assert main(["report", out]) == 0
     page = (tmp_path / "out" / "report.html").read_text()
     assert "passes or nears singular positions at 0.35" in page
-    assert "follower.alpha has no bound." in page
+    assert "follower.alpha is unbounded." in page
 
 
 def test_a_motion_that_stays_away_from_its_change_points_has_all_numbers(engine, system_of):

@@ -181,7 +181,7 @@ def test_a_visual_that_drake_refuses_is_bad_input_and_nothing_else_is_said(syste
     """Drake raises and logs."""
     sphere = '<visual name="v"><geometry><sphere><radius>x1</radius></sphere></geometry></visual>'
     text = four_bar().replace("</inertial>", f"</inertial>{sphere}", 1)
-    with pytest.raises(InputError, match=r"<visual>: Drake refuses it: .*radius"):
+    with pytest.raises(InputError, match=r"<visual>: Drake rejects it: .*radius"):
         simulate(system_of(text, "duration = 0.1\n"), "drake")
     assert not caplog.records
 

@@ -190,7 +190,7 @@ force = [{}, 0.0]
 model = "flexible"
 """
     assert np.isfinite(system_of(CANTILEVER, toml.format(-0.99 * np.pi**2 / 4 * unit)).assembly.q).all()
-    with pytest.raises(InputError, match=r"links\.rod\.start: the loads at t = 0 are beyond what buckles it; set"):
+    with pytest.raises(InputError, match=r"links\.rod\.start: the loads at t = 0 exceed its buckling load; set"):
         _ = system_of(CANTILEVER, toml.format(-1.01 * np.pi**2 / 4 * unit)).assembly
 
 

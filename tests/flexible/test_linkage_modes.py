@@ -202,7 +202,7 @@ def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
     assert {path.name for path in tmp_path.iterdir()} == {"modes.json", "mode_shapes.png", "mode_frequencies.png"}
     said = capsys.readouterr().out
     assert "drives held: O" in said
-    assert "ideal instead of with clearance: B" in said
+    assert "clearance joints that are ideal here: B" in said
     assert "203.2" in said
 
 

@@ -36,10 +36,10 @@ axial = 0
 def elastica(across, along):
     """Displacements over the length, turn of the tip and strain energy, E I / L, of a cantilever under a tip force.
 
-    The force, in units of E I / L2, has the angle beta against the axis of the straight beam. The tangent's angle psi from
-    the thrust's line satisfies psi'^2 = 2 F (cos psi - cos psi_1), psi_1 at the tip: with sin(psi / 2) = k sin(phi) all
-    follows by elliptic integrals of modulus k = sin(psi_1 / 2) (Love, A Treatise on the Mathematical Theory of Elasticity,
-    sections 262-263).
+    The force, in units of E I / L2, has the angle beta against the axis of the straight beam. The tangent's angle psi
+    from the thrust's line satisfies psi'^2 = 2 F (cos psi - cos psi_1), psi_1 at the tip: with sin(psi / 2) = k
+    sin(phi) all follows by elliptic integrals of modulus k = sin(psi_1 / 2) (Love, A Treatise on the Mathematical
+    Theory of Elasticity, sections 262-263).
     """
     root, beta = np.hypot(across, along) ** 0.5, np.pi - np.arctan2(across, along)
 
@@ -224,7 +224,9 @@ def test_other_numbers_of_pieces_are_refused_in_one_line(system_of, count):
 
 
 def test_each_piece_needs_the_modes_of_its_ends(system_of):
-    with pytest.raises(InputError, match=r"links\.rod\.bending: is 1; its 2 joints, loads and ends of a piece need 2"):
+    with pytest.raises(
+        InputError, match=r"links\.rod\.bending: is 1; its 2 joints, loads and ends of a substructure need 2"
+    ):
         system_of(CANTILEVER, HELD.format(0.0, 0.0, 4) + "bending = 1\n")
 
 

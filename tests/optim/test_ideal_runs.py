@@ -92,7 +92,7 @@ def test_a_design_that_cannot_be_assembled(surrogate):
     ("output", "why"),
     [
         ("ideal.B.ex", r'objectives\.\w+\.terms\[0\]: .*output "B\.ex": is unknown; did you mean "B\.fx"'),
-        ("ideal.follower.alpha.jitter", "jitter is that of the motion of a link or frame"),
+        ("ideal.follower.alpha.jitter", "jitter exists only for the motion of a link or frame"),
         ("ideal.B.turning_ratio", 'output "B.turning_ratio": is unknown'),
         ("B.turning_rate", 'output "B.turning_rate": is unknown'),
     ],

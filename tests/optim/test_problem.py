@@ -164,7 +164,7 @@ def test_operating_points(study):
             r'^mine.toml: objectives.force.terms\[0\]: .*output "A.farce": is unknown; did you mean "A.force"',
         ),
         ('"slider7.x"', '"slider8.x"', 'output "slider8.x": is unknown; did you mean "slider7.x"'),
-        ('"slider7.x"', '"A.film_thickness.jitter"', "jitter is that of the motion of a link or frame"),
+        ('"slider7.x"', '"A.film_thickness.jitter"', "jitter exists only for the motion of a link or frame"),
         (
             "joints.A.viscosity",
             "joints.A.viscocity",

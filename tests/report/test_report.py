@@ -201,10 +201,10 @@ def test_change(value, reference, text):
 
 BAD = {
     "no folder": (lambda folder: shutil.rmtree(folder), "is not a folder"),
-    "no summary": (lambda folder: (folder / "summary.json").unlink(), "summary.json: is not there"),
+    "no summary": (lambda folder: (folder / "summary.json").unlink(), "summary.json: is missing"),
     "no JSON": (lambda folder: (folder / "summary.json").write_text("{"), "cannot be read"),
     "another summary": (lambda folder: (folder / "summary.json").write_text("{}"), "is missing"),
-    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "holds no table"),
+    "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "is not a JSON object"),
     "half a character": (lambda folder: (folder / "summary.json").write_text(r'{"title": "\ud800"}'), "cannot be read"),
     "no text": (lambda folder: (folder / "animation.html").write_bytes(b"<html>\xff"), "animation.html: cannot be read"),
     "endless contact": (lambda folder: (folder / "impacts.csv").write_text('joint\n"' + 200_000 * "x"), "list of contacts"),
@@ -279,7 +279,7 @@ def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_i
     assert any(
         f"Peak of follower.omega: {peak:.3g} rad/s; with ideal joints {exact:.3g} rad/s" in text for text in found
     )
-    assert found[0].startswith("A film law is used at an L/D that it is not for: 1 in A (long: L/D > 8")
+    assert found[0].startswith("A film law is used at an L/D outside its validity: 1 in A (long: L/D > 8")
     assert any(text.startswith("Joint A uses up to") and text.endswith("of its clearance.") for text in found)
     assert any(text.startswith("Joint B uses up to") and "and touches " in text for text in found)
     for joint in summary["provenance"]["experiment"]["joints"].values():

@@ -1,4 +1,4 @@
-"""Advance a simulator of the user's own diagram that contains a linkage."""
+"""Advance a simulator of a user's diagram that contains a linkage."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from linkages.errors import Status
 from linkages.results.trajectory import Progress
 from linkages.system import System
 
-_FIRST = 1e-3  # first step, as a share of the largest step
+_FIRST = 1e-3  # first step over the largest step
 
 
 def advance(
@@ -33,10 +33,10 @@ def advance(
             progress(root.get_time())
         if budget.spent(root.get_time()):
             ended[0], steps.again = Status.TOO_MANY_STEPS, False
-            return EventStatus.ReachedTermination(drives, "the end is out of reach")
+            return EventStatus.ReachedTermination(drives, "too many steps")
         if steps.kept and drives.has_open_loop(root):
             ended[0], steps.again = Status.LOOP_OPEN, False
-            return EventStatus.ReachedTermination(drives, "a loop came apart")
+            return EventStatus.ReachedTermination(drives, "a loop opened")
         return steps.verdict()
 
     simulator.set_monitor(look)

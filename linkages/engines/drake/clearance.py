@@ -23,17 +23,17 @@ from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start
 from linkages.planar.record_types import WORN
 from linkages.system import System
 
-#: Entries of each contact's block of the output port "joints": `CLEARANCE_OUTPUTS`, and what follows from them.
+#: Entries of each contact's block of the output port "joints": `CLEARANCE_OUTPUTS`, and quantities derived from them.
 JOINT_OUTPUTS = {
     "ex": "eccentricity vector, from the bearing's centre to the journal's, along x_P [m]",
-    "ey": "the same along y_P [m]",
+    "ey": "eccentricity vector along y_P [m]",
     "fx": "force on the journal along x_P [N]",
-    "fy": "the same along y_P [N]",
-    "couple": "couple on the journal [N m]",
+    "fy": "force on the journal along y_P [N]",
+    "couple": "moment on the journal [N m]",
     "penetration": "overlap of journal and bearing, negative: their gap [m]",
     "closing": "rate of the penetration [m/s]",
     "sliding": "sliding speed of the journal's surface [m/s]",
-    "load": "normal load of the contact, without the film's [N]",
+    "load": "normal load of the contact, without the film force [N]",
     "bristle_rate": "rate of LuGre's bristles [m/s]",
     "eccentricity_ratio": "length of the eccentricity vector over the radial clearance [1]",
     "attitude": "angle of the eccentricity vector [rad]",
@@ -57,24 +57,24 @@ class ClearanceJoints(LeafSystem):
     - ``generalized_force``: output, (nv,).
       For the plant's applied generalised forces [N m, N].
     - ``joints``: output, (len(JOINT_OUTPUTS) nc,).
-      For each contact `JOINT_OUTPUTS`.
+      `JOINT_OUTPUTS` of each contact.
 
     The laws are evaluated once for each state: the other ports read the cached value of ``evaluation``.
 
     State
     -----
-    Where a joint can touch: the approach speed of its present contact is discrete state, latched by an event that
-    witness functions locate at the contact's start (they need the context's accuracy to be set). Each start and end
-    is an event, so that no integration step lies across one. It is infinite between contacts: a step that is tried
-    across a start meets the law without damping, which an approach speed of some other contact, or of none, would make
-    arbitrarily large. `begin` latches the speeds of contacts that begin at the start of a run, where no witness
-    function changes its sign. Where friction is LuGre's: the bristles are continuous state.
+    Joints with contact: the approach speed of the present contact is discrete state, latched by an event that witness
+    functions locate at the contact's start (set the context's accuracy for this). Each start and end of a contact is an
+    event, so that no integration step crosses it. Between contacts the approach speed is infinite: a trial step across
+    a start then evaluates the law without damping; any other approach speed could make the damping arbitrarily large.
+    `begin` latches the speeds of contacts that start with the run, because no witness function changes its sign there.
+    LuGre friction: the bristles are continuous state.
 
     Parameters
     ----------
     system : System
     place : StatePlace
-        Where the tree's coordinates stand in the plant's state.
+        Places of the tree's coordinates in the plant's state.
     """
 
     def __init__(self, system: System, place: StatePlace) -> None:
@@ -104,31 +104,31 @@ class ClearanceJoints(LeafSystem):
         self._joints = self.DeclareVectorOutputPort("joints", len(JOINT_OUTPUTS) * len(laws), self._give_joints, needs)
 
     def get_evaluation_output_port(self) -> OutputPort:
-        """Output port ``evaluation``."""
+        """Return the output port ``evaluation``."""
         return self._evaluation
 
     def get_force_output_port(self) -> OutputPort:
-        """Output port `generalized_force`."""
+        """Return the output port `generalized_force`."""
         return self._force
 
     def get_joints_output_port(self) -> OutputPort:
-        """Output port ``joints``."""
+        """Return the output port ``joints``."""
         return self._joints
 
     def evaluate(self, context: Context) -> Array:
-        """``CLEARANCE_OUTPUTS`` of each joint, (nj, WIDTH)."""
+        """Compute ``CLEARANCE_OUTPUTS`` of each contact, (nc, WIDTH)."""
         joints: Array = self._evaluation.Eval(context)[self._size :].reshape(-1, WIDTH)
         return joints
 
     def penetrations(self, context: Context) -> Array:
-        """Penetration of each contact, negative where there is none, (nc,) [m]."""
+        """Compute the penetration of each contact, negative if open, (nc,) [m]."""
         gaps: Array = self.evaluate(context)[:, _PENETRATION]
         return gaps
 
     # -- events and states -------------------------------------------------------------------------
 
     def begin(self, context: Context) -> None:
-        """Latch the approach speeds of the contacts that begin at the state of a context, the start of a run."""
+        """Latch the approach speeds of contacts that exist at the state of a context, the start of a run."""
         if not len(self._touching):
             return
         joints, speeds = self.evaluate(context), np.full(len(self._laws), np.inf)
@@ -137,7 +137,7 @@ class ClearanceJoints(LeafSystem):
         context.SetDiscreteState(speeds)
 
     def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:  # noqa: N802
-        """Drake asks for these after every step."""
+        """Return the witness functions; Drake calls this after every step."""
         return self._witnesses
 
     def _witness(self, k: int) -> WitnessFunction:
@@ -151,7 +151,7 @@ class ClearanceJoints(LeafSystem):
             return EventStatus.Succeeded()
 
         return self.MakeWitnessFunction(
-            f"{self.joints[k]} touches or parts",
+            f"{self.joints[k]} starts or ends contact",
             WitnessFunctionDirection.kCrossesZero,
             penetration,
             UnrestrictedUpdateEvent(system_callback=latch),
@@ -181,13 +181,13 @@ class ClearanceJoints(LeafSystem):
         length = np.where(self._ends["kind"] == WORN, np.hypot(joints[:, 0], joints[:, 1]), depth)
         ratio = length / self._laws["clearance"]
         extra = np.array([ratio, np.arctan2(joints[:, 1], joints[:, 0])])
-        extra[:, self._beside :] = np.nan  # of stops and points at lines
+        extra[:, self._beside :] = np.nan  # not defined for stops and points at lines
         output.SetFromVector(np.column_stack([joints, *extra]).ravel())
 
 
 class BristledJoints(ClearanceJoints):
-    """Clearance joints of which some have bristles: Drake asks no others for rates, which takes its time."""
+    """Clearance joints with bristles: a separate class, as Drake evaluates declared derivatives slowly."""
 
     def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:  # noqa: N802
-        """Rates of LuGre's bristles."""
+        """Compute the rates of LuGre's bristles."""
         derivatives.SetFromVector(self.evaluate(context)[self._bristles, _BRISTLE_RATE])

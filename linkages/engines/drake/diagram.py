@@ -1,4 +1,4 @@
-"""The systems of a linkage, connected: for our own runs and for diagrams of the user's."""
+"""The systems of a linkage, connected: for `simulate` and for users' diagrams."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Linkage:
     Attributes
     ----------
     system : System
-        That which moves: with rigid pieces in place of links that bend.
+        The simulated system: with rigid segments instead of flexible links.
     plant, scene_graph
         Continuous plant of the linkage's spanning tree, and its geometry.
     clearance : ClearanceJoints or None
-        None if no joint has play, and there are no stops and no points at lines.
+        None without clearance joints, stops and points at lines.
     drives : Drives
     external : InputPort or None
-        If asked for: takes generalised forces (nv,) of the user's own systems, which the drives then know of.
+        Optional input of generalised forces (nv,) of other systems, which the drives take into account.
     place : StatePlace
-        Where the tree's coordinates stand in the plant's state.
+        Places of the tree's coordinates in the plant's state.
     """
 
     system: System
@@ -49,7 +49,7 @@ class Linkage:
     place: StatePlace
 
     def set_initial_state(self, root: Context) -> None:
-        """Put the assembled state at t = 0, and what its contacts remember, into a context of the whole diagram."""
+        """Set the assembled state at t = 0, and the contacts' memory, in a context of the whole diagram."""
         context = self.plant.GetMyMutableContextFromRoot(root)
         q, v = self.plant.GetPositions(context).copy(), self.plant.GetVelocities(context).copy()
         q[self.place.positions], v[self.place.velocities] = self.system.assembly.q, self.system.assembly.v
@@ -63,35 +63,36 @@ class Linkage:
     ) -> Status:
         """Advance a simulator of a diagram with this linkage, where `Simulator.AdvanceTo` may stall.
 
-        Drake's integrators have habits that spoil steps (`linkages.engines.drake.steps`): with the stiffness of a film
-        they may creep on in steps of nanoseconds. Here that is noticed, and the integrator begins anew. The simulator
-        gets the integrator of the experiment's `solver`, and its monitor is used; none is left.
+        Use it instead of `Simulator.AdvanceTo` for stiff films: Drake's integrators can reduce the step to nanoseconds
+        and never recover (`linkages.engines.drake.steps`). This function detects it and restarts the integrator. The
+        simulator gets the integrator of the experiment's `solver`; its monitor is replaced during the call and cleared
+        at the end.
 
         Parameters
         ----------
         simulator : Simulator
-            Of the whole diagram.
+            Simulator of the whole diagram.
         until : float
-            Time [s].
+            Final time [s].
         progress : callable, optional
             Called with the simulated time [s] after every step.
         limit : int, optional
-            Most steps; default 5 million, an hour and more.
+            Largest number of steps; default: 5 million (more than an hour).
 
         Returns
         -------
         Status
-            OK; TOO_MANY_STEPS where the end is out of reach, as of a machine in millimetres; STEP_SIZE_COLLAPSE. The
-            simulator stands where it got to, and can be advanced further.
+            OK; TOO_MANY_STEPS if the end is out of reach, as for a mechanism in millimetres; STEP_SIZE_COLLAPSE.
+            The simulator keeps its last state and can be advanced further.
         """
         return advance(self.system, self.drives, simulator, until, progress, limit)
 
     def speed(self, drive: str) -> OutputPort:
-        """Output port of a driven joint's speed, (1,) [rad/s or m/s]."""
+        """Return the output port of a driven joint's speed, (1,) [rad/s or m/s]."""
         return self.drives.GetOutputPort(f"{drive}.speed")
 
     def torque(self, drive: str) -> InputPort:
-        """Input port of a torque (force) added to that of a drive by torque, (1,) [N m or N]; zero if not connected."""
+        """Return the input port of a torque added to a drive by torque, (1,) [N m or N]; zero if not connected."""
         return self.drives.GetInputPort(f"{drive}.torque")
 
 
@@ -104,9 +105,9 @@ def add_linkage(
     ----------
     builder : DiagramBuilder
     system : System
-        From `linkages.load`. Links that bend become rows of rigid pieces (`linkages.system.rigid_segments`).
+        From `linkages.load`. Flexible links become chains of rigid segments (`linkages.system.rigid_segments`).
     external : bool
-        Whether to provide an input for generalised forces of the user's own systems (`Linkage.external`).
+        Whether to provide an input for generalised forces of other systems (`Linkage.external`).
     meshcat : Meshcat, optional
         Shows the linkage while it runs.
 
@@ -115,10 +116,10 @@ def add_linkage(
     AssemblyError
         If the linkage cannot be assembled.
     InputError
-        If a link bends in a way that rigid segments cannot.
+        If a flexible link has settings that rigid segments do not support.
     """
     system = _in_segments(system) if system.tree.bent else system
-    system.assembly  # noqa: B018 (what cannot be assembled is said before anything is added)
+    system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
     plant.mutable_gravity_field().set_gravity_vector(system.experiment.gravity)
@@ -155,7 +156,7 @@ def add_linkage(
 def _in_segments(system: System) -> System:
     for name in system.experiment.flexible:
         if not system.experiment.links[name].stiffening:
-            problem = "is false, but Drake's rigid segments do stiffen; leave it out, or use the compiled engine"
+            problem = "is false, but Drake's rigid segments always stiffen; remove it, or use the compiled engine"
             raise InputError(system.experiment.source, f"links.{name}.stiffening", problem)
     return segmented(system)
 
@@ -174,7 +175,7 @@ def build_diagram(system: System, meshcat: Meshcat | None = None) -> tuple[Diagr
     -------
     diagram : Diagram
     linkage : Linkage
-        Its systems; `Linkage.set_initial_state` puts the assembled state into a context.
+        The linkage's systems; `Linkage.set_initial_state` sets the assembled state in a context.
     """
     builder = DiagramBuilder()
     linkage = add_linkage(builder, system, meshcat=meshcat)

@@ -16,23 +16,23 @@ from linkages.system import System
 class Drives(LeafSystem):
     """Torques of the drives, reactions of the ideal joints that close loops, and applied loads.
 
-    No joint of a continuous plant can follow a function of time, and no loop can be closed in it. Both are exact
-    here: the drive torques and loop reactions that keep driven joints at their prescribed accelerations and cut
-    joints closed follow from the equations of motion (hybrid articulated-body dynamics, with multipliers for the
-    loops) and are applied as generalised forces. A feedback with both roots at `stabilisation` removes drift.
-    The experiment's applied loads act here too, so that drives and loops know of them.
+    A joint of a continuous plant cannot follow a function of time, and the plant cannot close loops. This system does
+    both exactly: the drive torques and loop reactions that keep driven joints at their prescribed accelerations and cut
+    joints closed follow from the equations of motion (hybrid articulated-body dynamics, with multipliers for the loops)
+    and are applied as generalised forces. A feedback with both roots at `stabilisation` removes drift. The experiment's
+    applied loads act here too, so that drives and loops take them into account.
 
     Ports
     -----
     - ``state``: input, (nx,).
       State [q; v] of the plant.
     - ``applied``: input, (nv + extra,).
-      Every other generalised force that acts on the plant; from `ClearanceJoints`, or summed with the user's own.
-      Entries after the first nv are not read.
+        All other generalised forces on the plant, from `ClearanceJoints`, or their sum with a user's forces. Entries
+        after the first nv are not read.
     - ``DRIVE.torque``: input, (1,), for each drive by torque.
-      Added to its torque [N m] or force [N]; zero if not connected.
+      Torque [N m] or force [N] added to the drive's; zero if not connected.
     - ``DRIVE.speed``: output, (1,), for each drive.
-      Rate of its joint [rad/s or m/s].
+      Rate of the driven joint [rad/s or m/s].
     - ``generalized_force``: output, (nv,).
       `applied` plus the forces of loads, drives and loops: for the plant's applied generalised forces.
     - ``torques``: output, (nd,).
@@ -41,11 +41,11 @@ class Drives(LeafSystem):
     Parameters
     ----------
     system : System
-        Its gravity must be the plant's.
+        System with the same gravity as the plant.
     place : StatePlace
-        Where the tree's coordinates stand in the plant's state.
+        Places of the tree's coordinates in the plant's state.
     extra : int
-        Entries of `applied` after the forces.
+        Number of entries of `applied` after the forces.
     """
 
     def __init__(self, system: System, place: StatePlace, extra: int = 0) -> None:
@@ -71,23 +71,23 @@ class Drives(LeafSystem):
             self.DeclareVectorOutputPort(f"{name}.speed", 1, give, {self.input_port_ticket(self._state.get_index())})
 
     def get_state_input_port(self) -> InputPort:
-        """Input port ``state``."""
+        """Return the input port ``state``."""
         return self._state
 
     def get_applied_input_port(self) -> InputPort:
-        """Input port ``applied``."""
+        """Return the input port ``applied``."""
         return self._applied
 
     def get_force_output_port(self) -> OutputPort:
-        """Output port ``generalized_force``."""
+        """Return the output port ``generalized_force``."""
         return self._force
 
     def get_torques_output_port(self) -> OutputPort:
-        """Output port ``torques``."""
+        """Return the output port ``torques``."""
         return self._torques
 
     def has_open_loop(self, root: Context) -> bool:
-        """Whether loops that ideal joints close are open, in the context of the whole diagram."""
+        """Check for open loops of ideal joints in the context of the whole diagram."""
         if not len(self._tree.loop_rows):
             return False
         q = self._state.Eval(self.GetMyContextFromRoot(root))[self._place.q]
@@ -95,8 +95,8 @@ class Drives(LeafSystem):
         return bool(error > LOOSE * self._tree.extent)
 
     def _solve(self, context: Context) -> tuple[Array, Array]:
-        """Compute forces on the plant and those of the drives: asked for at every evaluation of the derivatives."""
-        applied, added = self._applied.Eval(context), {}  # what a port gives is a copy
+        """Compute the forces on the plant and of the drives, at every evaluation of the derivatives."""
+        applied, added = self._applied.Eval(context), {}  # a port returns a copy
         for k, (place, port) in self._powers.items():
             if port.HasValue(context):
                 added[k] = port.Eval(context)[0]

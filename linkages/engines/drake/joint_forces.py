@@ -34,7 +34,7 @@ class Placed(NamedTuple):
 
 
 def placed(system: System, positions: Indices, rates: Indices, into: Indices, size: int) -> Placed:
-    """Put a system in its place, for `joint_forces` and `drive_forces`."""
+    """Pack a system and its places for `joint_forces` and `drive_forces`."""
     q, v, f = (np.ascontiguousarray(x, dtype=np.int64) for x in (positions, rates, into))
     return packed(Placed(packed(system.arrays), q, v, f, size, system.experiment.solver.stabilisation))
 

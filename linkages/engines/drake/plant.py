@@ -24,9 +24,9 @@ from linkages.system.tree import Tree
 def tree_sdf(tree: Tree) -> str:
     """Write the spanning tree as plain SDFormat: no cut joints, no annotations, no frames to resolve.
 
-    Links stand where the tree puts them at zero coordinates: as drawn, but shifted so that every joint of the
-    tree is closed. Visuals are passed on, or made where a link has none; collision geometry is not passed on
-    (contact is the joint laws' business).
+    Links have the poses of the tree at zero coordinates: the reference configuration, shifted so that every joint of
+    the tree is closed. Visuals are passed on, or made for links without any; collision geometry is omitted, because the
+    joint laws compute the contacts.
     """
     mechanism = tree.mechanism
     root = ET.Element("sdf", version="1.9")
@@ -50,7 +50,7 @@ def tree_sdf(tree: Tree) -> str:
         element = ET.SubElement(model, "joint", name=joint.name, type=joint.type)
         ET.SubElement(element, "parent").text = joint.parent
         ET.SubElement(element, "child").text = joint.child
-        # on the child if the child is a link (its drawn position is the joint's), else in the world
+        # on the child if it is a link (its reference position is the joint's), otherwise in the world
         where = joint.position + shift.get(joint.child, np.zeros(3))
         pose = _pose(element, where, np.eye(3))
         pose.set("relative_to", "__model__")
@@ -61,10 +61,10 @@ def tree_sdf(tree: Tree) -> str:
 
 
 def drawn_shifts(tree: Tree) -> dict[str, Array]:
-    """Displacement (3,) in the plane, by link, that closes the tree's joints at zero coordinates [m]."""
+    """Compute the displacement (3,) of each link that closes the tree's joints at zero coordinates [m]."""
     shift = {"world": np.zeros(3)}
     in_plane = tree.mechanism.basis[:, :2]
-    for name in tree.index:  # parents stand before children
+    for name in tree.index:  # parents come before children
         if name == "world":
             continue
         edge = tree.edges.get(name)
@@ -79,18 +79,18 @@ def drawn_shifts(tree: Tree) -> dict[str, Array]:
 
 
 def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
-    """Add the tree's links and joints to a plant that is not finalized; returns the model instance.
+    """Add the tree's links and joints to a plant that is not finalized; return the model instance.
 
     Raises
     ------
     InputError
-        If Drake refuses a ``<visual>``, which it is given as it stands in the user's file.
+        If Drake rejects a ``<visual>`` of the user's file.
     """
     try:
         with _unheard(logging.ERROR):
             (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
     except RuntimeError as problem:
-        raise InputError(tree.mechanism.source, "<visual>", f"Drake refuses it: {problem}") from None
+        raise InputError(tree.mechanism.source, "<visual>", f"Drake rejects it: {problem}") from None
     for name in tree.index:
         if name != "world" and name not in tree.edges:
             _add_floating(plant, instance, tree, name)
@@ -99,7 +99,7 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
 
 @contextmanager
 def _unheard(level: int) -> Iterator[None]:
-    """Keep Drake's own log of this level from the terminal: what it says is raised as well."""
+    """Suppress Drake's log of this level on the terminal; the same message is raised."""
 
     def other(record: logging.LogRecord) -> bool:
         return record.levelno != level
@@ -114,12 +114,12 @@ def _unheard(level: int) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class StatePlace:
-    """Where a tree's coordinates stand in the state [q; v] of a plant.
+    """Places of a tree's coordinates in the state [q; v] of a plant.
 
     Attributes
     ----------
     positions, velocities : (n,) arrays of int
-        In the plant's positions, and in its velocities and generalised forces.
+        Indices in the plant's positions, and in its velocities and generalised forces.
     num_positions, num_velocities : int
         Counts for the whole plant.
     """
@@ -131,22 +131,22 @@ class StatePlace:
 
     @property
     def num_states(self) -> int:
-        """Length of the plant's state."""
+        """Return the length of the plant's state."""
         return self.num_positions + self.num_velocities
 
     @property
     def q(self) -> Indices:
-        """Where coordinates stand in the state."""
+        """Return the indices of the coordinates in the state."""
         return self.positions
 
     @property
     def v(self) -> Indices:
-        """Where their rates stand in the state."""
+        """Return the indices of the rates in the state."""
         return self.num_positions + self.velocities
 
 
 def state_place(plant: MultibodyPlant, tree: Tree, instance: int) -> StatePlace:
-    """Find where the tree's coordinates stand in the state of a finalized plant."""
+    """Find the places of the tree's coordinates in the state of a finalized plant."""
     positions, velocities = [], []
     for name in tree.coordinates:
         link, _, part = name.rpartition(".")

@@ -13,7 +13,7 @@ from linkages.arrays import Array
 from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import Steps, is_collapse
-from linkages.engines.drake.steps import longest_step as longest_step  # of this engine, beside `simulate`
+from linkages.engines.drake.steps import longest_step as longest_step  # part of the engine's interface
 from linkages.errors import Status
 from linkages.kernel.precompiled import expect
 from linkages.outputs.columns import Columns, columns
@@ -23,7 +23,7 @@ from linkages.results.trajectory import Progress, Trajectory, sample
 from linkages.system import System
 from linkages.system.ideal_motion import cause
 
-_BETWEEN = 1e-2  # of the accuracy: for what is integrated again between two steps
+_BETWEEN = 1e-2  # accuracy of the repeated integration between two steps, over the run's accuracy
 _FINEST = 1e-10  # accuracy beyond which rounding keeps Drake's implicit schemes from converging
 
 
@@ -39,12 +39,12 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     Returns
     -------
     Trajectory
-        Up to the end, or to where the run failed or was interrupted (`Trajectory.status`).
+        Columns up to the end, or until the run failed or was interrupted (`Trajectory.status`).
 
     Raises
     ------
     AssemblyError, InputError
-        If there is nothing to start from.
+        If the start cannot be computed.
     """
     started = clock.perf_counter()
     expect("linkages.engines.precompilation:drake")
@@ -75,13 +75,13 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
     recorder = _Recorder(diagram, linkage, watch)
     times, loops = recorder.times[recorder.times <= end], Loops(system.tree, system.tree.loop_rows)
     trajectory = sample(times, recorder, status, provenance, loops)
-    if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # nor can its last steps be integrated again
+    if status in (Status.STEP_SIZE_COLLAPSE, Status.LOCKED):  # its last steps cannot be integrated again
         trajectory = replace(trajectory, evaluate=None)
     return trajectory
 
 
 class _Watch:
-    """Keeps the state of every accepted step and looks at it: journals in their bearings, loops closed."""
+    """Stores the state of every accepted step, and checks it: journals inside bearings, loops closed."""
 
     def __init__(self, linkage: Linkage, steps: Steps, progress: Progress | None) -> None:
         self.linkage, self.steps, self.progress = linkage, steps, progress
@@ -97,10 +97,10 @@ class _Watch:
     def __call__(self, root: Context) -> EventStatus:
         time = root.get_time()
         state = self.steps.take(root)
-        if not self.steps.kept or (self.times and time == self.times[-1]):  # the latter where it begins anew
+        if not self.steps.kept or (self.times and time == self.times[-1]):  # the latter after a restart
             return self.steps.verdict()
         if self.times and self.linkage.drives.has_open_loop(root):
-            return self._end(Status.LOOP_OPEN, "a loop came apart")
+            return self._end(Status.LOOP_OPEN, "a loop opened")
         self.times.append(time)
         self.states.append(state)
         self.memories.append(
@@ -110,7 +110,7 @@ class _Watch:
             self.progress(time)
         linkage = self.linkage
         if self.budget.spent(time):
-            return self._end(Status.TOO_MANY_STEPS, "the end is out of reach")
+            return self._end(Status.TOO_MANY_STEPS, "too many steps")
         if linkage.clearance is not None:
             joints = linkage.clearance.evaluate(linkage.clearance.GetMyContextFromRoot(root))
             outside = self._film_alone & (np.hypot(joints[:, 0], joints[:, 1]) >= self._limit)
@@ -126,22 +126,22 @@ class _Watch:
 
 
 class _Recorder:
-    """All columns at any times of a run.
+    """Computes all columns at any times of a run.
 
-    At the integrator's own steps the diagram is evaluated as it was. Between them the state is found by
-    integrating again from the step before: the film is so stiff that its force, which follows from the last
-    digits of the velocities, is lost in any interpolation of the state.
+    At the integrator's steps the diagram is evaluated at the stored state. Between steps the state is found by repeated
+    integration from the previous step: a film is so stiff that its force depends on the last digits of the velocities,
+    which interpolation of the state would lose.
     """
 
     def __init__(self, diagram: Diagram, linkage: Linkage, watch: _Watch) -> None:
         self.times, self.states = np.array(watch.times), np.array(watch.states)
-        # what was latched at the start of a step is known at its end
+        # the values latched at the start of a step are known at its end
         self.memories = [*watch.memories[1:], watch.memories[-1]]
         self.diagram, self.linkage, self.system = diagram, linkage, linkage.system
         self.simulator = Simulator(diagram)
         self.steps = Steps(self.simulator, self.system)
         self.simulator.set_monitor(self._look)
-        # a short step lets through errors of the velocities that a long one damps: they would show in a film's force
+        # a short step keeps velocity errors that a long step damps; they would appear in a film's force
         accuracy = self.system.experiment.solver.accuracy
         self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
 
@@ -162,14 +162,14 @@ class _Recorder:
         return columns(self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts)
 
     def _go_to(self, t: float, here: float) -> None:
-        """Put the simulator's context at time t, going on from where it is if that lies in the same step."""
+        """Set the simulator's context to time t, from its present time if this is in the same step."""
         step = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
         try:
             if self.times[step] < here <= t:
                 self.steps.advance(t)
             else:
                 self._advance_from(step, t, self.accuracy)
-        except RuntimeError:  # too much asked where the laws are nearly singular: as the run itself did
+        except RuntimeError:  # accuracy not reached near a singularity of the laws: accept the accuracy of the run
             self._advance_from(step, t, self.system.experiment.solver.accuracy)
 
     def _advance_from(self, step: int, t: float, accuracy: float) -> None:

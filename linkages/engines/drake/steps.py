@@ -1,15 +1,15 @@
-"""Drake's simulator and integrator, led past habits that spoil a run's steps.
+"""Control of Drake's simulator and integrators, which avoids three defects of their steps.
 
-Its implicit integrators keep their iteration matrix while Newton's method seems to converge, even when the step has
-shrunk since; with a film's stiffness the iteration then stops short, the error estimate stays large and the step never
-recovers. So when a step shrinks by much the integrator begins anew, which drops the matrix.
+Implicit integrators keep their iteration matrix while Newton's method seems to converge, even after the step has
+shrunk. If a film is stiff, the iteration then stops too early, the error estimate stays large and the step never
+recovers. Remedy: after a strong reduction of the step the integrator is restarted, which drops the matrix.
 
-Two of its explicit ones put the state back after a rejected attempt without dropping what was computed from the state
-alone (seen in 1.51): the next attempt begins with the accelerations at the end of the one before. The step is off by up
-to 75 times the accuracy, as the error estimate knows 1/75 of what it begins with. So a step that needed a second
-attempt is thrown away, and taken anew from its start.
+Two explicit integrators restore the state after a rejected attempt, but not the cached derivatives (seen in Drake
+1.51): the next attempt starts with the accelerations at the end of the rejected one. The error of that step can be 75
+times the accuracy, because the error estimate has the weight 1/75 on the first stage. Remedy: a step that needed a
+second attempt is discarded, and repeated from its start.
 
-And where an attempt leads to states without forces, as far in a wall, Drake raises: a shorter step is tried there.
+If an attempt reaches states without finite forces, as deep in a wall, Drake raises. Remedy: a shorter step.
 """
 
 from __future__ import annotations
@@ -22,48 +22,48 @@ from linkages.arrays import Array
 from linkages.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
-_SMALLEST = 1e-11  # of the duration: below it the run has collapsed
-_EVENT_ACCURACY = 1e-3  # of the accuracy: with what contacts are located
-_SHRUNK = 0.5  # of the step before: below it an implicit integrator begins anew
-_SMALL, _PATIENCE = 1e-2, 50  # with contacts: after so many steps below this part of the largest one
-_SPOILT = ("runge_kutta5", "bogacki_shampine3")  # schemes whose second attempts begin with the first one's end
-_CUT = 0.1  # of the step before: what is tried where an attempt led to no number
-_COLLAPSES = ("step size", "select step", "NaN")  # words of Drake's errors where a step collapses
-_SHORTER = 0.9  # of a step that needed a second attempt: with what it is taken anew
+_SMALLEST = 1e-11  # step over the duration below which the run has collapsed
+_EVENT_ACCURACY = 1e-3  # tolerance of contact times over the accuracy
+_SHRUNK = 0.5  # ratio of successive steps below which an implicit integrator is restarted
+_SMALL, _PATIENCE = 1e-2, 50  # with contacts: restart after this many steps below this fraction of the largest step
+_SPOILT = ("runge_kutta5", "bogacki_shampine3")  # schemes with wrong derivatives in second attempts
+_CUT = 0.1  # step reduction after an attempt without finite forces
+_COLLAPSES = ("step size", "select step", "NaN")  # parts of Drake's messages about a step collapse
+_SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 
 def scheme(system: System) -> str:
-    """Name Drake's integration scheme: the experiment's, else implicit where the joint laws are stiff."""
+    """Name Drake's integration scheme: the experiment's, otherwise implicit if the joint laws are stiff."""
     return system.experiment.solver.integrator or ("radau3" if system.stiff else "runge_kutta5")
 
 
 def longest_step(system: System) -> float:
-    """Return the longest step [s]: the experiment's, else one that is short for contacts, some 50 microseconds."""
+    """Return the longest step [s]: the experiment's, otherwise about 50 microseconds with contacts."""
     return system.experiment.solver.max_step or (2e-5 if system.touching.any() else 2e-3)
 
 
 def is_collapse(problem: RuntimeError) -> bool:
-    """Return whether an error of Drake is a collapse of the step size; Drake has no exception type for it."""
+    """Check whether an error of Drake is a step-size collapse, for which Drake has no exception type."""
     return any(words in str(problem) for words in _COLLAPSES)
 
 
 class Steps:
-    """A simulator that advances by steps worth keeping.
+    """A simulator that advances by valid steps only.
 
     Its monitor must call `take` at each step, and return `verdict` unless it ends the run.
 
     Parameters
     ----------
     simulator : Simulator
-        Gets the integrator that the system's settings ask for.
+        Simulator; gets the integrator of the system's settings.
     system : System
 
     Attributes
     ----------
     kept : bool
-        Whether the step looked at last counts; else it is taken anew.
+        Whether the last step is valid; otherwise it is repeated.
     again : bool
-        Whether the integrator is to begin anew; a monitor that ends the run unsets it.
+        Whether the integrator must be restarted; a monitor that ends the run unsets it.
     """
 
     def __init__(self, simulator: Simulator, system: System) -> None:
@@ -81,16 +81,16 @@ class Steps:
 
     @property
     def evaluations(self) -> int:
-        """How often the derivatives were evaluated."""
+        """Return the number of evaluations of the derivatives."""
         return self._evaluations + int(self._integrator.get_num_derivative_evaluations())
 
     def begin(self, first: float, accuracy: float) -> None:
-        """Begin at the state that the simulator's context is put to, with a first step so long [s]."""
+        """Begin at the state of the simulator's context, with a given first step [s]."""
         self._time, self._accuracy = self.simulator.get_context().get_time(), accuracy
         self._restart(first)
 
     def advance(self, end: float) -> None:
-        """Advance to a time [s], or to where the monitor ends the run."""
+        """Advance to a time [s], or until the monitor ends the run."""
         root = self.simulator.get_mutable_context()
         while True:
             try:
@@ -107,14 +107,14 @@ class Steps:
             self._restart(self._step)
 
     def take(self, root: Context) -> Array:
-        """Look at the step that ends in a context, and return the state there."""
-        step = root.get_time() - self._time  # zero: begun anew
+        """Check the step that ends in a context, and return the state."""
+        step = root.get_time() - self._time  # zero after a restart
         state: Array = root.get_continuous_state_vector().CopyToVector()
         self.again, self.kept = False, True
         if step > 0.0 and self._spoilt and self._integrator.get_num_step_shrinkages_from_error_control():
             self.again, self.kept, step = True, False, _SHORTER * step
         elif step > 0.0 and self._implicit and self._shrank(step):
-            self.again, self.kept = True, not self._contacts_end_steps  # a contact at its end would be forgotten
+            self.again, self.kept = True, not self._contacts_end_steps  # a restart would lose a contact at its end
         if self.kept:
             self._time, self._state = root.get_time(), state
         if step > 0.0:
@@ -122,13 +122,13 @@ class Steps:
         return state
 
     def verdict(self) -> EventStatus:
-        """Return what a monitor must."""
+        """Return the status for Drake's monitor."""
         if self.again:
-            return EventStatus.ReachedTermination(self.simulator.get_system(), "the integrator begins anew")
+            return EventStatus.ReachedTermination(self.simulator.get_system(), "the integrator restarts")
         return EventStatus.DidNothing()
 
     def _shrank(self, step: float) -> bool:
-        """Whether steps shrank; where contacts end steps, only if they stay small."""
+        """Check whether steps shrank; if contacts end steps, whether they stay small."""
         if not self._contacts_end_steps:
             return step < _SHRUNK * self._step
         self._crawling = self._crawling + 1 if step < _SMALL * self._largest else 0
@@ -142,7 +142,7 @@ class Steps:
         self.simulator.Initialize()
 
     def _settle(self) -> None:
-        """Make the settings of an integrator that has forgotten everything."""
+        """Set the options of a new integrator."""
         self._integrator.Reset()
         self._integrator.set_maximum_step_size(self._largest)
         self._integrator.set_target_accuracy(self._accuracy)

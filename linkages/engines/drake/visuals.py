@@ -1,4 +1,4 @@
-"""What a link looks like in Drake whose SDF file does not say: its skeleton as boxes."""
+"""Visuals in Drake for links without any in the SDF file: the skeleton as boxes."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from linkages.files.raw_model import Pose
 from linkages.model.mechanism import Link, Mechanism
 from linkages.model.skeleton import skeleton
 
-_WIDTH = 0.02  # of a bar, over the size of the linkage
-_BLOCK = 0.06  # side of a block, for a link with one joint
+_WIDTH = 0.02  # width of a bar over the size of the linkage
+_BLOCK = 0.06  # side of a block over the size of the linkage, for a link with one joint
 
 
 def visuals(mechanism: Mechanism, link: Link, size: float) -> list[str]:
-    """Make ``<visual>`` elements: a box for each bar of the link's skeleton, or a block where there is but one place.
+    """Make ``<visual>`` elements: a box for each bar of the link's skeleton, or a block for a single place.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ def visuals(mechanism: Mechanism, link: Link, size: float) -> list[str]:
 def _box(
     mechanism: Mechanism, link: Link, number: int, middle: Array, along: Array, sides: tuple[float, ...], color: str
 ) -> str:
-    """Make a box in link axes from its drawn middle and direction in plane axes."""
+    """Make a box in link axes from its reference middle and direction in plane axes."""
     basis = mechanism.basis
     x = basis[:, :2] @ along / np.linalg.norm(along)
     axes = np.column_stack([x, np.cross(basis[:, 2], x), basis[:, 2]])
-    out_of_plane = basis[:, 2] * (basis[:, 2] @ link.translation)  # where the link frame lies
+    out_of_plane = basis[:, 2] * (basis[:, 2] @ link.translation)  # offset of the link frame
     position = link.rotation.T @ (basis[:, :2] @ middle + out_of_plane - link.translation)
     pose = Pose(link.rotation.T @ axes, position).text()
     size = " ".join(repr(float(v)) for v in sides)

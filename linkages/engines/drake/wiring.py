@@ -11,12 +11,12 @@ from pydrake.systems.framework import Diagram
 
 @dataclass(frozen=True)
 class DiagramPicture:
-    """A diagram as Jupyter shows it: drawn by Graphviz, or as a table of its connections.
+    """The Jupyter view of a diagram: drawn by Graphviz, or as a table of its connections.
 
     Attributes
     ----------
     svg : str or None
-        Drake's Graphviz drawing; None where the program ``dot`` is not installed.
+        Drake's Graphviz drawing; None if the program ``dot`` is not installed.
     connections : tuple of (str, str)
         Output and input ports that are connected, as ``system.port``.
     """

@@ -1,4 +1,4 @@
-"""Blocks kept on disk by what they were made of: a life that was killed is computed again from them, and goes on."""
+"""Store of blocks on disk, by their input: an interrupted calculation continues from them."""
 
 from __future__ import annotations
 
@@ -19,19 +19,18 @@ from linkages.system import System
 
 
 class Store:
-    """Measures blocks, or finds them in a folder where they were measured before.
+    """Measures blocks, or reads blocks measured earlier from a folder.
 
-    A block follows from the system, the profiles, where it begins and how well it must be known; these, and the
-    versions of the packages, make its file's name. A file is written whole or not at all, with a digest: a
-    damaged one is as good as none.
+    A block depends on the system, the profiles, its start and the required accuracy; these, and the versions of the
+    packages, determine its file name. A file is written atomically, with a digest: a damaged one is ignored.
 
     Parameters
     ----------
     system : System
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
     folder : Path, optional
-        Default: nothing is kept.
+        Folder of the store; default: no store.
     """
 
     def __init__(self, system: System, drive: str | None, folder: Path | None) -> None:
@@ -42,7 +41,7 @@ class Store:
         self._base = json.dumps(made_of, sort_keys=True)
 
     def measure(self, removed: Removed, start: Start | None, scatter: float, single: bool = False) -> Block:
-        """`linkages.explore.wear.measure.measure`, or the block that it gave before."""
+        """Return the result of `linkages.explore.wear.measure.measure`, from the store if present."""
         if self.folder is None:
             return measure(self.system, removed, start, scatter, self.drive, single)
         digest = hashlib.sha256(self._base.encode())
@@ -75,7 +74,7 @@ def _arrays(block: Block) -> dict[str, Any]:
 
 
 def _block(content: bytes) -> Block:
-    """Make a block of the bytes that were kept of it."""
+    """Make a block from its stored bytes."""
     with np.load(io.BytesIO(content)) as file:
         data = {name: file[name] for name in file.files}
 

@@ -1,4 +1,4 @@
-"""A life as the content of ``wear.json``."""
+"""Content of ``wear.json``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from linkages.outputs.registry import unit
 
 
 def content(life: Life) -> dict[str, Any]:
-    """Content of ``wear.json``: what has been worn at the end, and all stages before it. SI units.
+    """Make the content of ``wear.json``: final wear, and all stages, in SI units.
 
     Parameters
     ----------
@@ -23,10 +23,10 @@ def content(life: Life) -> dict[str, Any]:
     dict
         ``joints`` by name: ``volume`` [m3], largest ``depth`` [m], ``play`` [m] (mean radial clearance),
         ``load_distance``, the integral of N |v_t| dt [N m], ``coefficient`` [m2/N], and for `bearing` and `journal`
-        their share of each with ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint is that of
-        the part that wears, of the bearing if both do. ``blocks`` has a line for each stage: ``cycles``, ``error`` of
-        the depth in the jump [m], what the block `measured` of the work per cycle, volumes, depths, plays, profiles;
-        the ``peaks`` are those at the cycle ``middle``, in the ``units``.
+        their parts with ``profile``, pairs of angle [rad] and depth [m]; ``profile`` of the joint belongs to the
+        wearing part (to the bearing if both wear). ``blocks`` has an entry for each stage: ``cycles``, ``error`` of
+        the depth in the jump [m], measured work per cycle, volumes, depths, clearances, profiles; ``peaks`` at the
+        cycle ``middle``, in the ``units``.
     """
     joints = {joint.name: _joint(life, joint.name, -1) for joint in life.joints}
     blocks = []
@@ -63,7 +63,7 @@ def content(life: Life) -> dict[str, Any]:
 
 
 def _joint(life: Life, name: str, k: int) -> dict[str, Any]:
-    """Describe what is worn of a joint at a stage."""
+    """Describe the wear of a joint at a stage."""
     profiles, volumes = life.profiles(name)[k], life.volumes(name)[k]
     owner = next(joint for joint in life.joints if joint.name == name)
     angles = 2.0 * np.pi * np.arange(profiles.shape[1]) / profiles.shape[1]

@@ -1,4 +1,4 @@
-"""A jump: profiles worn by a block's loads, as often as the jump has cycles."""
+"""A jump: profiles worn by a block's loads over many cycles."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from linkages.explore.wear.measure import Loads, Removed, Wearing, depths_of, eq
 from linkages.laws.wear.archard import FRACTION, wear_away
 
 _SWEEPS = (1, 1000)
-_MISSED = 0.01  # part of the work that may be left without a place
+_MISSED = 0.01  # largest fraction of the work without a found journal position
 
 
 def between(before: Loads, after: Loads, part: float) -> dict[str, Array]:
-    """Mix the loads of two blocks: a part of the cycles is like the second, the others like the first."""
+    """Mix the loads of two blocks: a fraction `part` of the cycles is like the second."""
     found = {}
     for name in after:
         lines = np.concatenate([before[name], after[name]])
@@ -24,17 +24,17 @@ def between(before: Loads, after: Loads, part: float) -> dict[str, Array]:
 
 
 def work_of(loads: Loads, joint: str) -> float:
-    """Integral of N |v_t| dt over a mean cycle [N m]."""
+    """Compute the integral of N |v_t| dt over a mean cycle [N m]."""
     return float(loads[joint][:, 6].sum())
 
 
 def worn(joints: tuple[Wearing, ...], removed: Removed, loads: Loads, cycles: float) -> dict[str, Array]:
-    """Profiles after so many cycles of a block's loads.
+    """Compute the profiles after `cycles` cycles of a block's loads.
 
     Raises
     ------
     RunError
-        If the places of the journals could not be found.
+        If journal positions could not be found.
     """
     result = {}
     for joint in joints:
@@ -43,7 +43,7 @@ def worn(joints: tuple[Wearing, ...], removed: Removed, loads: Loads, cycles: fl
         if len(samples) == 0:
             continue
         k = np.array(joint.coefficients) * cycles
-        # repetitions in which no deposit is more than a part of its overlap, but for a tenth of the work
+        # repetitions such that deposits are small against their overlaps, except for a tenth of the work
         parts = (
             k.sum() * samples[:, 6] / (FRACTION * joint.radius * joint.length * np.hypot(samples[:, 4], samples[:, 5]))
         )
@@ -53,15 +53,15 @@ def worn(joints: tuple[Wearing, ...], removed: Removed, loads: Loads, cycles: fl
         journal = joint.radius - joint.clearance
         missed = wear_away(samples, joint.reach, (joint.radius, journal), joint.length, (k[0], k[1]), sweeps, lost)
         if missed > _MISSED:
-            raise RunError(f"joint {joint.name}: no place found for {missed:.0%} of its loads; try more nodes")
+            raise RunError(f"joint {joint.name}: no position found for {missed:.0%} of its loads; use more nodes")
     return result
 
 
 def difference(joints: tuple[Wearing, ...], one: Removed, other: Removed) -> float:
-    """Largest difference of depth between two sets of profiles [m]."""
+    """Compute the largest difference of depth between two sets of profiles [m]."""
     return max(float(np.abs(depths_of(j, one[j.name]) - depths_of(j, other[j.name])).max()) for j in joints)
 
 
 def deepest(joints: tuple[Wearing, ...], removed: Removed) -> float:
-    """Largest depth over the bearing's radius."""
+    """Compute the largest depth over the bearing's radius."""
     return max(float(depths_of(joint, removed[joint.name]).max()) / joint.radius for joint in joints)

@@ -1,16 +1,16 @@
-"""Wear over a machine's life: jumps of second order from block to block.
+"""Wear over the service life: jumps of second order from block to block.
 
 With s the profiles and H(s) the loads that a block with them gives, a jump of m cycles from s_n is
 
     s_half = s_n worn by m/2 cycles of the last block,   s_(n+1) = s_n worn by m cycles of H(s_half):
 
-one block for each jump. The last block is at most as far away as the last jump was long, so that s_half is wrong by
-O(m^2) and s_(n+1) by O(m^3). What the last block alone would have given is wrong by O(m^2): the difference of the two
-depths is kept below the tolerance by the size of the jump. In it the scatter of a chaotic motion counts too. A jump
-that errs more is made again, shorter, with loads that lie between those of the two blocks as its own middle does.
+with one block per jump. The last block is at most one jump length away, so that s_half has an error O(m^2) and s_(n+1)
+an error O(m^3). The result of the last block alone has an error O(m^2): the jump length keeps the difference of the two
+depths below the tolerance. The difference includes the scatter of a chaotic motion. A jump with a larger error is
+repeated with a shorter length, with loads interpolated between the two blocks.
 
-Many jumps with few cycles each know the mean of a chaotic motion as well as few jumps with many, and follow better how
-it changes. Errors of blocks are independent: a block's may be as much larger than that of the sum as its jump is short.
+Many jumps with few cycles each give the mean of a chaotic motion as accurately as few jumps with many cycles, and
+follow its change better. Errors of blocks are independent: a block of a short jump may have a larger relative error.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from linkages.model.check import DEEPEST
 from linkages.system import System
 
 Joints = tuple[Wearing, ...]
-#: Adds a stage to the life; returns whether it is enough.
+#: Function that adds a stage; returns True if the calculation can end.
 Add = Callable[[Stage], bool]
 
-#: Default tolerance of the depth in a jump, in parts of the smallest clearance.
+#: Default tolerance of the depth in a jump over the smallest clearance.
 TOLERANCE = 0.01
-#: Default standard error of the work of all cycles.
+#: Default relative standard error of the work of all cycles.
 SCATTER = 0.02
 
-_FIRST = 5.0  # depth of the first jump, in tolerances
-_ROUGH = 4.0  # scatter of the first block, from which only the middle of the first jump is predicted, in that of others
+_FIRST = 5.0  # depth of the first jump over the tolerance
+_ROUGH = 4.0  # scatter of the first block (it only predicts the middle of the first jump) over the others'
 _SHORTER, _LONGER, _SAFETY = 0.2, 5.0, 0.9
 
 
@@ -55,39 +55,39 @@ def wear_life(
     enough: Callable[[Life], bool] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Life:
-    """Wear a machine over many cycles.
+    """Compute the wear of joints over many cycles.
 
     Parameters
     ----------
     system : System
-        With ``joints.J.wear`` of at least one joint.
+        System with ``joints.J.wear`` of at least one joint.
     cycles : int
         Revolutions of the drive.
     tolerance : float, optional
         Largest difference of depth between a jump's first and second order [m]; default 0.01 of the smallest clearance.
     scatter : float, optional
-        Relative standard error of the work of all cycles so far at which a block has cycles enough, default 0.02: in
-        that of its own jump the error may be larger by the root of all cycles over the jump's.
+        Relative standard error of the work of all cycles at which a block ends, default 0.02; for the work of a
+        single jump the error may be larger, by the square root of all cycles over the jump's.
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
     folder : Path, optional
-        Where blocks are kept: a life that was killed goes on from them, and gives the same bytes.
+        Folder of the blocks: an interrupted calculation continues from them, with identical results.
     every_cycle : bool
-        Simulate every cycle and never jump: to check the jumps.
+        Simulate every cycle without jumps, to check the jumps.
     enough : callable, optional
-        From the life so far to whether it can end before its cycles.
+        Function of the present life that returns True to end the calculation early.
     progress : callable, optional
-        Called with the cycles done.
+        Called with the finished cycles.
 
     Returns
     -------
     Life
-        Up to the last cycle, or to where a block failed or was interrupted.
+        Stages up to the last cycle, or until a block failed or was interrupted.
 
     Raises
     ------
     InputError
-        If no joint wears, or a number is not valid.
+        If no joint wears, or a value is not valid.
     AssemblyError
         If the linkage cannot be assembled.
 
@@ -136,7 +136,7 @@ def wear_life(
 
 
 def _every_cycle(joints: Joints, last: Stage, store: Store, cycles: int, add: Add) -> Status:
-    """Simulate every cycle, to the last one, to where a stage is enough, or to where a run fails."""
+    """Simulate every cycle up to the last one, until `add` returns True, or until a run fails."""
     while last.cycles < cycles:
         if deepest(joints, last.removed) > DEEPEST:
             return Status.WORN_OUT
@@ -153,7 +153,7 @@ def _every_cycle(joints: Joints, last: Stage, store: Store, cycles: int, add: Ad
 def _jumps(
     joints: Joints, last: Stage, store: Store, cycles: int, tolerance: float, scatter: float, add: Add
 ) -> Status:
-    """Jump from block to block, to the last cycle, to where a stage is enough, or to where a block fails."""
+    """Jump from block to block up to the last cycle, until `add` returns True, or until a block fails."""
     jump = _first_jump(joints, last, tolerance)
     while last.cycles < cycles:
         jump = min(jump, cycles - last.cycles)
@@ -164,7 +164,7 @@ def _jumps(
             jump //= 2
             ahead = worn(joints, last.removed, last.block.loads, jump)
         half = worn(joints, last.removed, last.block.loads, 0.5 * jump)
-        # errors of jumps are independent: that of their sum is to be as small, and no block's alone
+        # errors of jumps are independent: the limit applies to the error of their sum
         block = store.measure(half, last.block.end, scatter * np.sqrt((last.cycles + jump) / jump))
         if block.status is not Status.OK:
             return block.status
@@ -177,10 +177,10 @@ def _jumps(
 def _jumped(
     joints: Joints, last: Stage, block: Block, jump: int, ahead: Removed, tolerance: float
 ) -> tuple[Stage, int]:
-    """Jump with a block that was measured with the profiles of the jump's middle; returns the next jump to try, too.
+    """Jump with a block measured with the profiles at the jump's middle; return also the next jump length.
 
-    `ahead` is where the last block's loads lead. A jump that errs too much is made again, shorter, with loads between
-    those of the two blocks: none is measured in vain.
+    `ahead` are the profiles predicted from the last block's loads. A jump with a large error is repeated with a shorter
+    length, with loads interpolated between the two blocks, so that no measurement is lost.
     """
     middle, rejected = last.cycles + 0.5 * jump, 0
     apart = middle - last.middle
@@ -207,13 +207,13 @@ def _reached(
     error: float = 0.0,
     rejected: int = 0,
 ) -> Stage:
-    """Stage so many cycles after the last one."""
+    """Make the stage some cycles after the last one."""
     work = {name: done + jump * work_of(loads, name) for name, done in last.work.items()}
     return Stage(last.cycles + jump, removed, work, middle, block, loads, error, rejected)
 
 
 def _new(system: System) -> dict[str, Array]:
-    """Profiles as the experiment gives them."""
+    """Return the initial profiles of the experiment."""
     models = dict(zip((name for name, _ in system.contacts), system.models, strict=True))
     found = {}
     for joint in wearing(system):
@@ -225,6 +225,6 @@ def _new(system: System) -> dict[str, Array]:
 
 
 def _first_jump(joints: Joints, new: Stage, tolerance: float) -> int:
-    """Cycles in which the loads of the first block wear some tolerances away, at the rate of one cycle."""
+    """Compute the cycles until the first block's loads wear some tolerances, at the rate of one cycle."""
     rate = difference(joints, worn(joints, new.removed, new.block.loads, 1.0), new.removed)
     return max(1, int(min(_FIRST * tolerance / rate, 1e9))) if rate > 0.0 else 10**9

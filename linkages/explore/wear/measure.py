@@ -1,4 +1,4 @@
-"""A block of cycles with the profiles as they are: what wears where in a mean cycle, peaks, spread over the cycles."""
+"""A block of cycles with constant profiles: loads of a mean cycle, peaks, scatter over the cycles."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from linkages.laws.wear.profile import depth_of
 from linkages.outputs.registry import JITTER, has_jitter
 from linkages.system import System
 
-#: Removed area per angle over the radius [m], bearing then journal, (2, n), of each joint that wears.
+#: Removed area per angle over the radius [m], bearing then journal, (2, n), of each wearing joint.
 Removed = Mapping[str, Array]
-#: `linkages.laws.wear.archard.SAMPLE` of a mean cycle, (m, 7), of each joint that wears.
+#: `linkages.laws.wear.archard.SAMPLE` of a mean cycle, (m, 7), of each wearing joint.
 Loads = Mapping[str, Array]
 
-_MOST = 16  # measured cycles of a block
+_MOST = 16  # most measured cycles of a block
 _LEAST = 2
-_SETTLING = 2  # cycles after the drive's ramp that are not measured
-_UNSETTLED = 4  # cycles of a block that are dropped where it does not settle
-_ABOVE = 0.975  # where Student's distribution is taken: 95 % lie between both its ends
+_SETTLING = 2  # cycles after the drive's ramp without measurement
+_UNSETTLED = 4  # discarded cycles of a block without convergence
+_ABOVE = 0.975  # quantile of Student's distribution (95 % two-sided)
 _COUNTS = np.arange(_LEAST, _MOST + 1)
-#: Factor of the standard error of so many cycles: their deviation is itself uncertain.
+#: Factor on the standard error by the number of cycles (Student's distribution).
 _STUDENT = dict(zip(_COUNTS.tolist(), stdtrit(_COUNTS - 1, _ABOVE) / ndtri(_ABOVE), strict=True))
-_SAMPLES = 600  # kept of a block, for each joint
-_NOTHING = 1e-30  # depth that is none [m]: an experiment takes no number so small
+_SAMPLES = 600  # samples kept of a block, for each joint
+_NOTHING = 1e-30  # depth that counts as zero [m]; experiments have no smaller number
 _ASPERITIES = 4.0  # standard deviations of the roughness at which asperities carry load
 
 
 @dataclass(frozen=True)
 class Start:
-    """Where a block begins: a state at the end of a cycle, what the contacts remember, the step to try [s]."""
+    """Start of a block: state at the end of a cycle, contacts' memory, next step [s]."""
 
     y: Array
     memory: Array
@@ -47,7 +47,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Block:
-    """What was measured with given profiles.
+    """Measurements with given profiles.
 
     Attributes
     ----------
@@ -56,11 +56,11 @@ class Block:
     work : dict of (nc,) arrays
         Integral of N |v_t| dt over each measured cycle [N m], by joint.
     peaks : dict of float
-        Largest magnitude of outputs in a cycle, at its steps and halfway between them; the mean of the measured cycles.
+        Largest magnitude of outputs in a cycle, at steps and midpoints; mean over the measured cycles.
     cycles : int
-        All that were simulated, those before the measured ones too.
+        All simulated cycles, including the unmeasured ones.
     end : Start
-        Where the next block begins.
+        Start of the next block.
     status : Status
     """
 
@@ -74,24 +74,24 @@ class Block:
 
 @dataclass(frozen=True)
 class Wearing:
-    """A joint that wears, as numbers."""
+    """The data of a wearing joint."""
 
     name: str
     clearance: float
-    radius: float  # of the bearing [m]
+    radius: float  # radius of the bearing [m]
     length: float
-    coefficients: tuple[float, float]  # of bearing and journal [m2/N]
-    reach: float  # clearance at which load is carried: asperities stand out [m]
-    links: tuple[str, str]  # of bearing and journal
+    coefficients: tuple[float, float]  # wear coefficients of bearing and journal [m2/N]
+    reach: float  # clearance at which load is carried, reduced by the asperities [m]
+    links: tuple[str, str]  # links of bearing and journal
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radius of bearing and, negative, of journal [m]."""
+        """Return the radius of the bearing, and the negative radius of the journal [m]."""
         return self.radius, self.clearance - self.radius
 
 
 def wearing(system: System) -> tuple[Wearing, ...]:
-    """Joints of a system that wear."""
+    """Return the wearing joints of a system."""
     found = []
     for law, (name, _), model in zip(system.laws, system.tree.contacts, system.models, strict=False):
         if model.wear is None:
@@ -105,22 +105,22 @@ def wearing(system: System) -> tuple[Wearing, ...]:
 
 
 def check_wears(system: System, drive: str | None = None) -> tuple[Wearing, ...]:
-    """Return the joints that wear while a drive turns.
+    """Return the wearing joints of a system with a periodic drive.
 
     Raises
     ------
     InputError
-        If there are none, or the drive does not repeat its motion.
+        If no joint wears, or the drive is not periodic.
     """
     joints = wearing(system)
     if not joints:
-        raise InputError(system.experiment.source, "joints", "none wears; give one a table [joints.NAME.wear]")
+        raise InputError(system.experiment.source, "joints", "no joint wears; give one a table [joints.NAME.wear]")
     period_of(system, drive)
     return joints
 
 
 def worn_system(system: System, removed: Removed) -> System:
-    """Return the system with these profiles."""
+    """Return the system with given profiles."""
     values = {}
     for joint in wearing(system):
         for side, radius, lost in zip(("bearing", "journal"), joint.radii, removed[joint.name], strict=True):
@@ -137,29 +137,29 @@ def measure(
     drive: str | None = None,
     single: bool = False,
 ) -> Block:
-    """Simulate cycles with given profiles, until their mean work is known to a standard error.
+    """Simulate cycles with given profiles until their mean work has a required standard error.
 
     Parameters
     ----------
     system : System
     removed : mapping of (2, n) arrays
-        The profiles.
+        Profiles by joint.
     start : Start, optional
-        Default the experiment's start: the ramp of the drive and two cycles more are not measured. Later one cycle is
-        not, in which the contacts find the worn profiles.
+        Default: the experiment's start, without measurement during the drive's ramp and two more cycles. A later
+        block skips one cycle, in which the contacts adapt to the profiles.
     scatter : float
-        Standard error of the mean work over that mean, of each joint, at which it is enough; larger by Student's factor
-        where there are few cycles. The first cycles are dropped if the others are enough without them alone; after 16
-        the last 12 must do.
+        Required relative standard error of the mean work of each joint, multiplied by Student's factor for few
+        cycles. The first cycles are dropped if the others suffice without them; after 16 cycles the last 12 are
+        used.
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
     single : bool
-        Measure the first cycle after the start, and no other.
+        Measure only the first cycle after the start.
     """
     joints = wearing(system)
     period = period_of(system, drive)
     ramp = max((d.ramp for d in system.experiment.drives.values()), default=0.0)
-    begin = int(np.ceil(ramp / period)) + _SETTLING  # cycles on the drive's clock at which blocks but the first begin
+    begin = int(np.ceil(ramp / period)) + _SETTLING  # first cycle of later blocks, counted by the drive
     first, lead = (0, begin) if start is None else (begin, 0 if single else 1)
     most = lead + (1 if single else _MOST)
     flow = Flow(lasting(worn_system(system, removed), first + most, drive))
@@ -191,14 +191,14 @@ def measure(
 
 
 def depths_of(joint: Wearing, removed: Array) -> Array:
-    """Control depths of bearing and journal [m], (2, n)."""
+    """Return the control depths of bearing and journal [m], (2, n)."""
     return np.array([depth_of(lost, radius) for lost, radius in zip(removed, joint.radii, strict=True)])
 
 
 def watched(system: System) -> list[str]:
-    """Name outputs whose peaks are kept: forces in joints, drives' torques, the experiment's own outputs.
+    """List outputs with recorded peaks: joint forces, drive torques, the experiment's outputs.
 
-    The peak of an output of a point is that of its jitter, where the drives determine the ideal motion.
+    For outputs of points the jitter is recorded, if the drives determine the ideal motion.
     """
     drives = system.experiment.drives
     found = [f"{name}.force" for name in system.tree.journals] + [f"{name}.torque" for name in drives]
@@ -207,10 +207,10 @@ def watched(system: System) -> list[str]:
 
 
 class _Cycle(NamedTuple):
-    """What was measured in a cycle."""
+    """Measurements of a cycle."""
 
-    samples: list[Array]  # of each joint that wears, moments still to be filled
-    peaks: list[float]  # of each output that is watched
+    samples: list[Array]  # samples of each wearing joint, with moments to be filled
+    peaks: list[float]  # peaks of each recorded output
 
 
 def _cycle(flow: Flow, piece: Steps, outputs: list[str], joints: tuple[Wearing, ...]) -> _Cycle:
@@ -232,12 +232,12 @@ def _cycle(flow: Flow, piece: Steps, outputs: list[str], joints: tuple[Wearing, 
 
 
 def _works(cycles: list[_Cycle]) -> Array:
-    """Integral of N |v_t| dt over each cycle [N m], (nc, nj)."""
+    """Compute the integral of N |v_t| dt over each cycle [N m], (nc, nj)."""
     return np.array([[lines[:, 6].sum() for lines in cycle.samples] for cycle in cycles])
 
 
 def _samples(joint: Wearing, columns: Mapping[str, Array], weights: Array, system: System) -> Array:
-    """Take the samples of a cycle, (m, 7), moments still to be filled."""
+    """Take the samples of a cycle, (m, 7), with moments to be filled."""
     lines = np.zeros((len(weights), len(SAMPLE)))
     for k, link in enumerate(joint.links):
         if link != "world":
@@ -248,7 +248,7 @@ def _samples(joint: Wearing, columns: Mapping[str, Array], weights: Array, syste
 
 
 def _settled(works: Array, scatter: float) -> int:
-    """How many of the last cycles give means of all works (nc, nj) that are known well enough; 0 if none do."""
+    """Return the number of last cycles whose mean works (nc, nj) are accurate enough; 0 if none."""
     for count in range(len(works), _LEAST - 1, -1):
         last = works[-count:]
         if np.all(_STUDENT[count] * np.std(last, axis=0, ddof=1) <= scatter * np.sqrt(count) * last.mean(axis=0)):
@@ -257,7 +257,7 @@ def _settled(works: Array, scatter: float) -> int:
 
 
 def equal_works(lines: Array) -> Array:
-    """Of many samples some that stand for the same part of the work each; few as they are."""
+    """Reduce many samples to representatives of equal work; few samples are unchanged."""
     if len(lines) <= _SAMPLES:
         return lines
     reached = np.cumsum(lines[:, 6])
@@ -268,7 +268,7 @@ def equal_works(lines: Array) -> Array:
 
 
 def _thinned(joint: Wearing, lines: Array, depths: Array, cycles: int) -> Array:
-    """Give samples the works of a mean cycle, and their moments; of many, keep `_SAMPLES`."""
+    """Scale samples to a mean cycle, fill their moments, and keep at most `_SAMPLES`."""
     total = float(lines[:, 6].sum()) / cycles
     lines = equal_works(lines)
     fill_moments(lines, joint.reach, joint.radius - joint.clearance, depths)

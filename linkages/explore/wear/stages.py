@@ -1,4 +1,4 @@
-"""What a life looks like: stages, and when a limit is reached."""
+"""Service life with wear: stages, and the time to reach a limit."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from linkages.laws.wear.profile import node_depths, volume_of
 from linkages.system import System
 
 SIDES = ("bearing", "journal")
-#: What a life can be measured by in a joint that wears: its largest depth, its mean radial clearance.
+#: Measures of a wearing joint: largest depth, mean radial clearance.
 SIZES = ("depth", "play")
 
-_CLOSE = 1e-4  # part of a jump to which the cycle of a limit is found
+_CLOSE = 1e-4  # tolerance of the cycle of a limit over the jump length
 
 
 @dataclass(frozen=True)
 class Stage:
-    """Where a life has got to.
+    """A stage of the service life.
 
     Attributes
     ----------
@@ -32,17 +32,17 @@ class Stage:
     removed : dict of (2, n) arrays
         Area per angle over the radius [m], bearing then journal, by joint.
     work : dict of float
-        Integral of N |v_t| dt so far [N m], by joint.
+        Integral of N |v_t| dt up to this stage [N m], by joint.
     middle : float
-        Cycle to which the block belongs.
+        Cycle of the block.
     block : Block
-        What was measured in the jump that led here.
+        Measurements of the last jump.
     loads : mapping of (m, 7) arrays
-        What has worn the joints in it: the block's loads, or between them and those of the block before.
+        Loads of the last jump: the block's, or interpolated with the previous block's.
     error : float
-        Largest difference of depth between first and second order in it [m].
+        Largest difference of depth between first and second order in the last jump [m].
     rejected : int
-        Longer jumps that were not accurate enough.
+        Number of rejected longer jumps.
     """
 
     cycles: int
@@ -57,14 +57,14 @@ class Stage:
 
 @dataclass(frozen=True, repr=False)
 class Life(Brief):
-    """How a machine wears.
+    """Wear of a linkage over its service life; made by `wear_life`.
 
     Attributes
     ----------
     system : System
-        As it was new.
+        The initial system.
     stages : tuple of Stage
-        The first is the new machine.
+        Stages; the first is the initial one.
     status : Status
     tolerance, scatter : float
         See `wear_life`.
@@ -83,63 +83,63 @@ class Life(Brief):
 
     @property
     def joints(self) -> tuple[Wearing, ...]:
-        """Joints that wear."""
+        """Return the wearing joints."""
         return wearing(self.system)
 
     @property
     def cycles(self) -> Array:
-        """Cycles at each stage, (ns,)."""
+        """Return the cycles at each stage, (ns,)."""
         return np.array([stage.cycles for stage in self.stages])
 
     @property
     def simulated(self) -> int:
-        """Cycles that were simulated."""
+        """Return the number of simulated cycles."""
         return sum(stage.block.cycles for stage in self.stages)
 
     @property
     def rejected(self) -> int:
-        """Jumps that were not accurate enough, and were made again."""
+        """Return the number of rejected jumps."""
         return sum(stage.rejected for stage in self.stages)
 
     def profiles(self, joint: str) -> Array:
-        """Depths of bearing and journal at their nodes at each stage [m], (ns, 2, n)."""
+        """Return the depths of bearing and journal at their nodes at each stage [m], (ns, 2, n)."""
         return np.array([self._nodes(joint, stage.removed) for stage in self.stages])
 
     def volumes(self, joint: str) -> Array:
-        """Volume removed from bearing and journal at each stage [m3], (ns, 2)."""
+        """Return the worn volume of bearing and journal at each stage [m3], (ns, 2)."""
         owner = self._joint(joint)
         rows = [zip(stage.removed[joint], owner.radii, strict=True) for stage in self.stages]
         return np.array([[volume_of(lost, radius, owner.length) for lost, radius in row] for row in rows])
 
     def depths(self, joint: str) -> Array:
-        """Largest depth of either part at each stage [m], (ns,)."""
+        """Return the largest depth of either part at each stage [m], (ns,)."""
         return self._size(joint, "depth", self.profiles(joint))
 
     def play(self, joint: str) -> Array:
-        """Mean radial clearance at each stage [m], (ns,): half the journal's mean path through the bearing's centre."""
+        """Return the mean radial clearance at each stage [m], (ns,): half the mean free path through the centre."""
         return self._size(joint, "play", self.profiles(joint))
 
     def peaks(self, output: str) -> tuple[Array, Array]:
-        """Largest magnitude of an output in each block, and the cycles to which they belong; see `Block.peaks`."""
+        """Return the largest magnitude of an output in each block, and the blocks' cycles; see `Block.peaks`."""
         at = [stage.middle for stage in self.stages]
         return np.array([stage.block.peaks[output] for stage in self.stages]), np.array(at)
 
     def cycles_until(self, quantity: str, limit: float) -> float:
-        """Cycles until a quantity first exceeds a limit; inf if it never does.
+        """Compute the cycles until a quantity first exceeds a limit; inf if it never does.
 
-        Within a jump depth and play are what its loads wear; the peaks of outputs are joined by straight lines.
+        Within a jump depth and clearance follow from its loads; peaks of outputs are interpolated linearly.
 
         Parameters
         ----------
         quantity : str
-            ``JOINT.depth`` or ``JOINT.play`` [m], or an output that the blocks have the peaks of, in its unit:
+            ``JOINT.depth`` or ``JOINT.play`` [m], or an output with recorded peaks, in its unit:
             ``JOINT.force``, ``DRIVE.torque``, ``OUTPUT.jitter`` (of a point), ``OUTPUT``.
         limit : float
 
         Raises
         ------
         InputError
-            If there is no such quantity.
+            If the quantity is unknown.
         """
         cycles, values = self.history(quantity)
         above = np.flatnonzero(values > limit)
@@ -161,7 +161,7 @@ class Life(Brief):
         return float(cycles[k - 1]) + (brentq(excess, 0.0, jump, xtol=_CLOSE * jump) if jump > 1.0 else 1.0)
 
     def history(self, quantity: str) -> tuple[Array, Array]:
-        """Cycles and values of a quantity of `cycles_until`."""
+        """Return cycles and values of a quantity of `cycles_until`."""
         check_life(self.system, quantity)
         name, _, what = quantity.rpartition(".")
         if what in SIZES:
@@ -170,11 +170,11 @@ class Life(Brief):
         return at, values
 
     def _nodes(self, joint: str, removed: Removed) -> Array:
-        """Depths of bearing and journal at their nodes [m], (2, n)."""
+        """Compute the depths of bearing and journal at their nodes [m], (2, n)."""
         return np.array([node_depths(side) for side in depths_of(self._joint(joint), removed[joint])])
 
     def _size(self, joint: str, what: str, profiles: Array) -> Array:
-        """One of `SIZES` for profiles (ns, 2, n) [m], (ns,)."""
+        """Compute one of `SIZES` for profiles (ns, 2, n) [m], (ns,)."""
         if what == "depth":
             return np.asarray(profiles.max(axis=(1, 2)))
         return self._joint(joint).clearance + profiles.mean(axis=2).sum(axis=1)
@@ -184,19 +184,19 @@ class Life(Brief):
 
 
 def check_life(system: System, quantity: str, drive: str | None = None) -> None:
-    """Check that a system wears, and that its life has a quantity, see `Life.cycles_until`.
+    """Check that a system has wearing joints, and a quantity of `Life.cycles_until`.
 
     Parameters
     ----------
     system : System
     quantity : str
     drive : str, optional
-        Whose revolutions, or periods; default: as `linkages.explore.flow.period_of`.
+        Drive that defines a cycle; default: see `linkages.explore.flow.period_of`.
 
     Raises
     ------
     InputError
-        If a joint that wears, a drive that turns, or a quantity of that name is missing.
+        If a wearing joint, a periodic drive, or the quantity is missing.
     """
     known = [f"{joint.name}.{what}" for joint in check_wears(system, drive) for what in SIZES] + watched(system)
     if quantity not in known:

@@ -1,10 +1,10 @@
-"""Normal contact of a journal in a bearing; imports nothing of ours but `linkages.kernel` and the record of a joint.
+"""Normal contact of a journal in a bearing; imports only `linkages.kernel` and the record of a joint.
 
-| module   | what it holds                                                               |
-|----------|-----------------------------------------------------------------------------|
-| contact_forces | the forces: power law, Kelvin-Voigt, conformal cylinders                    |
-| contact_laws | the contact laws by name, each a force and a hysteresis factor              |
-| material | from material and geometry to stiffness and damping; effective restitution |
+| module         | content                                                                 |
+|----------------|-------------------------------------------------------------------------|
+| contact_forces | the forces: power law, Kelvin-Voigt, conformal cylinders                |
+| contact_laws   | the contact laws by name, each a force and a hysteresis factor          |
+| material       | stiffness and damping from material and geometry; effective restitution |
 
 A contact law is a function ``force(delta, ddelta, ddelta0, joint) -> F``:
 
@@ -13,7 +13,7 @@ delta, ddelta
 ddelta0
     Speed of approach at the start of *this* contact [m/s], latched by the caller, >= 0.
 joint
-    Record of `linkages.laws.PARAMETERS`, of which a law reads what it needs.
+    Record of `linkages.laws.PARAMETERS` with the parameters of the law.
 F
     Normal force [N]; a negative one is set to zero by the caller (a contact does not pull).
 
@@ -25,7 +25,7 @@ impact):
     chi - ln(1 + chi) = -chi*e' - ln(1 - chi*e')        (`material.effective_restitution`)
 
 **Why the ratio is clipped.** chi is derived for a free impact, where |ddelta| <= ddelta0. A journal that swings inside
-a contact which never separates can move many times faster than the latched speed, and the damping explodes. Clipped
-to `forces.CLIP`, the force stays below F_e*(1 + chi). Latched speeds below `forces.GRAZING` are taken as `GRAZING`,
-which keeps the force continuous in a contact that starts without any speed.
+a contact which never separates can move many times faster than the latched speed, and the damping explodes. Clipped to
+`contact_forces.CLIP`, the force stays below F_e*(1 + chi). Latched speeds below `contact_forces.GRAZING` are taken as
+`GRAZING`, which keeps the force continuous in a contact that starts without any speed.
 """

@@ -10,12 +10,12 @@ from linkages.kernel import kernel
 
 #: Default bound of |ddelta/ddelta0|.
 CLIP = 1.0
-#: Latched speeds below this are taken as this [m/s]: such a contact dissipates next to nothing anyway.
+#: Latched speeds below this are taken as this [m/s]: such a contact dissipates almost nothing.
 GRAZING = 1e-6
 
 _NEWTON_STEPS = 12
-_TINY = 1e-200  # penetrations below this part of the clearance carry no load that floats could hold
-_HALF_TURN = 0.5  # the implicit laws are used up to this part of the load where they stop rising
+_TINY = 1e-200  # relative penetrations with a load below the smallest float
+_HALF_TURN = 0.5  # the implicit laws are used up to this fraction of their largest load
 
 
 @kernel
@@ -72,7 +72,7 @@ def line_contact(delta: float, stiffness: float, clearance: float, shape: float)
     """Solve delta/DR = u*ln(shape/u) for the load F = S*DR*u of two conformal cylinders [N].
 
     The right-hand side rises up to u = shape/e only; beyond half of that load, far outside the validity of the
-    half-space theory, the law goes on along its tangent. Newton's method: from the left of the root it rises to it
+    half-space theory, the law continues along its tangent. Newton's method: from the left of the root it rises to it
     monotonically, the right-hand side being concave.
 
     Parameters

@@ -1,6 +1,6 @@
 """The contact laws by name; see the head of `linkages.laws.contact` for their signature.
 
-To add one: a line in `CONTACTS`, and a function in `linkages.laws.contact.contact_forces` if it has a force of its own.
+To add a law: a line in `CONTACTS`, and for a new force a function in `linkages.laws.contact.contact_forces`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _call = caller(_F)
 
 
 class Contact(NamedTuple):
-    """A contact law: its force, what it is, and what it is good for."""
+    """A contact law: force, formula, validity, source."""
 
     force: Callable[..., float]
     formula: str
@@ -33,7 +33,7 @@ class Contact(NamedTuple):
     chi: str = ""  # chi(e) where the force is F_e*(1 + chi*ddelta/ddelta0)
     factor: Callable[[float], float] = lambda e: 0.0  # the same as a function
     conformal: bool = False  # its stiffness is S = pi E' L
-    linear: bool = False  # it is that of parallel cylinders; else Hertz's
+    linear: bool = False  # stiffness of parallel cylinders; otherwise Hertz's
     parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
     needs: tuple[str, ...] = ("restitution", "stiffness")  # keys of `NEEDS`
 

@@ -28,7 +28,8 @@ def hertz_stiffness(radius_b: float, radius_j: float, modulus: float) -> float:
     ValueError
         If the journal is not smaller than the bearing.
 
-    Source: Johnson, Contact Mechanics, 1985, eq. (4.23); Bai 2016 [0043] asks for it, its formula is lost.
+    Source: Johnson, Contact Mechanics, 1985, eq. (4.23); Bai 2016 [0043] uses it; the formula is missing in the known
+    text.
     """
     _check_radii(radius_b, radius_j)
     return 4.0 / 3.0 * modulus * math.sqrt(radius_b * radius_j / (radius_b - radius_j))
@@ -43,8 +44,8 @@ def cylinder_stiffness(length: float, modulus: float) -> float:
     """Stiffness K = pi/4 E' L of F = K delta for parallel cylinders in contact over the length L [N/m].
 
     It is Hertz's force for a contact of half-width a = sqrt(R delta), 1/R the difference of the curvatures, and does
-    not depend on the radii. The true approach grows a little slower than the force, by a logarithm in which the size of
-    the bodies stands.
+    not depend on the radii. The true approach grows slightly slower than the force, by a logarithm that depends on the
+    size of the bodies.
 
     Source: Popov, Contact Mechanics and Friction, 2010, eq. (5.33).
     """

@@ -1,14 +1,14 @@
-"""Wear of a journal and its bearing: worn profiles, contact on them, Archard's law; imports nothing of ours but laws.
+"""Wear of a journal and its bearing: worn profiles, contact on them, Archard's law; imports only `laws` of the package.
 
-| module   | what it holds                                                                       |
-|----------|-------------------------------------------------------------------------------------|
-| profile  | depth over the angle of a part, a periodic cubic B-spline; depth and removed volume |
-| overlap  | how far a journal reaches into a worn bearing, over the arc of contact              |
-| force    | the force pair of a worn joint                                                      |
-| archard  | wear at held loads: each load spread over the arc where journal and bearing overlap |
+| module  | content                                                                             |
+|---------|-------------------------------------------------------------------------------------|
+| profile | depth over the angle of a part, a periodic cubic B-spline; depth and removed volume |
+| overlap | overlap of a journal with a worn bearing, over the arc of contact                   |
+| force   | the force pair of a worn joint                                                      |
+| archard | wear at held loads: each load spread over the arc where journal and bearing overlap |
 
-**Profiles.** Depth is measured along the radius of the part it is worn from, over the angle in the part's own frame,
-which is counted from x_P in the drawn pose: a bearing's profile turns with the bearing, a journal's with the journal.
+**Profiles.** Depth is measured along the radius of the part it is worn from, over the angle in the part's frame,
+counted from x_P in the reference configuration; a profile rotates with its part.
 
 **Contact.** A worn pocket carries its load over an arc, at more than one place if need be. With delta(theta) the
 overlap of the two profiles along the bearing's radius, the elastic state is measured by
@@ -17,9 +17,9 @@ worn joint has the elastic energy that the round joint of the same clearance has
 
     F = law(d) * grad U / U_0'(d),        U_0(d) = U,
 
-where U_0 is that of the round joint at the penetration d and grad is by the eccentricity. So it is conservative where
-the law is, a round profile gives the law itself, and for Hertz's law the stiffness follows the local difference of the
-curvatures (F ~ delta^1.5/sqrt(curvature)), as Hertz says.
+where U_0 belongs to the round joint at the penetration d and grad is the gradient by the eccentricity. The force is
+conservative where the law is, a round profile gives the law itself, and for Hertz's law the stiffness follows the local
+difference of the curvatures (F ~ delta^1.5/sqrt(curvature)), as in Hertz's theory.
 
 **Archard.** dV = k N |v_t| dt, N the magnitude of the contact's normal load. It is taken from the arc in proportion to
 delta_+, so that the removed volume is k N |v_t| dt whatever the profile.

@@ -1,10 +1,10 @@
 """Archard's law at held loads: a history of loads, repeated many times, wears the profiles that carry it.
 
-What a run gives is a list of *samples*: where the journal was, how journal and bearing overlapped, and the part of the
-integral of N |v_t| dt that belongs to it. While the profiles change, each sample keeps its load: the journal sinks to
-where the overlap's moment I = integral of delta_+ g dtheta is again what it was (for Hertz's law, as for any elastic
-foundation, the load follows from I alone). So a pocket that becomes conforming spreads its load by itself, and the many
-small steps that this takes need no run of the machine.
+The input is a list of *samples* from a run: position of the journal, overlap of journal and bearing, and the sample's
+part of the integral of N |v_t| dt. While the profiles change, each sample keeps its load: the depth of contact is
+adjusted until the moment of the overlap I = integral of delta_+ g dtheta has its old value (for Hertz's law, as for any
+elastic foundation, the load depends on I alone). A pocket that becomes conforming thus spreads its load, and the many
+small steps for this need no simulation.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def wear_away(
     Parameters
     ----------
     samples : (m, 7) array
-        `SAMPLE`; the places are brought up to date.
+        Samples (`SAMPLE`); the journal positions are updated.
     clearance : float
         At which load is carried, before wear [m].
     radii : tuple of two floats
@@ -54,14 +54,14 @@ def wear_away(
     coefficients : tuple of two floats
         k of bearing and journal, times the number of repetitions [m2/N].
     sweeps : int
-        The history is gone through so many times, forwards and backwards by turns, with so much less wear each time.
+        Number of passes over the history, alternately forwards and backwards, with proportionally less wear each.
     removed : (2, n) array
         Area per angle over the part's radius that has been removed from bearing and journal [m]; added to.
 
     Returns
     -------
     float
-        Part of the work for which the journal's place could not be found.
+        Fraction of the work without a found journal position.
     """
     n = removed.shape[1]
     signed = radii[0], -radii[1]  # see `depth_of`

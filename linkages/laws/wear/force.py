@@ -64,9 +64,9 @@ def worn_force(
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Force and couple on the journal, with the angles of the parts' frames.
 
-    The normal load acts along I = grad U; its couple on the journal is that of the journal's profile. Friction acts
-    across I at the journal's surface. A film sees the clearance with the depth of both profiles in the direction of
-    the eccentricity: its smallest gap is right, what the shape of the profile does to its pressure is left out.
+    The normal load acts along I = grad U; the journal's profile gives its moment on the journal. Friction acts across I
+    at the journal's surface. A film is evaluated at the clearance plus the depth of both profiles in the direction of
+    the eccentricity: its smallest gap is correct, the effect of the profile's shape on the pressure is neglected.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def worn_force(
         depth = min(depth, 0.0)
         length = math.hypot(nx, ny)
         nx, ny = nx / length, ny / length
-    # rates as seen from the bearing: what turns both parts alike changes nothing
+    # rates relative to the bearing: a common rotation of both parts has no effect
     wx, wy, spin = vx + omega_b * ey, vy - omega_b * ex, omega_j - omega_b
     speed = wx * nx + wy * ny + lever * spin
     closing = wx * found.peak_x + wy * found.peak_y + found.peak_turn * spin

@@ -23,7 +23,7 @@ _ROUNDS = 30
 
 
 class Place(NamedTuple):
-    """Where a journal is in its bearing, and what both look like."""
+    """Position of a journal in its bearing, with both profiles."""
 
     ex: float  # eccentricity vector, plane axes [m]
     ey: float
@@ -68,7 +68,7 @@ def _on_ray(
     wb: float,
     sb: float,
 ) -> tuple[float, float, float, float, float]:
-    """`delta_at` from what a place holds, the ray's direction, the bearing's depth there and its derivative."""
+    """Compute `delta_at` from a place, the ray's direction, the bearing's depth and its derivative."""
     en, et = ex * ux + ey * uy, ey * ux - ex * uy
     root = math.sqrt(radius * radius - et * et)
     delta, slope, across, sj = en - clearance - et * et / (radius + root) - wb, et - sb, -et / root, 0.0
@@ -106,7 +106,7 @@ def overlap(place: Place, spread_b: Array, spread_j: Array) -> Overlap:
     e, toward = math.hypot(ex, ey), math.atan2(ey, ex)
     first = delta_at(place, toward)
     peak, px, py, pj = first[0], first[2], first[3], first[4]
-    # delta < e cos(theta - toward) - c: what is nowhere deeper than this ray, nor touches, is not looked at
+    # delta < e cos(theta - toward) - c: rays without contact that cannot be the deepest are skipped
     level = min(peak, 0.0) + clearance
     half = math.pi
     if e > abs(level):

@@ -76,7 +76,7 @@ def add_spread(spread: Array, i: int, t: float, amount: float) -> None:
     spread[i + 1 if i + 1 < n else 0] += d * amount
 
 
-# What is removed is kept as s = (area per angle)/R, the depth but for its square, so that volumes add up exactly.
+# Removed material is stored as s = (area per angle)/R, the depth without its square, so that volumes add exactly.
 
 
 @kernel

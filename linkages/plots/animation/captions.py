@@ -1,7 +1,7 @@
-"""What Meshcat itself cannot draw of a recording: texts in its scene; below it the clock and a curve over time.
+"""Texts that Meshcat cannot draw: labels in the scene of a recording; below it a clock and a curve over time.
 
-A small script is added to the page, `overlay.html`. It finds where the camera sees the anchors of the labels, writes
-there what belongs to the frame that is shown, and moves the line in the curve.
+A small script, `overlay.html`, is added to the page. It computes the screen positions of the labels' anchors, writes
+the texts of the current frame there, and moves the line in the curve.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from linkages.plots.curves import embedded, script
 
 @dataclass(frozen=True)
 class Label:
-    """A text at a place in the scene.
+    """A text at a point of the scene.
 
     Attributes
     ----------
     anchor : str
-        Meshcat path of the place.
+        Meshcat path of the point.
     title : str
     lines : list of str
-        What is written below the title, one for each frame; nothing where it is empty.
+        Lines below the title, one for each frame; empty: title only.
     """
 
     anchor: str
@@ -33,22 +33,22 @@ class Label:
 
 
 def add_captions(page: str, labels: list[Label], shown: Mapping[str, Any]) -> str:
-    """Add labels, what stands below the scene, and a bar that plays in a loop, stops and seeks to a recording's page.
+    """Add labels, texts below the scene, and a bar to play, stop and seek, to a recording's page.
 
     Parameters
     ----------
     page : str
-        HTML.
+        The page as HTML.
     labels : list of Label
     shown : mapping
-        ``view`` and ``aspect``, width and height [m] of what is to be seen and the window's ratio of both for which the
-        camera was set; ``clock``, a text for each frame; ``legend``, a text; ``curves``, from
-        `linkages.plots.curves.curves`; ``end``, the machine's time at the last frame [s].
+        ``view`` and ``aspect``: width and height [m] of the visible scene, and the window's ratio of both for which
+        the camera was set; ``clock``: a text for each frame; ``legend``: a text; ``curves``: from
+        `linkages.plots.curves.curves`; ``end``: time of the mechanism at the last frame [s].
 
     Returns
     -------
     str
-        HTML.
+        The page with captions as HTML.
 
     Raises
     ------

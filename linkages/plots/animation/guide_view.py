@@ -1,9 +1,8 @@
-"""Blocks with play in their slots, magnified beside the linkage in a Meshcat scene.
+"""Blocks with clearance in their slots, magnified next to the linkage in a Meshcat scene.
 
-The view is fixed to the slot, whose axis lies along x. The gap on either side of the block is `GAP` of the view's
-radius. What the block's middle, and what its ends, move across the slot is magnified by the same factor as the
-clearance: a corner touches the drawn wall when it touches the wall. The arrow is the force on the block, spots are
-corners that touch.
+The view is fixed to the slot, whose axis is along x. The gap on either side of the block is `GAP` of the view's radius.
+The transverse motion of the block's middle and ends is magnified by the same factor as the clearance: a corner touches
+the drawn wall when it touches the real one. The arrow is the force on the block; spots mark touching corners.
 """
 
 from __future__ import annotations
@@ -25,12 +24,12 @@ _SLOT = 1.25  # half the drawn slot's length
 
 @dataclass(frozen=True)
 class GuideFrames:
-    """What a block does in its slot, frame by frame.
+    """The motion of a block in its slot, frame by frame.
 
     Attributes
     ----------
     offset, tilt : (n,) arrays
-        How far its middle lies across the slot, and how much farther the end of its middle line, over clearance [1].
+        Offset of the block's middle, and additional offset of its end, over the clearance [1].
     force : (n, 2) array
         Force on the block, along and across the slot [N].
     touching : (n, 4) array of bool
@@ -44,7 +43,7 @@ class GuideFrames:
 
 
 def guide_frames(study: Study, name: str, times: Array) -> GuideFrames:
-    """Find the moment of the largest force around each of the times, and what the block does there."""
+    """Compute the block's motion at the instant of the largest force in each frame."""
     run, mechanism = study.run, study.system.mechanism
     joint = mechanism.joint[name]
     moments = strongest(run, name, times)
@@ -70,7 +69,7 @@ class GuideView(View):
     """A prismatic joint with clearance: a block in its slot, drawn magnified; parameters as `View`."""
 
     def caption(self, frame: int) -> str:
-        """Numbers of a frame."""
+        """Return the numbers of a frame."""
         now = self.frames
         nearest = abs(now.offset[frame]) + abs(now.tilt[frame])
         return f"corner/c {nearest:.3f}, {rounded(float(np.linalg.norm(now.force[frame])))} N"
@@ -86,7 +85,7 @@ class GuideView(View):
             self.show_spot(f"corner{k + 1}", now.touching[frame, k], time)
 
     def draw(self, study: Study, times: Array) -> None:
-        """Draw all parts at the origin of the view, and find what each frame shows."""
+        """Draw all parts at the origin of the view, and compute the content of each frame."""
         self.frames = guide_frames(study, self.name, times)
         wall, thick = _HEIGHT + GAP, 0.14
         self.box("floor", (2.0 * _SLOT, 2.0 * wall, 0.01), FLOOR, [0.0, 0.0, -0.02])

@@ -1,9 +1,9 @@
-"""Journals in their bearings, magnified beside the linkage in a Meshcat scene.
+"""Journals in their bearings, magnified next to the linkage in a Meshcat scene.
 
-The gap between the drawn bearing and its journal is `GAP` of the bearing's radius, and the eccentricity is magnified by
-the same factor as the clearance: the journal touches the drawn wall when it touches the wall. The thin circle is the
-clearance circle of the journal's centre, the line in it the orbit of the whole run. An arrow from the journal's centre
-is the force on the journal. Marks on journal and bearing show how they turn, a spot on the wall that they touch.
+The gap between the drawn bearing and journal is `GAP` of the bearing's radius. The eccentricity is magnified by the
+same factor as the clearance: the journal touches the drawn wall when it touches the real one. The thin circle is the
+clearance circle of the journal's centre, the line in it the orbit of the whole run. The arrow from the journal's centre
+is the force on the journal. Marks show the rotation of journal and bearing; a spot marks the point of contact.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from linkages.files.magnitudes import rounded
 from linkages.plots.animation.magnified import BODY, DARK, FLOOR, GAP, WALL, View, closed, strongest
 from linkages.results.summary import Study
 
-_RING = 0.16  # drawn thickness of the bearing
+_RING = 0.16  # drawn thickness of the bearing over the view's radius
 _ORBIT_POINTS = 3000
 _ORBIT = Rgba(0.0, 0.35, 0.65, 1.0)
 
 
 @dataclass(frozen=True)
 class JournalFrames:
-    """What a journal does, frame by frame.
+    """The motion of a journal, frame by frame.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class JournalFrames:
     touching : (n,) array of bool
         Whether journal and bearing touch within the frame.
     journal, bearing : (n,) arrays
-        Angles of the bodies that carry them [rad].
+        Angles of the bodies with journal and bearing [rad].
     """
 
     e: Array
@@ -48,7 +48,7 @@ class JournalFrames:
 
 
 def journal_frames(study: Study, name: str, times: Array) -> JournalFrames:
-    """Find the moment of the largest force around each of the times, and what the journal does there."""
+    """Compute the journal's motion at the instant of the largest force in each frame."""
     run, joint = study.run, study.system.mechanism.joint[name]
     moments = strongest(run, name, times)
     clearance = study.system.experiment.joints[name].clearance or 0.0
@@ -72,7 +72,7 @@ class JournalView(View):
     """A revolute joint with clearance: a journal in its bearing, drawn magnified; parameters as `View`."""
 
     def caption(self, frame: int) -> str:
-        """Numbers of a frame."""
+        """Return the numbers of a frame."""
         ratio, force = (np.linalg.norm(vector[frame]) for vector in (self.frames.e, self.frames.force))
         return f"e/c {ratio:.3f}, {rounded(float(force))} N"
 
@@ -87,7 +87,7 @@ class JournalView(View):
         self.show_spot("touch", now.touching[frame], time)
 
     def draw(self, study: Study, times: Array) -> None:
-        """Draw all parts, and find what each frame shows; heights above the plane keep parts from hiding each other."""
+        """Draw all parts at different heights above the plane, and compute the content of each frame."""
         self.frames = journal_frames(study, self.name, times)
         orbit = np.stack([study.run[f"{self.name}.{part}"] for part in ("ex", "ey")]) / self.clearance
         inner = 1.0 - GAP
@@ -110,7 +110,7 @@ class JournalView(View):
 
 
 def _ring(inner: float, outer: float, height: float, sides: int = 96) -> tuple[Array, NDArray[np.int32]]:
-    """Vertices (3, n) and triangles (3, m) of a flat ring at a height above the plane."""
+    """Return vertices (3, n) and triangles (3, m) of a flat ring at a height above the plane."""
     angle = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
     unit = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)])
     vertices = np.hstack([inner * unit, outer * unit])

@@ -1,7 +1,8 @@
-"""What the magnified views of joints share: places in a Meshcat scene, arrows, and which moment a frame shows.
+"""Common part of the magnified joint views: positions in a Meshcat scene, arrows, and the instant that a frame shows.
 
-Contacts are much shorter than a frame. Each frame therefore shows the moment of the largest force within it. The length
-of an arrow grows with the square root of the force: impacts are hundreds of times harder than what lies between them.
+Contacts are much shorter than a frame; therefore each frame shows the instant of its largest force. The length of an
+arrow grows with the square root of the force, because impacts are hundreds of times harder than the forces between
+them.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _FORCE, _TOUCH = Rgba(0.84, 0.37, 0.0, 1.0), Rgba(0.95, 0.85, 0.1, 1.0)
 
 
 def strongest(run: Trajectory, name: str, times: Array) -> Array:
-    """Time of the largest force in a joint within each frame; the frame's own time where it contains no step."""
+    """Find the time of a joint's largest force within each frame; the frame's time if it has no step."""
     force, result = run[f"{name}.force"], times.copy()
     for k, (first, last) in enumerate(_windows(run.time, times)):
         if last > first:
@@ -38,7 +39,7 @@ def strongest(run: Trajectory, name: str, times: Array) -> Array:
 
 
 def closed(run: Trajectory, name: str, times: Array) -> NDArray[np.bool_]:
-    """Whether a contact is closed at some step within each frame, or at the frame's own time."""
+    """Check whether a contact is closed at a step within each frame, or at the frame's time."""
     depth = run.columns.get(f"{name}.penetration")
     if depth is None:
         return np.zeros(len(times), dtype=bool)
@@ -47,7 +48,7 @@ def closed(run: Trajectory, name: str, times: Array) -> NDArray[np.bool_]:
 
 
 def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
-    """First step of each frame and of the next; a frame reaches halfway to its neighbours."""
+    """Return the first step of each frame and of the next; a frame extends halfway to its neighbours."""
     edges = np.concatenate([times[:1], 0.5 * (times[1:] + times[:-1]), times[-1:]])
     places = np.searchsorted(steps, edges)
     places[-1] = len(steps)
@@ -55,7 +56,7 @@ def _windows(steps: Array, times: Array) -> list[tuple[int, int]]:
 
 
 def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
-    """Axes (3, 3) of a joint's drawing in the world: the plane's; of a prismatic joint x along its own."""
+    """Return the axes (3, 3) of a joint's view in the world: the plane's; for a prismatic joint x is its axis."""
     basis = mechanism.basis
     if joint.type != "prismatic":
         return basis
@@ -64,18 +65,18 @@ def joint_axes(mechanism: Mechanism, joint: Joint) -> Array:
 
 
 class View(ABC):
-    """A joint drawn magnified, at a place of its own in the plane.
+    """A magnified view of a joint, at a separate place in the plane.
 
     Parameters
     ----------
     meshcat : Meshcat
     study : Study
     name : str
-        The joint.
+        Name of the joint.
     centre : (2,) array
-        Where it is drawn, plane axes [m].
+        Centre of the view, plane axes [m].
     radius : float
-        Half the size of the drawing [m].
+        Half the size of the view [m].
     times : (n,) array
         Times of the frames [s].
     """
@@ -92,11 +93,11 @@ class View(ABC):
 
     @abstractmethod
     def draw(self, study: Study, times: Array) -> None:
-        """Draw all parts at the origin of the view, and find what each frame shows."""
+        """Draw all parts at the origin of the view, and compute the content of each frame."""
 
     @abstractmethod
     def caption(self, frame: int) -> str:
-        """Numbers of a frame."""
+        """Return the numbers of a frame."""
 
     @abstractmethod
     def show(self, frame: int, time: float) -> None:
@@ -104,7 +105,7 @@ class View(ABC):
 
     @property
     def scales(self) -> str:
-        """Drawn over true offset, and the force of the longest arrow."""
+        """Return the magnification, and the force of the longest arrow."""
         factor = rounded(GAP * self.radius / self.clearance)
         return f"{factor} times, longest arrow {rounded(self.largest)}\u00a0N"
 
@@ -129,12 +130,12 @@ class View(ABC):
         self.meshcat.SetLine(f"{self.path}/{part}", np.asfortranarray(vertices), 2.0, color)
 
     def place(self, part: str, position: Array, angle: float, time: float) -> None:
-        """Record where a part is, in units of the radius."""
+        """Record the position of a part, in units of the radius."""
         pose = RigidTransform(RotationMatrix.MakeZRotation(angle), self.radius * np.array([*position, 0.0]))
         self.meshcat.SetTransform(f"{self.path}/{part}", pose, time)
 
     def draw_arrow(self) -> None:
-        """Draw an arrow along x from its origin; `show_arrow` gives it its length."""
+        """Draw an arrow along x from its origin; `show_arrow` sets its length."""
         self.box("arrow/shaft", (1.0, 0.1, 0.02), _FORCE, [0.5, 0.0, 0.1])
         head = MeshcatCone(*(self.radius * side for side in (_HEAD, 0.03, 0.14)))
         self.put("arrow/head", head, _FORCE, [0.0, 0.0, 0.1], along_x=True)

@@ -30,11 +30,11 @@ from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 from linkages.system.rigid_segments import Segmented, segmented, system_of
 
-_ASPECT = 2.0  # of the window for which the view is chosen
-_FIELD_OF_VIEW = 25.0  # deg; narrow, so that circles at the rim look round
+_ASPECT = 2.0  # assumed width over height of the window
+_FIELD_OF_VIEW = 25.0  # field of view [deg]; narrow, so that circles at the edge look round
 _FRAMES_PER_SECOND = 60.0
-_DEFLECTION = 0.05  # of the linkage's size: largest deflection drawn
-_LENGTH = 8.0  # shown seconds of an animation of a run of any duration
+_DEFLECTION = 0.05  # largest drawn deflection over the linkage's size
+_LENGTH = 8.0  # duration of every animation [s]
 
 
 def write_animation(study: Study, path: Path, exaggerate: float | None = None) -> None:
@@ -44,19 +44,19 @@ def write_animation(study: Study, path: Path, exaggerate: float | None = None) -
     ----------
     study : Study
     path : Path
-        The HTML file.
+        The HTML file to write.
     exaggerate : float, optional
-        Factor on the journals' eccentricities and on the deflections of links that bend; by default journals are where
-        they are, and links bend so far that it is seen. The linkage is assembled anew at each frame, with its drives
-        where they are, its journals that far from their bearings' centres and its links bent that far.
+        Factor on the journals' eccentricities and on the deflections of flexible links. Default: true
+        eccentricities, and deflections magnified until visible. The linkage is assembled again at each frame with
+        its drive positions, magnified eccentricities and magnified deflections.
 
     Raises
     ------
     ValueError
-        If the linkage cannot be assembled with such large offsets, or its drives do not determine its motion.
+        If the linkage cannot be assembled with the magnified offsets, or its drives do not determine its motion.
     """
     page = _page(study, exaggerate)
-    gc.collect()  # a diagram is freed by the collector alone, and a Meshcat must end in the thread that made it
+    gc.collect()  # only the collector frees a diagram, and a Meshcat must end in the thread that created it
     path.write_text(page, encoding="utf-8")
 
 
@@ -68,7 +68,7 @@ def _page(study: Study, exaggerate: float | None) -> str:
     instance = add_tree(plant, tree)
     plant.Finalize()
     positions = state_place(plant, tree, instance).positions
-    logging.getLogger("drake").setLevel(logging.WARNING)  # not the address of a server that nobody needs
+    logging.getLogger("drake").setLevel(logging.WARNING)  # hides the address of an unneeded server
     meshcat = Meshcat(MeshcatParams(show_stats_plot=False))
     visualizer = MeshcatVisualizer.AddToBuilder(
         builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=1.0 / _FRAMES_PER_SECOND)
@@ -95,7 +95,7 @@ def _page(study: Study, exaggerate: float | None) -> str:
     visualizer.StopRecording()
     visualizer.PublishRecording()
     places: dict[tuple[float, ...], list[Joint]] = {}
-    for joint in study.system.mechanism.joints:  # those at one place are named together
+    for joint in study.system.mechanism.joints:  # joints at one place get a common label
         places.setdefault(tuple((joint.position / study.system.tree.extent).round(6) + 0.0), []).append(joint)
     names = [
         Label(
@@ -110,7 +110,7 @@ def _page(study: Study, exaggerate: float | None) -> str:
 
 
 def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
-    """Fix a place to the link that a joint belongs to; returns its path in the scene."""
+    """Fix an anchor to the link of a joint; return its path in the scene."""
     name, at = (joint.child, joint.position) if joint.child != "world" else (joint.parent, joint.position_on_parent)
     link = mechanism.link[name]
     path = f"/drake/visualizer/{mechanism.name}/{name}/name of {joint.name}"
@@ -121,7 +121,7 @@ def _anchor(mechanism: Mechanism, meshcat: Meshcat, joint: Joint) -> str:
 def frames(study: Study, exaggerate: float | None = None, shown: System | None = None) -> tuple[Array, Array, float]:
     """Compute times (n,) [s], tree coordinates (n, nq) of the frames, and the factor on deflections.
 
-    Parameters as `write_animation`; `shown` is the system whose coordinates they are, in segments where links bend.
+    Parameters as `write_animation`; `shown` is the system of the coordinates, with rigid segments if flexible.
     """
     shown, run, clearances = shown or study.system, study.run, 1.0 if exaggerate is None else exaggerate
     count = int(np.ceil(max(_LENGTH, run.time[-1]) * _FRAMES_PER_SECOND / 2)) + 1
@@ -142,19 +142,19 @@ def frames(study: Study, exaggerate: float | None = None, shown: System | None =
     try:
         return times, IdealMotion(shown).states(times, offset, factor * hinges)[0], factor
     except AssemblyError as problem:
-        if exaggerate is None or exaggerate == 1.0:  # a run that came to a dead position, and through by its own errors
+        if exaggerate is None or exaggerate == 1.0:  # a run that passed a dead point by its errors
             return times, recorded, 1.0
         what = "its clearance and its deflections" if len(hinges[0]) else "its clearance"
         raise ValueError(f"the linkage does not close with {what} exaggerated {exaggerate:g} times") from problem
 
 
 def _seen(largest: float, size: float) -> float:
-    """Return a round factor, at least 1, that draws a deflection as `_DEFLECTION` of a linkage's size, or less."""
+    """Return a round factor >= 1 that magnifies a deflection to at most `_DEFLECTION` of the linkage's size."""
     return round_length(max(_DEFLECTION * size / largest, 1.0))[0] if largest > 0.0 else 1.0
 
 
 def _recorded(study: Study, shown: System, times: Array) -> Array:
-    """Tree coordinates between the run's steps."""
+    """Interpolate tree coordinates between the run's steps."""
     run, source = study.run, system_of(study.system, study.run.columns)
     columns = [run[f"q.{name}"] for name in source.tree.coordinates]
     q = np.stack([np.interp(times, run.time, column) for column in columns], axis=1)
@@ -162,7 +162,7 @@ def _recorded(study: Study, shown: System, times: Array) -> Array:
 
 
 def _joint_views(study: Study, meshcat: Meshcat, times: Array, low: Array, high: Array) -> list[View]:
-    """Draw the clearance joints right of the linkage, two above each other."""
+    """Draw the clearance joints right of the linkage, in two rows."""
     names = study.system.tree.play
     height = max(high[1] - low[1], 0.75 * (high[0] - low[0]), 0.3 * study.system.tree.extent)
     rows = min(len(names), 2)
@@ -178,8 +178,8 @@ def _joint_views(study: Study, meshcat: Meshcat, times: Array, low: Array, high:
 
 
 def _look_at(study: Study, meshcat: Meshcat, views: list[View], low: Array, high: Array) -> Array:
-    """Look along the plane's normal at the middle of everything that moves; returns its width and height [m]."""
-    low = low - [0.0, 0.18 * max(*(high - low), study.system.tree.extent)]  # the scale
+    """Aim the camera along the plane's normal at all moving parts; return their width and height [m]."""
+    low = low - [0.0, 0.18 * max(*(high - low), study.system.tree.extent)]  # space for the scale
     for view in views:
         low = np.minimum(low, view.centre - 1.3 * view.radius)
         high = np.maximum(high, view.centre + 1.5 * view.radius)
@@ -207,16 +207,16 @@ def _captioned(
     magnified: float,
     shown_at: dict[str, Any],
 ) -> str:
-    """Write names, eccentricities, forces and the time over the recording."""
+    """Write names, eccentricities, forces and the time on the recording."""
     labels = [
         Label(f"{view.path}/label", view.name, [view.caption(frame) for frame in range(len(times))]) for view in views
     ] + names
-    pace = f"{rounded(slow)} times slower than the machine" if slow > 1.0 else "as fast as the machine"
+    pace = f"{rounded(slow)} times slower than real time" if slow > 1.0 else "real time"
     clock = [f"t = {t:.4f} s, {pace}" for t in times]
     scales = "; ".join(f"{view.name}: {view.scales}" for view in views)
     legend = (
-        "Beside the linkage, magnified: the largest force on journal or block within each frame (arrow; its length goes"
-        f" with the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
+        "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
+        f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
     bent = f"Deflections of links are magnified {rounded(magnified)} times. " if study.system.tree.bent else ""
     drawn = curves(

@@ -1,6 +1,6 @@
-"""What lies around the moving parts in a Meshcat scene: hatched ground, rails, a scale, the paths of points.
+"""Fixed surroundings in a Meshcat scene: hatched ground, rails, a scale, the paths of points.
 
-Lines are flat ribbons: browsers draw those of Meshcat one pixel wide.
+Lines are flat ribbons, because browsers draw Meshcat's lines one pixel wide.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from linkages.results.summary import Study
 
 # lengths over the linkage's size
 _LINE = 0.004  # width of a line
-_STAND = (0.03, 0.045)  # half the width, and the height, of a stand on the ground
-_HATCH = 0.016  # from one line of a hatching to the next
-_RAIL = 0.035  # of the hatched ground below a rail
-_BENEATH = 0.02  # of the plane: where paths and hatching lie
+_STAND = (0.03, 0.045)  # half the width, and the height, of a support on the ground
+_HATCH = 0.016  # distance of hatching lines
+_RAIL = 0.035  # height of the hatched ground below a rail
+_BENEATH = 0.02  # depth of paths and hatching below the plane
 
 _PATH_POINTS = 1000
 
 
 class Surroundings:
-    """Draws what lies around the moving parts.
+    """Draws the surroundings of the moving parts.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ class Surroundings:
         self.depth = min(depths) - _BENEATH * self.size
 
     def span(self) -> tuple[Array, Array]:
-        """Lower left and upper right corner of everything that moves, plane axes [m]."""
+        """Return the lower left and upper right corner of all moving parts, plane axes [m]."""
         places = np.concatenate([*(self._path(name) for name in self.mechanism.point), *self._rails().values()])
         return places.min(axis=0), places.max(axis=0)
 
     def draw(self) -> Label:
-        """Draw all of it; returns the label of the scale."""
+        """Draw all surroundings; return the label of the scale."""
         for joint in self.mechanism.joints:
             if "world" in (joint.parent, joint.child):
                 self._ground(joint)
@@ -64,7 +64,7 @@ class Surroundings:
         return self._scale()
 
     def _ground(self, joint: Joint) -> None:
-        """Mark a joint on the ground: a pivot on a stand for a revolute joint, a rail for a prismatic one."""
+        """Mark a joint on the ground: a pivot on a support for a revolute joint, a rail for a prismatic one."""
         size, normal = self.size, np.array([0.0, -1.0])
         if joint.type == "revolute":
             foot = self.basis[:, :2].T @ joint.position
@@ -115,11 +115,11 @@ class Surroundings:
         self.meshcat.SetTriangleMesh(f"/ground/{part}", vertices, faces.T, color)
 
     def _path(self, name: str) -> Array:
-        """Positions (n, 2) of a link or frame over the run, plane axes [m]."""
+        """Return the positions (n, 2) of a link or frame over the run, plane axes [m]."""
         return np.column_stack([self.study.run[f"{name}.x"], self.study.run[f"{name}.y"]])
 
     def _rails(self) -> dict[str, Array]:
-        """Find the ends (2, 2) of each rail on the ground [m]: the travel of a prismatic joint, and more."""
+        """Find the ends (2, 2) of each rail on the ground [m]: the stroke of a prismatic joint, extended."""
         result = {}
         for joint in self.mechanism.joints:
             if joint.type == "prismatic" and "world" in (joint.parent, joint.child):
@@ -134,7 +134,7 @@ class Surroundings:
 
 
 def _hatching(ends: Array, normal: Array, step: float) -> list[Array]:
-    """Lines of a hatching on one side of a line."""
+    """Return the lines of a hatching on one side of a line."""
     length = float(np.linalg.norm(ends[1] - ends[0]))
     along = (ends[1] - ends[0]) / length
     feet = ends[0] + np.outer(np.arange(0.5 * step, length, step), along)
@@ -142,11 +142,11 @@ def _hatching(ends: Array, normal: Array, step: float) -> list[Array]:
 
 
 def _ribbon(line: Array, width: float) -> Array:
-    """Corners (4 m, 2) of the rectangles along the m pieces of a line that have a length."""
+    """Return the corners (4 m, 2) of rectangles along the m line segments of nonzero length."""
     start, way = line[:-1], np.diff(line, axis=0)
     length = np.linalg.norm(way, axis=1)
     start, way = start[length > 0.0], way[length > 0.0]
     along = 0.5 * width * way / length[length > 0.0, None]
     across = np.column_stack([-along[:, 1], along[:, 0]])
-    tail, tip = start - along, start + way + along  # longer by half the width, so that pieces meet
+    tail, tip = start - along, start + way + along  # longer by half the width, so that segments overlap
     return np.stack([tail - across, tip - across, tip + across, tail + across], axis=1).reshape(-1, 2)

@@ -1,17 +1,17 @@
-"""A machine as a labelled picture: what is to be drawn is data, which each renderer puts on its own paper.
+"""A mechanism as a labelled picture: shapes as data, and renderers for several formats.
 
-| module  | responsibility                                                                                     |
-|---------|----------------------------------------------------------------------------------------------------|
-| shapes  | `Shape`: points fixed to bodies and how they look; the table of styles                             |
-| room    | where there is still room for a name                                                               |
-| parts   | the shapes of links, joints, ground, points                                                        |
-| directions | which way drives go and loads act                                                                  |
-| actions | the shapes of what is done with the machine: drives, loads, gears, stops                           |
-| drawing | `Drawing`: all shapes of a machine, and its poses over the way of each drive                       |
-| facts   | what is to be known of the machine, in sentences                                                   |
-| svg     | a drawing -> SVG                                                                                   |
-| raster  | a drawing -> a matplotlib figure: PNG, moving GIF                                                  |
-| slider_page | a drawing -> an HTML page with a slider for each drive                                             |
+| module      | responsibility                                                                        |
+|-------------|---------------------------------------------------------------------------------------|
+| shapes      | `Shape`: points fixed to bodies; the table of styles                                  |
+| room        | free space for names                                                                  |
+| parts       | shapes of links, joints, ground, points                                               |
+| directions  | senses of drives, directions of loads                                                 |
+| actions     | shapes of an experiment's elements: drives, loads, gears, stops                       |
+| drawing     | `Drawing`: all shapes of a mechanism, and its poses over each drive's range of motion |
+| facts       | properties of the mechanism in sentences and tables                                   |
+| svg         | a drawing -> SVG                                                                      |
+| raster      | a drawing -> a matplotlib figure: PNG, moving GIF                                     |
+| slider_page | a drawing -> an HTML page with a slider for each drive                                |
 """
 
 from linkages.plots.drawing.drawing import Drawing, draw

@@ -1,4 +1,4 @@
-"""The shapes of what is done with a machine: drives, loads, gears, stops, lines that points can meet."""
+"""Shapes of an experiment's elements: drives, loads, gears, stops, lines in contact with points."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from linkages.plots.drawing.shapes import Point, Shape, shape
 
 # lengths in units of the drawing
 _ARROW = 9.0
-_REACH = 12.0  # of a line that a point can meet, to both sides
+_REACH = 12.0  # half the length of a contact line
 _DRIVE, _TORQUE = 3.4, 4.3  # radii of the arrows around a joint
-_NAME = 3.6  # of a load's name from its joint
-_STOP = 2.6, 7.0  # from the joint: where a stop of an angle begins and ends
-_PULLEYS = 0.3, 6.0  # the larger wheel of a belt: its radius over the distance of the axes, if they are apart
+_NAME = 3.6  # distance of a load's name from its joint
+_STOP = 2.6, 7.0  # distances from the joint of the ends of an angular stop
+_PULLEYS = 0.3, 6.0  # the larger pulley of a belt: radius over the distance of the axes, or in units if they coincide
 
 
 class Done:
-    """Makes the shapes of what is done with a machine.
+    """Makes the shapes of an experiment's elements.
 
     Parameters
     ----------
     parts : Parts
-        Of the machine.
+        Shapes of the mechanism's parts.
     senses : mapping of str to float
-        Which way drives go, from `linkages.plots.drawing.directions.senses`; others are drawn along their coordinate.
+        Senses of drives (`linkages.plots.drawing.directions.senses`); default: positive coordinate.
     strongest : mapping of str to array
-        Forces and torques, from `linkages.plots.drawing.directions.strongest`; others are zero.
+        Forces and torques (`linkages.plots.drawing.directions.strongest`); default: zero.
     """
 
     def __init__(self, parts: Parts, senses: Mapping[str, float], strongest: Mapping[str, Array]) -> None:
@@ -70,7 +70,7 @@ class Done:
             yield from self._line(name, touch)
 
     def drive(self, joint: Joint) -> Iterator[Shape]:
-        """Draw an arrow in the direction in which a drive goes first."""
+        """Draw an arrow in the initial direction of a drive."""
         sense = self.senses.get(joint.name, 1.0)
         if joint.type == "prismatic":
             across = np.array([-joint.direction[1], joint.direction[0]])
@@ -82,20 +82,20 @@ class Done:
     # -- loads -------------------------------------------------------------------------------------
 
     def _beside(self, name: str, joint: Joint, away: float) -> Shape:
-        """Name what acts in a joint."""
+        """Draw the name of a load in a joint."""
         ends = joint.parent, joint.child
         return self.parts.name_beside(
             "load name", joint.child, joint.on_child, max(away, BLOCK * (joint.type == "prismatic")), name, ends
         )
 
     def _force(self, name: str, load: Force) -> Iterator[Shape]:
-        """Draw an arrow to the point where a force acts, in its direction where it is largest."""
+        """Draw an arrow to the point of action of a force, in the direction of its largest value."""
         point, parts = self.mechanism.point[load.point], self.parts
         force = self.strongest.get(name, np.array([0.0, -1.0]))
         way = force / np.linalg.norm(force)
         at = parts.on(point.link, point.origin)
         beside: Callable[..., Point] = parts.off
-        if load.axes == "body":  # it turns with the link
+        if load.axes == "body":  # rotates with the link
             angle = parts.poses[0, int(at[0]), 2]
             c, s = np.cos(angle), np.sin(angle)
             way, beside = np.array([c * way[0] + s * way[1], c * way[1] - s * way[0]]), parts.on
@@ -111,7 +111,7 @@ class Done:
         yield shape("load name", [self.parts.off(link, at, (0.0, 4.4))], text=name)
 
     def _spring(self, name: str, load: Spring) -> Iterator[Shape]:
-        """Draw a dashed line between two points; a stand where one is fixed to the ground."""
+        """Draw a dashed line between two points; a support at a point on the ground."""
         points, parts = self.mechanism.point, self.parts
         one = points[load.point]
         ends = [parts.on(one.link, one.origin)]
@@ -146,7 +146,7 @@ class Done:
     # -- gears -------------------------------------------------------------------------------------
 
     def _gear(self, name: str, gear: Gear) -> Iterator[Shape]:
-        """Draw the pitch circles of meshing wheels or of a rack's pinion; of a belt its wheels and the belt."""
+        """Draw the pitch circles of meshing wheels or of a rack's pinion; or the pulleys and the belt."""
         first, second = (self.mechanism.joint[joint] for joint in gear.joints)
         carrier = next((one for one in (first.parent, first.child) if one in (second.parent, second.child)), None)
         apart = second.on_child - first.on_child
@@ -172,14 +172,14 @@ class Done:
         yield self._beside(name, at, _NAME)
 
     def _wheel(self, joint: Joint, carrier: str | None, radius: float) -> Shape:
-        """Draw a circle with a spoke on the link that turns on the carrier."""
+        """Draw a circle with a spoke on the link that rotates on the carrier."""
         link, at = (joint.parent, joint.on_parent) if joint.child == carrier else (joint.child, joint.on_child)
         turn = np.linspace(0.0, 2.0 * np.pi, 73)
         rim = np.column_stack([np.cos(turn), np.sin(turn)]) * radius / self.unit
         return shape("gear", [self.parts.on(link, at, place) for place in (np.zeros(2), *rim)])
 
     def _belt(self, first: Joint, second: Joint, carrier: str | None, along: Array, radii: Array) -> Iterator[Shape]:
-        """Draw the tangents of two wheels on a carrier; a line between the joints where there is none."""
+        """Draw the tangents of two wheels on a carrier; a line between the joints if there are none."""
         if carrier is None or not radii.any():
             yield shape("gear", [self.parts.on(joint.child, joint.on_child) for joint in (first, second)])
             return
@@ -192,14 +192,14 @@ class Done:
                 "gear", [self.parts.on(carrier, joint.on_child, radius / self.unit * normal) for joint, radius in ends]
             )
 
-    # -- what is met -------------------------------------------------------------------------------
+    # -- stops and contact lines -------------------------------------------------------------------------------
 
     def _stop(self, name: str, stop: Stop) -> Iterator[Shape]:
-        """Draw where the way of a joint's coordinate ends, hatched beyond it."""
+        """Draw the limit of a joint's coordinate, hatched beyond it."""
         joint, beyond = self.mechanism.joint[stop.joint], 1.0 if stop.side == "upper" else -1.0
         if joint.type == "prismatic":
             across = np.array([-joint.direction[1], joint.direction[0]])
-            at = (stop.limit / self.unit + beyond * 2.3) * joint.direction  # where the block's edge then is
+            at = (stop.limit / self.unit + beyond * 2.3) * joint.direction  # position of the block's edge
             ends = np.array([at + s * across for s in (-2.6, 2.6)])
             yield from self.parts.hatching(joint.parent, joint.on_parent, ends, beyond * joint.direction)
         else:
@@ -218,7 +218,7 @@ class Done:
         yield self._beside(name, joint, _NAME)
 
     def _line(self, name: str, touch: LineContact) -> Iterator[Shape]:
-        """Draw the line that a point can meet, hatched on the side where the point cannot be."""
+        """Draw a contact line of a point, hatched on the forbidden side."""
         frame = self.mechanism.point[touch.line] if touch.line is not None else None
         link, at, angle = ("world", np.array(touch.anchor), touch.angle) if frame is None else (
             frame.link, frame.origin, frame.angle

@@ -1,4 +1,4 @@
-"""Which way drives go and loads act: signs and directions of a drawing's arrows."""
+"""Senses of drives and directions of loads, for the arrows of a drawing."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from linkages.planar.loads import LOAD_OUTPUTS, load_outputs
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
 
-_TIMES = 501  # at which drives and loads are looked at
+_TIMES = 501  # number of sampled times of drives and loads
 
 
 def senses(system: System) -> dict[str, float]:
-    """Find which way each drive goes first, or pushes: 1 as its coordinate, or -1; drives that do nothing are left out.
+    """Find the sense of each drive's first motion or torque: 1 along its coordinate, or -1; idle drives omitted.
 
     Parameters
     ----------
@@ -32,14 +32,14 @@ def senses(system: System) -> dict[str, float]:
 
 
 def _first(values: Array) -> float:
-    """Sign of the first of some values that is not a rounding error of the others."""
+    """Return the sign of the first value that is not a rounding error of the others."""
     return float(np.sign(values[np.abs(values) > 1e-9 * np.abs(values).max()][0]))
 
 
 def strongest(system: System) -> Mapping[str, Array]:
-    """Find forces (2,) [N], plane axes, and torques (1,) [N m] where they are largest in the ideal linkage's motion.
+    """Find the largest forces (2,) [N], plane axes, and torques (1,) [N m] in the ideal linkage's motion.
 
-    Where its drives do not determine the motion those of the start are taken; what is zero is left out.
+    If the drives do not determine the motion, the values at the start are used; zero loads are omitted.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def strongest(system: System) -> Mapping[str, Array]:
         return {}
     try:
         times, q, v = _states(ideal)
-    except AssemblyError:  # it is drawn as it is, its gaps in red
+    except AssemblyError:  # drawn in the file's pose, with gaps in red
         return {}
     bodies = ideal.tree.bodies
     pose, vel, acc = (np.empty((len(q), *one(bodies).shape)) for one in (make_pose, make_motion, make_motion))

@@ -1,4 +1,4 @@
-"""All shapes of a machine, and its poses over the way of each drive."""
+"""All shapes of a mechanism, and its poses over each drive's range of motion."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ from linkages.system import System
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
 
-_MARGIN = 11.0  # around everything, in units
-_LEAST = 0.45  # height over width
-_PATH = 400  # points of a path at most
-_SHOWN = 181  # poses of a slider
+_MARGIN = 11.0  # margin around the picture, in units
+_LEAST = 0.45  # smallest height over width
+_PATH = 400  # most points of a path
+_SHOWN = 181  # number of poses of a slider
 
 
 @dataclass(frozen=True)
 class Slider:
-    """The way of a drive.
+    """The range of motion of a drive, as a slider.
 
     Attributes
     ----------
     name, unit : str
-        The joint, and the unit of `values`: deg or mm.
+        Name of the joint, and unit of `values`: deg or mm.
     values : (n,) array
     poses : (n, nb, 3) array
         Position [m] and angle [rad] of each body.
     first : int
-        The index of the start.
+        Index of the start.
     sense : float
-        1 or -1: which way it goes first when it is played.
+        Initial sense of the playback: 1 or -1.
     """
 
     name: str
@@ -57,28 +57,28 @@ class Slider:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A machine as a picture that can be moved.
+    """A mechanism as a movable picture.
 
     Attributes
     ----------
     title : str
     shapes : tuple of Shape
-        From below to above.
+        Shapes from bottom to top.
     pose : (nb, 3) array
-        At the start.
+        Pose at the start.
     reference : (nb, 3) array
-        In the reference configuration, which the machine's file draws.
+        Pose in the reference configuration.
     links_of : dict of int to str
-        A link that each body carries, by the body's index.
+        A link on each body, by the body's index.
     sliders : tuple of Slider
     low, high : (2,) arrays
         Corners of the picture, plane axes [m].
     facts, doubts : tuple of str
-        What is to be known of the machine; what is to be asked about its file.
+        Properties of the mechanism; questions about implausible values.
     joints, links : tuple of tuples of str
-        Tables, their heads first.
+        Tables with headings in the first row.
     problem : str
-        Why it cannot be moved, if it cannot.
+        Reason why it cannot be moved; empty if it can.
     """
 
     title: str
@@ -97,22 +97,22 @@ class Drawing:
 
     @property
     def unit(self) -> float:
-        """A hundredth of its width [m]."""
+        """Return the unit of the drawing: a hundredth of its width [m]."""
         return float(self.high[0] - self.low[0]) / 100.0
 
 
 def draw(asked: System) -> Drawing:
-    """Draw a machine with ideal joints, moved by its drives or by such as suit it.
+    """Draw a mechanism with ideal joints, movable by its drives or by suitable ones.
 
     Parameters
     ----------
     asked : System
-        Its drives, where they start, its loads, joints with play and outputs are drawn too.
+        System with drives, start positions, loads, clearance joints and outputs, which are drawn too.
 
     Returns
     -------
     Drawing
-        As it is drawn in its file where its loops do not close; `Drawing.problem` says so.
+        The drawing; in the file's pose if the loops do not close (`Drawing.problem` has the reason).
 
     Examples
     --------
@@ -150,7 +150,7 @@ def draw(asked: System) -> Drawing:
 
 
 def _starts(experiment: Experiment) -> dict[str, float]:
-    """Where the drives start [rad or m]."""
+    """Return the start positions of the drives [rad or m]."""
     return {name: drive.start for name, drive in experiment.drives.items()}
 
 
@@ -179,7 +179,7 @@ def _box(tree: Tree, poses: Array, anchors: Sequence[Array]) -> tuple[Array, Arr
 def _shapes(
     parts: Parts, done: Done, experiment: Experiment, ways: Sequence[Travel], low: Array, high: Array
 ) -> Iterator[Shape]:
-    """Everything, from below to above."""
+    """Return all shapes from bottom to top."""
     mechanism, play = parts.mechanism, experiment.play
     points = asked_points(experiment.outputs)
     yield from _furniture(parts, experiment, low, high)
@@ -206,7 +206,7 @@ def _shapes(
 
 
 def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) -> Iterator[Shape]:
-    """Scale, axes, and the direction of gravity."""
+    """Draw scale, axes, and the direction of gravity."""
     unit, basis = parts.unit, parts.mechanism.basis
 
     def at(corner: Array, x: float, y: float) -> tuple[float, float, float, float, float]:
@@ -235,13 +235,13 @@ def _furniture(parts: Parts, experiment: Experiment, low: Array, high: Array) ->
 
 
 def _axis(direction: Array) -> str:
-    """Name of the world's axis in a direction, of the plane's where it is none."""
+    """Return the name of the world's axis in a direction, or of the plane's axis."""
     k = int(np.argmax(np.abs(direction)))
     return "xyz"[k] if direction[k] > 1.0 - 1e-9 else ("x_P" if abs(direction[2]) < 1e-9 else "y_P")
 
 
 def _slider(system: System, way: Travel, sense: float) -> Slider:
-    """Keep of a way what can be seen."""
+    """Reduce a range of motion to the visible resolution."""
     turns = system.mechanism.joint[way.drive].type == "revolute"
     start = system.experiment.drives[way.drive].start
     evenly = np.linspace(0, len(way.values) - 1, _SHOWN).round().astype(int)

@@ -1,4 +1,4 @@
-"""What is to be known of a machine before it is run, in sentences and tables."""
+"""Properties of a mechanism before a run, in sentences and tables."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from linkages.model.mechanism import Joint, Mechanism
 from linkages.model.skeleton import skeleton
 from linkages.system import System
 
-_CLOSED = 1e-9  # of the linkage's size: gaps below it are rounding of the file's digits
+_CLOSED = 1e-9  # smallest gap over the linkage's size; smaller gaps are rounding of the file's digits
 Rows = tuple[tuple[str, ...], ...]
 
 
 def facts(
     mechanism: Mechanism, system: System | None, ways: Sequence[Travel], starts: Mapping[str, float], size: float
 ) -> Iterator[str]:
-    """Say what the machine is made of, how it can be moved and what it weighs.
+    """Describe the parts, the mobility and the mass of a mechanism in sentences.
 
     Parameters
     ----------
@@ -30,9 +30,9 @@ def facts(
     system : System or None
         From `linkages.explore.range_of_motion.movable`; None if the loops do not close.
     ways : sequence of Travel
-        Of its drives.
+        Ranges of motion of the drives.
     starts : mapping of str to float
-        Drives of the experiment.
+        Start positions of the experiment's drives.
     size : float
         Extent of the linkage [m].
     """
@@ -50,7 +50,7 @@ def facts(
     worst = max(gaps, key=lambda name: gaps[name], default="")
     gap = gaps.get(worst, 0.0)
     closed = gap < _CLOSED * size
-    yield "drawn closed" if closed else f"as drawn, its loops are open by {_length(gap)} at most, at {worst}"
+    yield "drawn closed" if closed else f"as drawn, its loops are open by up to {_length(gap)}, at {worst}"
     for way in ways:
         turns = mechanism.joint[way.drive].type == "revolute"
         yield f"drive {way.drive} {_reach(way, turns)}"
@@ -94,7 +94,7 @@ def link_table(mechanism: Mechanism, size: float) -> Rows:
 
 
 def _gap(joint: Joint) -> float:
-    """Distance of a joint's ends as drawn, along a slot left out [m]."""
+    """Compute the distance of a joint's ends in the file's pose, without the part along a slot [m]."""
     between = joint.on_child - joint.on_parent
     if joint.type == "fixed":
         return 0.0
@@ -109,11 +109,11 @@ def _reach(way: Travel, turns: bool) -> str:
     return f"goes from {below} to {above}"
 
 
-_END = {Status.LOCKED: "a dead point", Status.NO_ASSEMBLY: "where the loops come apart", Status.OK: "or farther"}
+_END = {Status.LOCKED: "a dead point", Status.NO_ASSEMBLY: "the end of closed loops", Status.OK: "or farther"}
 
 
 def _passed(way: Travel, one: Transmission, turns: bool) -> str:
-    """State the transmission angles of a dyad, and the dead centres of the joint that it moves."""
+    """State the transmission angles of a dyad, and the dead centres of its driven joint."""
     angles = np.degrees(one.angle)
     least = int(np.nanargmin(angles))
     meeting = f"{one.link} moves {one.joint}" if one.grounded else f"{one.link} and {one.other} meet at {one.joint}"
@@ -131,7 +131,7 @@ def _value(value: float, turns: bool) -> str:
 
 
 def _length(value: float) -> str:
-    """Write a length in the unit that suits it."""
+    """Write a length in a suitable unit."""
     if value == 0.0:
         return "0 m"
     for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6)):

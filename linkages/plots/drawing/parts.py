@@ -1,4 +1,4 @@
-"""The shapes of a machine's parts: links, joints, ground, points that are asked about; pieces of other shapes."""
+"""Shapes of a mechanism's parts: links, joints, ground, reported points; common elements of shapes."""
 
 from __future__ import annotations
 
@@ -14,16 +14,19 @@ from linkages.plots.drawing.shapes import Point, Shape, placed, shape
 from linkages.system.tree import Tree
 
 # lengths in units of the drawing
-_SIDE = (4.6, 3.2)  # of a block
-_STAND = (1.7, 2.6)  # half the width, and the height, of a stand on the ground
-_HATCH = 0.75  # from one line of a hatching to the next
+_SIDE = (4.6, 3.2)  # sides of a block
+_STAND = (1.7, 2.6)  # half the width, and the height, of a support on the ground
+_HATCH = 0.75  # distance of hatching lines
 _HEAD = 1.5
-_ALONG, _BESIDE = (0.55, 0.4, 0.7, 0.25), 0.95  # of a link's name: part of the bar, and distance from its middle line
-_AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # of a name from a pin, from a block, and from the arrow of a drive
+_ALONG, _BESIDE = (
+    (0.55, 0.4, 0.7, 0.25),
+    0.95,
+)  # position of a link's name: fractions of the bar, and distance from its middle line
+_AWAY, BLOCK, _BEYOND = 2.9, 4.2, 5.0  # distance of a name from a pin, from a block, and from the arrow of a drive
 
 
 class Parts:
-    """Makes the shapes of the parts of a machine.
+    """Makes the shapes of a mechanism's parts.
 
     Parameters
     ----------
@@ -31,46 +34,46 @@ class Parts:
     low, high : (2,) arrays
         Corners of the picture, plane axes [m].
     poses : (n, nb, 3) array
-        Every pose in which the machine is shown, the first one that of the start.
+        All shown poses; the first one is the start.
     """
 
     def __init__(self, tree: Tree, low: Array, high: Array, poses: Array) -> None:
         self.tree, self.mechanism, self.poses = tree, tree.mechanism, poses
         self.low, self.high, self.unit = low, high, float(high[0] - low[0]) / 100.0
         self.room = Room(low, high)
-        self._taken: list[tuple[Array, Array]] = []  # places, and directions in which something lies there
+        self._taken: list[tuple[Array, Array]] = []  # positions, and occupied directions there
 
     # -- places ------------------------------------------------------------------------------------
 
     def on(self, link: str, drawn: Array, along: Array | tuple[float, float] = (0.0, 0.0)) -> Point:
-        """Point of a link, given where it is drawn, and moved in units of the drawing in the link's axes."""
+        """Return a point of a link from its reference position, moved by `along` (units, link axes)."""
         body, x, y = self.tree.marker(link, drawn)
         return body, x + self.unit * along[0], y + self.unit * along[1], 0.0, 0.0
 
     def off(self, link: str, drawn: Array, away: Array | tuple[float, float]) -> Point:
-        """Point beside one of a link, in units of the drawing in plane axes."""
+        """Return a point offset from a link's point by `away` (units, plane axes)."""
         body, x, y, _, _ = self.on(link, drawn)
         return body, x, y, self.unit * away[0], self.unit * away[1]
 
     def at(self, point: Point) -> Array:
-        """Where a point is at the start (2,) [m]."""
+        """Return the position of a point at the start (2,) [m]."""
         return placed(np.array([point]), self.poses[0])[0]
 
     def take(self, here: Array, way: Array) -> None:
-        """Let names beside a place (2,) keep away from a direction (2,)."""
+        """Mark a direction (2,) at a position (2,) as occupied, so that names avoid it."""
         self._taken.append((here, way / np.linalg.norm(way)))
 
     def name_beside(self, role: str, link: str, drawn: Array, away: float, text: str, links: Iterable[str]) -> Shape:
-        """Name a place on a link where nothing lies yet: no bar of the links that meet there, no ground, no other name.
+        """Draw the name of a point in a free direction, away from bars, ground and other names.
 
         Parameters
         ----------
         role : str
-            Of the name.
+            Role of the name.
         link : str
         drawn : (2,) array
         away : float
-            Of the name from the place, in units.
+            Distance of the name from the point, in units.
         text : str
         links : iterable of str
         """
@@ -116,7 +119,7 @@ class Parts:
             yield shape("centre", [self.on(link.name, link.com)], form.color)
 
     def link_name(self, link: Link) -> Shape:
-        """Name a link beside the middle of its longest bar."""
+        """Draw the name of a link next to the middle of its longest bar."""
         form = skeleton(self.mechanism, link, self.tree.extent)
         if not form.bars:
             here = self.at(self.on(link.name, form.places[0]))
@@ -142,7 +145,7 @@ class Parts:
     # -- joints ------------------------------------------------------------------------------------
 
     def beneath(self, joint: Joint) -> Iterator[Shape]:
-        """Draw what lies under the links: the ground of a joint, the rail of a guide."""
+        """Draw the shapes under the links: the ground of a joint, the rail of a guide."""
         if joint.type == "prismatic":
             yield from self._rail(joint)
         grounded = [side for side in (joint.parent, joint.child) if side == "world"]
@@ -150,7 +153,7 @@ class Parts:
             yield from self.stand(joint.on_parent if joint.parent == "world" else joint.on_child)
 
     def stand(self, drawn: Array) -> Iterator[Shape]:
-        """Draw a stand on hatched ground."""
+        """Draw a support on hatched ground."""
         wide, high = _STAND
         foot = [self.off("world", drawn, (x, y)) for x, y in ((0.0, 0.0), (-wide, -high), (wide, -high))]
         self.room.take_line([self.at(at) for at in (*foot, foot[0])])
@@ -159,7 +162,7 @@ class Parts:
         yield from self.hatching("world", drawn, ends, np.array([0.0, -1.0]))
 
     def joint(self, joint: Joint, play: bool) -> Iterator[Shape]:
-        """Draw what lies over the links: pin, block, weld; a gap where the loops are open."""
+        """Draw the shapes over the links: pin, block, weld; a gap if the loops are open."""
         here = self.on(joint.child, joint.on_child)
         if joint.type == "prismatic":
             color = self._color(joint.child)
@@ -178,7 +181,7 @@ class Parts:
             yield shape("pin", [there])
 
     def joint_names(self, driven: Collection[str]) -> Iterator[Shape]:
-        """Name the joints, those at one place together, away from the bars that meet there."""
+        """Draw the names of the joints (one label per place), away from bars."""
         joints = list(self.mechanism.joints)
         here = np.array([self.at(self.on(joint.child, joint.on_child)) for joint in joints])
         while joints:
@@ -195,14 +198,14 @@ class Parts:
         return self.name_beside("joint name", group[0].child, group[0].on_child, away, text, links)
 
     def point(self, name: str) -> Iterator[Shape]:
-        """Mark a point that is asked about."""
+        """Mark a reported point."""
         point = self.mechanism.place[name]
         yield shape("point", [self.on(point.link, point.origin)], text=name)
         ends = [joint.on_child for joint in self.mechanism.joints]
         if all(np.linalg.norm(point.origin - end) > 1e-6 * self.tree.extent for end in ends):
             yield self.name_beside("point name", point.link, point.origin, 1.9, name, [point.link])
 
-    # -- pieces ------------------------------------------------------------------------------------
+    # -- common elements ------------------------------------------------------------------------------------
 
     def _color(self, link: str) -> str:
         if link == "world":
@@ -215,7 +218,7 @@ class Parts:
         return [self.on(link, drawn, 0.5 * (x * _SIDE[0] * along + y * _SIDE[1] * across)) for x, y in corners]
 
     def _rail(self, joint: Joint) -> Iterator[Shape]:
-        """Draw the line on which a block slides, as long as the block goes; hatched on the ground."""
+        """Draw the line of a block over its stroke; hatched on the ground."""
         ends = [np.array([self.on(*end)]) for end in ((joint.parent, joint.on_parent), (joint.child, joint.on_child))]
         way = []
         for pose in self.poses:
@@ -239,7 +242,7 @@ class Parts:
         )
 
     def hatching(self, link: str, drawn: Array, ends: Array, normal: Array) -> Iterator[Shape]:
-        """Draw a line (2, 2) of what stands on a link, in units from a point, hatched on the side of the normal."""
+        """Draw a line (2, 2) fixed to a link, in units from a point, hatched on the side of the normal."""
         yield shape("hatch", [self.on(link, drawn, end) for end in ends])
         length = float(np.linalg.norm(ends[1] - ends[0]))
         along = (ends[1] - ends[0]) / length
@@ -249,7 +252,7 @@ class Parts:
             yield shape("hatch", [self.on(link, drawn, end) for end in (foot, slant)])
 
     def arrow(self, role: str, ends: list[Point]) -> Iterator[Shape]:
-        """Draw a straight arrow from one point to another, both given alike."""
+        """Draw a straight arrow from one point to another."""
         tail, tip = (np.array(end) for end in ends)
         self.room.take_line([self.at(ends[0]), self.at(ends[1])])
         way = tip - tail

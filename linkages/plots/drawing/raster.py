@@ -19,12 +19,12 @@ from linkages.plots.drawing.svg import notes
 from linkages.plots.shown import ShownFigure
 from linkages.system import System
 
-_WIDTH = 8.0  # of the figure [inches]
-_LINE = 0.17  # from one line of text to the next [inches]
+_WIDTH = 8.0  # width of the figure [inches]
+_LINE = 0.17  # line height of text [inches]
 
 
 def pose(system: System) -> Figure:
-    """Draw the machine of a system with ideal joints at its start: links, joints, drives, loads and paths of outputs.
+    """Draw the mechanism of a system with ideal joints at its start: links, joints, drives, loads and paths of outputs.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def pose(system: System) -> Figure:
 
 
 def picture(drawing: Drawing, said: bool = True) -> Figure:
-    """Draw the machine at its start, and below it, if asked for, what is to be known of it."""
+    """Draw the mechanism at its start, with `said` also its properties below."""
     lines = notes(drawing) if said else []
     below = _LINE * (len(lines) + 0.7) if lines else 0.0
     figure, axis = _paper(drawing, below)
@@ -59,17 +59,17 @@ def picture(drawing: Drawing, said: bool = True) -> Figure:
 
 
 def write_moving(drawing: Drawing, path: Path, frames: int = 60, dpi: float = 90.0) -> None:
-    """Write the machine, moved by its first drive, as a GIF.
+    """Write a GIF of the mechanism, moved by its first drive.
 
     Parameters
     ----------
     drawing : Drawing
-        Of a machine that can be moved.
+        Drawing of a movable mechanism.
     path : Path
     frames : int
-        Of one round, or of the way forth and back.
+        Number of frames of one revolution, or of one stroke forth and back.
     dpi : float
-        Pixels of an inch; the picture is 8 inches wide.
+        Pixels per inch; the picture is 8 inches wide.
     """
     way = drawing.sliders[0]
     count = len(way.poses)
@@ -106,7 +106,7 @@ def _clean(axis: Axes, drawing: Drawing) -> None:
 
 def _put(axis: Axes, drawing: Drawing, one: Shape, pose: Array) -> None:
     style, points = STYLES[one.role], placed(one.at, pose)
-    dots = 72.0 * _WIDTH / 100.0  # points of a unit
+    dots = 72.0 * _WIDTH / 100.0  # points per unit
     fill, stroke = ("none" if named is None else named or one.color for named in (style.fill, style.stroke))
     line: dict[str, Any] = {"linewidth": style.width * dots, "capstyle": "round", "joinstyle": "round", "zorder": 2}
     if style.kind == "text":

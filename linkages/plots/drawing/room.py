@@ -1,4 +1,4 @@
-"""Where a drawing still has room for a name."""
+"""Free space for names in a drawing."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from linkages.arrays import Array
 from linkages.plots.drawing.shapes import STYLES
 
 # lengths in units of the drawing
-_STEP = 0.5  # between the points that stand for a line
-_BAR = 0.65  # half of a bar's width
-# of the size of a text
+_STEP = 0.5  # distance of the sample points of a line
+_BAR = 0.65  # half a bar's width
+# relative to the size of a text
 _LETTER, _HEIGHT = 0.31, 0.6  # half the width of a letter, half the height of a line
-# what a place for a name costs
-_BEYOND, _ON_TEXT, _ON_LINE, _MOST = 4.0, 3.0, 0.1, 12  # each point of a line; as many at most
+# cost of a position of a name
+_BEYOND, _ON_TEXT, _ON_LINE, _MOST = 4.0, 3.0, 0.1, 12  # per point of a line; most counted points
 
 
 class Room:
-    """Lines and boxes that a drawing has at its start, and which names must not lie on.
+    """Occupied lines and boxes of a drawing at its start, which names must avoid.
 
     Parameters
     ----------
@@ -34,28 +34,28 @@ class Room:
         self._boxes: list[tuple[Array, Array]] = []
 
     def take_line(self, points: Sequence[Array] | Array) -> None:
-        """Let no name lie on a line through points (n, 2) [m]."""
+        """Mark a line through points (n, 2) [m] as occupied."""
         ends = np.asarray(points, dtype=np.float64)
         for start, end in itertools.pairwise(ends):
             count = 2 + int(np.linalg.norm(end - start) / (_STEP * self.unit))
             self._points.append(start + np.linspace(0.0, 1.0, count)[:, None] * (end - start))
 
     def take_box(self, one: Array, other: Array) -> None:
-        """Let no name lie on a box between two corners (2,) [m]."""
+        """Mark a box between two corners (2,) [m] as occupied."""
         self._boxes.append((np.minimum(one, other), np.maximum(one, other)))
 
     def take_name(self, role: str, middle: Array, text: str) -> None:
-        """Let no other name lie on a name around its middle (2,) [m]."""
+        """Mark the box of a name around its middle (2,) [m] as occupied."""
         half = self.half(role, text)
         self.take_box(middle - half, middle + half)
 
     def half(self, role: str, text: str) -> Array:
-        """Half of the width and of the height of a text (2,) [m]."""
+        """Compute half the width and height of a text (2,) [m]."""
         size = STYLES[role].size * self.unit
         return np.array([_LETTER * size * len(text), _HEIGHT * size])
 
     def cost(self, role: str, middle: Array, text: str) -> float:
-        """Cost of writing a text around its middle (2,) [m]: 0 where it lies on nothing and within the picture."""
+        """Compute the cost of a text around its middle (2,) [m]: 0 in free space within the picture."""
         half = self.half(role, text)
         low, high = middle - half, middle + half
         total = _BEYOND if np.any(low < self.low) or np.any(high > self.high) else 0.0

@@ -1,7 +1,7 @@
-"""What a drawing is made of: shapes whose points are fixed to bodies, and how each kind of shape looks.
+"""Shapes of a drawing: points fixed to bodies, and styles by the role of a shape.
 
-A point is a row (body, x, y, dx, dy): a place in a body's frame, and an offset in plane axes that does not turn with
-the body, both in metres. Shapes that come later lie above.
+A point is a row (body, x, y, dx, dy): a position in the body's frame, and an offset in plane axes that does not rotate
+with the body, both in metres. Later shapes are drawn above earlier ones.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ INK, PLAY, LOAD, MARK = "#1A1A1A", "#D55E00", "#B22222", "#7A3E9D"
 
 
 class Style(NamedTuple):
-    """How a shape looks; lengths in parts of the drawing's unit, a hundredth of its width.
+    """The style of a shape; lengths in units of the drawing, a hundredth of its width.
 
-    `kind` is "line", "area", "circle" or "text"; an empty colour stands for the shape's own.
+    `kind` is "line", "area", "circle" or "text"; an empty colour means the shape's colour.
     """
 
     kind: str
@@ -77,9 +77,9 @@ class Shape:
     role : str
         Key of `STYLES`.
     at : (n, 5) array
-        Its points; a circle and a text have one.
+        Points of the shape; a circle or text has one.
     color : str
-        For styles without a colour of their own.
+        Colour for styles without a colour.
     text : str
     """
 
@@ -90,12 +90,12 @@ class Shape:
 
 
 def shape(role: str, points: Iterable[Point], color: str = INK, text: str = "") -> Shape:
-    """Make a shape of points."""
+    """Make a shape from points."""
     return Shape(role, np.array(list(points), dtype=np.float64), color, text)
 
 
 def placed(at: Array, pose: Array) -> Array:
-    """Place points (n, 5) on bodies at `pose` (nb, 3 or more: x, y, angle): plane axes (n, 2) [m]."""
+    """Compute positions of points (n, 5) on bodies at `pose` (nb, 3 or more: x, y, angle): plane axes (n, 2) [m]."""
     body = at[:, 0].astype(int)
     cosine, sine = np.cos(pose[body, 2]), np.sin(pose[body, 2])
     x, y = at[:, 1], at[:, 2]

@@ -1,4 +1,4 @@
-"""A drawing as SVG: one element for each shape, with the points that it is fixed to for the page that moves it."""
+"""A drawing as SVG: one element per shape, with its body-fixed points for the script that moves it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from linkages.arrays import Array
 from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.shapes import STYLES, Shape, placed
 
-WIDTH = 960.0  # of the picture [px]
-_HALO = 0.35  # around words, in units
-_LINE = 17.0  # from one line of text to the next [px]
-_WORDS = 128  # characters of a line
+WIDTH = 960.0  # width of the picture [px]
+_HALO = 0.35  # width of the halo around words, in units
+_LINE = 17.0  # line height of text [px]
+_WORDS = 128  # most characters of a line
 
 _FONT = "font-family='system-ui, sans-serif'"
 
 
 def scale(drawing: Drawing) -> float:
-    """Pixels of a metre."""
+    """Return the pixels per metre."""
     return WIDTH / float(drawing.high[0] - drawing.low[0])
 
 
@@ -31,7 +31,7 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
     ----------
     drawing : Drawing
     said : bool
-        Whether its title, facts and doubts stand below it.
+        Whether to add title, properties and questions below.
     """
     height = scale(drawing) * float(drawing.high[1] - drawing.low[1])
     lines = notes(drawing) if said else []
@@ -51,7 +51,7 @@ def svg(drawing: Drawing, said: bool = True) -> Markup:
 
 
 def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
-    """Write an element, with the points that it is fixed to where it is to be moved."""
+    """Write an element, with its body-fixed points if it is movable."""
     style, unit = STYLES[one.role], 0.01 * WIDTH
     look = [f"fill='{_color(style.fill, one)}'", f"stroke='{_color(style.stroke, one)}'"]
     if style.width:
@@ -80,7 +80,7 @@ def _element(drawing: Drawing, one: Shape, static: bool) -> Markup:
 
 
 def pixels(drawing: Drawing, points: Array) -> Array:
-    """Places in the picture, y downwards [px]."""
+    """Return positions in the picture, y downwards [px]."""
     x, y = ((points - [drawing.low[0], drawing.high[1]]) * scale(drawing)).T
     return np.column_stack([x, -y])
 
@@ -94,7 +94,7 @@ def _color(named: str | None, one: Shape) -> str:
 
 
 def notes(drawing: Drawing) -> list[tuple[str, str]]:
-    """Lines of text below the picture, and their colours."""
+    """Return the lines of text below the picture, with colours."""
     said = [(drawing.title, "#1A1A1A"), *((fact, "#1A1A1A") for fact in drawing.facts)]
     said += [(doubt, "#B22222") for doubt in (drawing.problem, *drawing.doubts) if doubt]
     return [(line, color) for text, color in said for line in wrap(text, _WORDS, subsequent_indent="\u2003")]

@@ -1,11 +1,11 @@
-"""Figures and the animation of the 3-RRR robot, drawn from its results; matplotlib is imported where figures are drawn.
+"""Figures and the animation of the 3-RRR robot, drawn from its results; matplotlib is imported only for drawing.
 
-| module     | what it draws                                                                           |
-|------------|-----------------------------------------------------------------------------------------|
-| figures    | the paper's figures 5 to 12; `write_figures` writes these and those of `parameters`     |
-| parameter_maps | maps over the drive angles; convergence with the elements; the effect of speed          |
-| robot_lines | the robot as lines, at rest and deformed                                                |
-| animation  | a mode over the moving pose, as one HTML file                                           |
+| module         | figures                                                                        |
+|----------------|--------------------------------------------------------------------------------|
+| figures        | the paper's figures 5 to 12; `write_figures` writes all figures                |
+| parameter_maps | maps over the drive angles; convergence with the elements; the effect of speed |
+| robot_lines    | the robot as lines, at rest and deformed                                       |
+| animation      | a mode over the moving pose, as one HTML file                                  |
 """
 
 from linkages.plots.three_rrr.robot_lines import draw_pose, shape_lines

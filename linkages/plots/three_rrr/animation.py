@@ -15,12 +15,12 @@ from linkages.plots.three_rrr.robot_lines import displaced_lines
 from linkages.three_rrr.analysis import RobotResults
 
 _FRAMES = 121
-_SHARE = 0.1  # drawn deflection as a part of the coupler's length
-_EVERY = 2  # points of a line that are kept
+_SHARE = 0.1  # drawn deflection over the coupler's length
+_EVERY = 2  # step between kept points of a line
 
 
 def write_animation(results: RobotResults, path: Path) -> Path:
-    """Write the animation; returns its path."""
+    """Write the animation; return its path."""
     title = html.escape(results.robot.title or "Flexible robot")
     data = json.dumps(animation_data(results), separators=(",", ":"))
     page = Path(__file__).with_suffix(".html").read_text(encoding="utf-8")
@@ -31,7 +31,7 @@ def write_animation(results: RobotResults, path: Path) -> Path:
 
 
 def animation_data(results: RobotResults) -> dict[str, Any]:
-    """Lines at rest and their displacement in each mode, by frame [mm].
+    """Return undeformed lines and their displacement in each mode, by frame [mm].
 
     The modes are followed by MAC, with continuous signs, and each shape is scaled to the same largest deflection.
     """

@@ -20,13 +20,13 @@ from linkages.three_rrr.modes import DENSE
 from linkages.three_rrr.response import generalised_alpha
 from linkages.three_rrr.stress import platform_stress
 
-_WINDOW = 0.12  # s, in which the vibration after a start from rest is drawn
+_WINDOW = 0.12  # drawn duration of the vibration after a start from rest [s]
 _SHAPE_POSES = 3
 _ACCELERATION = ("d²θ/dt² [rad/s²]", "d²x/dt² [mm/s²]", "d²y/dt² [mm/s²]")
 
 
 def write_figures(results: RobotResults, folder: Path, progress: Callable[[float], None] | None = None) -> list[Path]:
-    """Draw all figures as PNG files; returns their paths."""
+    """Draw all figures as PNG files; return their paths."""
     jobs: list[tuple[str, Callable[[RobotResults], Figure]]] = [
         ("fig05_pose", partial(_over_time, "x", ("θ [deg]", "x [mm]", "y [mm]"))),
         ("fig06_path", _path),
@@ -53,7 +53,7 @@ def write_figures(results: RobotResults, folder: Path, progress: Callable[[float
 
 
 def _over_time(name: str, labels: tuple[str, str, str], results: RobotResults) -> Figure:
-    """Platform's position or a rate of it, by its name in the motion, one panel above the other over time."""
+    """Draw the platform's position or a rate of it (by its name in the motion) over time, in panels."""
     values = getattr(results.motion, name) * np.array([1.0, 1e3, 1e3])
     if name == "x":
         values[:, 0] = np.rad2deg(np.unwrap(values[:, 0]))
@@ -104,7 +104,7 @@ def _frequencies(results: RobotResults) -> Figure:
 
 
 def _shapes(results: RobotResults) -> Figure:
-    """Modes (rows) drawn deformed at several poses (columns)."""
+    """Draw the deformed modes (rows) at several poses (columns)."""
     rows = min(4, results.tracked.shape[1])
     figure, axes = panels(2.2 * rows, rows, _SHAPE_POSES, sharex=True, sharey=True)
     places = np.linspace(0, len(results.motion) - 1, _SHAPE_POSES + 1).astype(int)[:-1]
@@ -119,7 +119,7 @@ def _shapes(results: RobotResults) -> Figure:
             axis.grid(False)
             pose = f"mode {mode + 1}, t = {results.motion.time[index]:.2f} s"
             axis.set_title(f"{pose}: {results.tracked[index, mode]:.1f} Hz", fontsize=7.5)
-    figure.suptitle("mode shapes; a mode has no size of its own, so its deflection is scaled to be seen", fontsize=9)
+    figure.suptitle("mode shapes with arbitrary amplitude", fontsize=9)
     for axis in axes[-1]:
         axis.set_xlabel("x [mm]")
     for axis in axes[:, 0]:
@@ -128,7 +128,7 @@ def _shapes(results: RobotResults) -> Figure:
 
 
 def _displacement(results: RobotResults) -> Figure:
-    """Left the whole motion, quasi-static and, where it was run, with vibration; right its first moments from rest."""
+    """Draw the displacement: left over the whole motion (quasi-static, vibration), right after a start from rest."""
     figure, axes = panels(5.0, 3, 2, sharex="col")
     time, static = results.motion.time, 1e6 * results.static.platform
     window = min(_WINDOW, float(results.branch.times[-1]))
@@ -159,7 +159,7 @@ def _displacement(results: RobotResults) -> Figure:
 
 
 def _stress(results: RobotResults) -> Figure:
-    """Over time in leg 2 and the platform, bands with vibration; along the rods where it is largest."""
+    """Draw the stress over time in leg 2 and the platform (bands: vibration), and along the rods at its peak."""
     figure, axes = panels(7.0, 3, 2, width_ratios=[1.7, 1])
     time = results.motion.time
     for row, link in enumerate((results.stress[2], results.stress[3])):

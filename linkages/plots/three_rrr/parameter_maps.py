@@ -1,4 +1,4 @@
-"""Figures over what the paper keeps fixed: the drive angles, the number of elements, the speed."""
+"""Figures over parameters that the paper keeps fixed: drive angles, number of elements, speed."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from linkages.three_rrr.modes import frequencies
 from linkages.three_rrr.robot import changed
 from linkages.three_rrr.speed import RESONANCE, speed_sweep, velocity_effect
 
-_WIDTH = 6.3  # of a figure [in]
+_WIDTH = 6.3  # width of a figure [in]
 
 _COUNTS = ListedColormap(["#FFFFFF", "#C6DDEE", COLORS[5], COLORS[0]])
 
 
 def panels(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
-    """Make a figure of a height [in] and its axes: one, or an array as `Figure.subplots` has it."""
+    """Make a figure of a height [in] and its axes: one, or an array as from `Figure.subplots`."""
     figure = Figure(figsize=(_WIDTH, height), layout="constrained")
     return figure, figure.subplots(rows, columns, **options)
 
 
 def map_figure(results: RobotResults) -> Figure:
-    """Assemblies and nearness to both types of singularity over phi_1 and phi_2."""
+    """Draw number of assemblies and nearness to both types of singularity over phi_1 and phi_2."""
     found = drive_map(results.robot.geometry, float(results.robot.phi0[2]))
     degrees = np.rad2deg(found.angles)
     figure, axes = panels(2.9, 1, 3, sharey=True)
@@ -56,7 +56,7 @@ def map_figure(results: RobotResults) -> Figure:
 
 
 def convergence_figure(results: RobotResults) -> Figure:
-    """Error of the first frequencies at t = 0 against elements per link."""
+    """Draw the error of the first frequencies at t = 0 over the number of elements per link."""
     figure, axis = panels(3.3)
     start = results.motion.part(slice(0, 1))
     counts = np.array([1, 2, 4, 8])
@@ -78,7 +78,7 @@ def convergence_figure(results: RobotResults) -> Figure:
 
 
 def velocity_figure(results: RobotResults) -> Figure:
-    """When the velocity-dependent terms matter."""
+    """Draw the effect of the velocity-dependent terms over speed."""
     figure, axis = panels(3.3)
     factors = np.geomspace(1.0, 300.0, 13)
     frequency, displacement = velocity_effect(results.robot, results.branch, factors, poses=13)
@@ -95,7 +95,7 @@ def velocity_figure(results: RobotResults) -> Figure:
 
 
 def speed_figure(results: RobotResults) -> Figure:
-    """Peak elastic displacement against speed, until the first resonance."""
+    """Draw the peak elastic displacement over speed, up to the first resonance."""
     figure, (top, bottom) = panels(4.4, 2, sharex=True)
     one = changed(results.robot, model={"elements": 1})
     found = speed_sweep(one, results.branch, np.geomspace(60.0, 400.0, 60), steps_per_period=24.0)

@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 
 
 OUTLINE = "0.35"
-_SHARE = 0.12  # largest drawn deflection as a part of the robot's size
-_POINTS = 13  # points drawn in each element
+_SHARE = 0.12  # largest drawn deflection over the robot's size
+_POINTS = 13  # number of drawn points of each element
 
 
 def rest_lines(model: FiniteElementModel, state: Motion, index: int) -> list[tuple[Array, str]]:
-    """Lines (n, 2) [m] of the undeformed links and the platform at one pose, with their names."""
+    """Return lines (n, 2) [m] of the undeformed links and the platform at one pose, with their names."""
     return displaced_lines(model, state.part(slice(index, index + 1)), np.zeros(model.full))
 
 
 def shape_lines(
     model: FiniteElementModel, state: Motion, index: int, shape: Array, scale: float | None = None
 ) -> list[tuple[Array, str]]:
-    """Lines of the robot deformed by a shape (size,) of its unknowns, visibly large by default."""
+    """Return lines of the robot deformed by a shape (size,) of its unknowns, by default magnified."""
     one = state.part(slice(index, index + 1))
     full = model.expand(one, shape[None])[0]
     still = displaced_lines(model, one, np.zeros(model.full))
@@ -41,7 +41,7 @@ def shape_lines(
 
 
 def displaced_lines(model: FiniteElementModel, one: Motion, full: Array) -> list[tuple[Array, str]]:
-    """Lines of the robot at a single pose with displacements (full,) [m, rad]."""
+    """Return lines of the robot at a single pose with displacements (full,) [m, rad]."""
     b, c = pivots(model.geometry, one.phi, one.x)
     angle = one.angles
     lines = []
