@@ -48,6 +48,7 @@ class LinkModel(Table):
     start: Literal["quasi-static", "undeformed"] = Field(
         "quasi-static", description="shape at t = 0: static under the loads of the rigid linkage, or straight"
     )
+    segments: Annotated[int, Field(ge=2, le=MOST_SEGMENTS)] = Field(8, description="rigid segments in the Drake engine")
 
     @model_validator(mode="after")
     def _sensible(self) -> LinkModel:
