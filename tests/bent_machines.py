@@ -1,4 +1,4 @@
-"""Three linkages with links that bend, their joint B ideal or with play: for the two models of such links."""
+"""Three linkages with flexible links, joint B ideal or with clearance: for both models of flexible links."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _seven_bar() -> str:
     return text.replace('<frame name="link3_C"', f'{frame}<frame name="link3_C"')
 
 
-#: SDFormat text, links that bend, drives.
+#: SDFormat text, flexible links, drives.
 MACHINES = {
     "slider_crank": (_slider_crank, ("rod",), "[drives.O]\nspeed = 150\n"),
     "four_bar": (_four_bar, ("coupler", "follower"), "[drives.O]\nspeed = 150\n"),
@@ -67,7 +67,7 @@ def bent_machine(
     keys: str = "bending = 8\naxial = 0",
     accuracy=1e-8,
 ) -> linkages.System:
-    """Load a machine with eight bending modes in each of its links that bend; they do not stretch."""
+    """Load a mechanism with eight bending modes in each flexible link and no axial mode."""
     text, links, drives = MACHINES[name]
     (folder / f"{name}.sdf").write_text(text(), encoding="utf-8")
     bending = "".join(f'[links.{link}]\nmodel = "flexible"\n{keys}\n' for link in links)

@@ -1,4 +1,4 @@
-"""Opens a page in a headless browser that can reach no network, and says what it shows and what it asked for.
+"""Open a page in a headless browser without network, and return its content and its requests.
 
 Time in the page is the wall clock's: Chromium's virtual time (``--virtual-time-budget``) now and then never ends.
 """
@@ -31,7 +31,7 @@ _FLAGS = (
 )  # fmt: skip
 _PATIENCE = 100.0  # seconds for a page to load and to answer
 
-# Runs in the page before its own parts: counts what the content policy refused, and says when all has been drawn.
+# Runs in the page before its own parts: counts requests rejected by the content policy, and reports the end of drawing.
 _PROBE = """<script>
 const refused = [];
 document.addEventListener("securitypolicyviolation", (event) => refused.push(event.blockedURI));
@@ -42,16 +42,16 @@ addEventListener("load", () => setTimeout(() => { drawn = true; }, 1000));
 
 @dataclass(frozen=True)
 class Page:
-    """What the browser showed and asked for.
+    """Content and requests of a page in the browser.
 
     Attributes
     ----------
     seen : dict
-        What the probe returned, and ``refused``: what the page's content policy refused to fetch.
+        Result of the probe, with ``refused``: requests rejected by the page's content policy.
     image : (height, width, 3) array
         Screenshot, 0 to 1.
     requests : list of str
-        URLs that the page asked the network for; what the browser asks for on its own account is left out.
+        URLs that the page requested from the network, without the browser's requests.
     """
 
     seen: dict[str, Any]
@@ -111,7 +111,7 @@ def picture(data_uri: str) -> np.ndarray:
 
 
 def _requests(log: Path) -> list[str]:
-    """URLs of a network log that a page asked for: those with an initiator."""
+    """Return the URLs of a network log that a page requested: entries with an initiator."""
     events = json.loads(log.read_text(encoding="utf-8"))["events"]
     asked = [event["params"] for event in events if "initiator" in event.get("params", {})]
     return sorted({item["url"] for item in asked if item["initiator"] != "not an origin"})

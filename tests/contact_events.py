@@ -1,4 +1,4 @@
-"""Joints that touch, integrated from event to event with SciPy: for the models written apart from the package."""
+"""Joints with contact, integrated from event to event with SciPy, for the independent models."""
 
 from __future__ import annotations
 

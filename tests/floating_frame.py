@@ -1,7 +1,7 @@
 """A rod with component modes between a driven crank and a slider, its inertia summed over points of the rod.
 
 Every point moves by the exact kinematics of its section, so that nothing of higher order in the modal coordinates is left
-out. Of the package it takes the shapes, H and K of `linkages.flexible.component_modes`, and none of its integrals.
+out. It shares with the package only the shapes, H and K of `linkages.flexible.component_modes`, not its integrals.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def slider_crank(
         c, s = np.cos(theta), np.sin(theta)
         x, z = -(speed**2) * crank * np.cos(speed * t), -(speed**2) * crank * np.sin(speed * t)
         psi, rho, across = a - h @ eta, place + a @ eta - 0.5 * h @ eta @ eta, b @ eta
-        # by the rates of theta and eta, in the rod's axes; what the accelerations have without theirs
+        # by the rates of theta and eta, in the rod's axes; part of the accelerations without their rates
         one, two = np.column_stack([-across, psi]), np.column_stack([rho, b])
         bias1 = c * x + s * z - w**2 * rho - 2.0 * w * b @ etad - h @ etad @ etad
         bias2 = c * z - s * x - w**2 * across + 2.0 * w * psi @ etad

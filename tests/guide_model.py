@@ -1,4 +1,4 @@
-"""The slider-crank with play in its guide, ``slider_crank_guide.toml``, written apart from the package.
+"""Independent model of the slider-crank with clearance in its guide, ``slider_crank_guide.toml``.
 
 Two coordinates: the angles of rod and slider. Four corners of the block touch the two walls of the slot.
 """

@@ -6,7 +6,7 @@ University of Bari and INdAM, 2008: problems ROBER, VDPOL, HIRES, OREGO; equatio
 mu = 1e3; with t/mu as time and mu y2 as speed it is the one with eps = 1e-6.
 
 And small problems of closed form, and the integrators bound to all of them: one right-hand side, so that each method is
-compiled once. All that is compiled stands in this file, so that the compiler's cache notices its edits.
+compiled once. All compiled code is in this file, so that the compiler's cache notices its edits.
 
 The functions are compiled and share the signature ``rhs(problem, t, y, out)``, ``jacobian(problem, t, y, out)``, where
 `problem` is a tuple of arrays, `y` (n,) the state, and `out` (n,) or (n, n) is filled.

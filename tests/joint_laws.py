@@ -1,4 +1,4 @@
-"""Laws of joints with play written apart from the package, for `paper_formulation.Data.law`.
+"""Independent laws of clearance joints, for `paper_formulation.Data.law`.
 
 Signature: (data, joint, eccentricity, its rate, angular velocities of bearing and journal, approach speed) ->
 (force on the journal at its centre, couple on the journal). SI units.

@@ -1,4 +1,4 @@
-"""The compiled engine's equations of motion at a state: their Jacobian, and what is left of them, as the method has them."""
+"""The compiled engine's equations of motion at a state: Jacobian and residual, as in the method."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def slope(problem, t, y):
 
 
 def left(problem, t, y, dy):
-    """Residual of the rates and what follows them if the derivatives are dy (ny,)."""
+    """Residual of the rates and the following entries for the derivatives dy (ny,)."""
     dy = dy[len(problem.model.free) :]
     out = np.zeros(len(dy))
     _leave(problem, t, y, dy, out)

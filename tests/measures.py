@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 #: Columns of one kind are measured by the largest of them in the linkage: a moment that vanishes, or a component, has
-#: the rounding errors of what it is made of.
+#: the rounding errors of its terms.
 _KINDS = {
     "ax": "a",
     "ay": "a",

@@ -54,7 +54,7 @@ C = ["A", "140 mm", "B", "90 mm"]
 E = ["C", "220 mm", "F", "170 mm"]""",
 )
 
-#: Descriptions by name. The first four machines are those of the documentation.
+#: Descriptions by name. The first four mechanisms are in the documentation.
 MACHINES = {
     "whitworth": documented("Quick return"),
     "stephenson 3": documented("Six-bar"),
@@ -236,7 +236,7 @@ class Model:
         return rates | {n: complex(x, y) for n, x, y in zip(self.free, found[::2], found[1::2], strict=True)}
 
     def energy(self, angle, speed, gravity):
-        """Kinetic and potential energy [J] at an angle beside the present one and a speed of the drive [rad/s]."""
+        """Kinetic and potential energy [J] at an angle close to the present one and a speed of the drive [rad/s]."""
         assert self.close(angle)
         points, total = self.points, 0.0
         rates = self.rates(points, angle)
@@ -269,7 +269,7 @@ class Model:
 
 
 def natural(text: str, mechanism) -> Model:
-    """Make the model of a description; drawn points and masses are those of the machine's file."""
+    """Make the model of a description; points and masses come from the mechanism's file."""
     given = tomllib.loads(text)
     links, slides, sliders = {}, [], {}
     for link, points in given["links"].items():

@@ -80,7 +80,7 @@ class Output(io.StringIO):
 
 
 def command(*words: object) -> tuple[int, str, str]:
-    """Run a command; returns its exit status and what it wrote to both outputs."""
+    """Run a command; return its exit status and the texts of both outputs."""
     told = Told()
     with redirect_stdout(Output(told)) as out, redirect_stderr(Output(told)) as errors:
         status = main([str(word) for word in words])
@@ -96,7 +96,7 @@ def command(*words: object) -> tuple[int, str, str]:
 
 
 def load(mutator: Mutator, folder: Path) -> str:
-    """Load a mutant: what is taken has finite numbers."""
+    """Load a mutant: if it is accepted, its numbers are finite."""
     file, settings = write(mutator, folder, mutator.dice.choice(("machine", "experiment", "setting")))
     try:
         system = linkages.load(file, dict(item.split("=", 1) for item in settings))
@@ -112,7 +112,7 @@ def load(mutator: Mutator, folder: Path) -> str:
 
 
 def study(mutator: Mutator, folder: Path) -> str:
-    """Load a mutant of a study: what is taken has finite numbers."""
+    """Load a mutant of a study: if it is accepted, its numbers are finite."""
     file, _ = write(mutator, folder, "study")
     try:
         found = optim.load_study(file)
@@ -137,7 +137,7 @@ def undamaged() -> bytes:
 
 
 def store(mutator: Mutator, folder: Path) -> str:
-    """Read a damaged store: it is refused, or what is read is what was written."""
+    """Read a damaged store: it is rejected, or the content is unchanged."""
     path, table = folder / "study.sqlite", folder / "designs.csv"
     shown = []
     for data in (undamaged(), mutator.damage(undamaged())):
@@ -153,7 +153,7 @@ def store(mutator: Mutator, folder: Path) -> str:
 
 
 def importing(mutator: Mutator, folder: Path) -> str:
-    """Import a mutant of another program's file: what is written loads, and has finite numbers."""
+    """Import a mutant of another program's file: the written file loads with finite numbers."""
     source, out = folder / "theirs.xml", folder / "ours.sdf"
     out.unlink(missing_ok=True)
     given = [path.read_bytes() for path in MACHINES]
@@ -168,7 +168,7 @@ def importing(mutator: Mutator, folder: Path) -> str:
 
 
 def describing(mutator: Mutator, folder: Path) -> str:
-    """Draw a mutant of a machine's description, and run what comes of it."""
+    """Draw a mutant of a mechanism's description, and run the result."""
     source, made = folder / "mutant.machine.toml", folder / "described"
     shutil.rmtree(made, ignore_errors=True)
     source.write_bytes(mutator.mutant(mutator.dice.choice(DESCRIPTIONS).encode()))

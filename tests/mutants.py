@@ -67,7 +67,7 @@ class Mutator:
         return data
 
     def damage(self, data: bytes) -> bytes:
-        """Change a binary file: a few bytes, a piece, a block or the end."""
+        """Change a binary file: a few bytes, a slice, a block or the end."""
         at, size = self.dice.randrange(len(data)), self.dice.choice((16, 512, 4096))
         match self.dice.randrange(6):
             case 0:
@@ -148,7 +148,7 @@ class Mutator:
         return bytes(changed)
 
     def piece(self, data: bytes) -> bytes:
-        """Drop, double or move a piece."""
+        """Drop, double or move a slice."""
         i, j, k = sorted(self.dice.randrange(len(data) + 1) for _ in range(3))
         return self.dice.choice((data[:i] + data[j:], data[:j] + data[i:], data[:i] + data[j:k] + data[i:j] + data[k:]))
 

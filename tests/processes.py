@@ -1,4 +1,4 @@
-"""Commands in processes of their own, which tests strike at any moment, or give little room."""
+"""Commands in separate processes, which tests interrupt at any moment, or give little disk space."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ FOLDING = 1.0
 
 
 def _folding_follower(longer, length=0.3, crank=0.1):
-    """Follower angle as drawn, beside the parallelogram's."""
+    """Follower angle of the reference configuration, different from the parallelogram's."""
 
     def gap(angle):
         return abs(length + crank * (np.exp(1j * angle) - np.exp(1j * FOLDING))) - length * (1.0 + longer)
@@ -246,7 +246,7 @@ def folding_angles(longer, speed, time, length=0.3, crank=0.1):
 def equal_slider_crank_sdf(length=0.1, angle=0.5) -> str:
     """Crank and rod of equal length, slider 0.1 kg; drawn at this crank angle, the rod at minus it.
 
-    At a quarter turn the slider stands on the crank's pivot, where the rod could turn with the crank instead.
+    At a quarter turn the slider is at the crank's pivot, where the rod could turn with the crank instead.
     """
     x = 2.0 * length * np.cos(angle)
     body = f"""

@@ -10,8 +10,8 @@ import linkages
 from linkages.files.shipped import data_folder
 from linkages.outputs import registry
 
-#: Experiments with a linkage whose links bend, which Drake moves by another model; the others, in which none does. The
-#: flexible robot has a command, and as a linkage tests (flexible/test_robot.py), of its own.
+#: Experiments with flexible links, for which Drake uses another model; the others, with rigid links. The
+#: flexible robot has a separate command, and separate tests as a linkage (flexible/test_robot.py).
 BENT = ["slider_crank_flexible"]
 NAMES = sorted(
     path.stem
@@ -34,7 +34,7 @@ def shipped(name: str, **overrides) -> linkages.System:
 
 @cache
 def run(engine: str, name: str, **overrides) -> linkages.Trajectory:
-    """Run a shipped experiment; whoever asks for the same run gets the same trajectory."""
+    """Run a shipped experiment; repeated calls return the same trajectory."""
     return linkages.simulate(shipped(name, **overrides), engine)
 
 

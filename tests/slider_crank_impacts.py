@@ -1,4 +1,4 @@
-"""The dry slider-crank of ``slider_crank_dry.toml`` written apart from the package, impact by impact."""
+"""Independent model of the dry slider-crank ``slider_crank_dry.toml``, impact by impact."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ RADIUS, CLEARANCE = 0.01, 0.5e-3
 
 
 def slider_crank_impacts(friction, end, count, limit=1.0):
-    """First impacts of the dry slider-crank in two coordinates (rod angle, slider), written apart from the package.
+    """First impacts of the dry slider-crank in two coordinates (rod angle, slider), an independent model.
 
     Lankarani and Nikravesh with restitution 0.9, Hertz's stiffness (journal in a bearing), Ambrosio's ramp; DOP853 with
     event location; the damping's ratio of speeds is clipped to +-limit. Returns rows start, approach, tangential speed,

@@ -1,4 +1,4 @@
-"""Links with beams: what the file says of them, and the mass that follows; links that bend in experiments."""
+"""Links with beams: data of the file, derived mass; flexible links in experiments."""
 
 import re
 
@@ -198,7 +198,7 @@ def test_import_keeps_beams_and_what_is_fixed_to_them_a_link_of_its_own(tmp_path
 
 @pytest.fixture
 def experiment(tmp_path):
-    """A pendulum with a rod that bends, and what is written below its drive."""
+    """A pendulum with a flexible rod, and the text after its drive."""
 
     def write(links, more="", machine=None):
         (tmp_path / "m.sdf").write_text(machine or crank_and_rod())
@@ -222,7 +222,7 @@ def test_links_bend_in_the_experiment_alone(experiment):
 
 
 def test_a_link_made_rigid_takes_its_bending_along(experiment):
-    """Of values that are replaced, as in a comparison of models; a file that asks for what there is not is refused."""
+    """Outputs dropped for replaced values, as in a comparison of models; a file with such outputs is rejected."""
     outputs = ["rod.stress", "rod_tip.deflection", "rod_tip.x", "crank.bending"]
     both = FLEXIBLE + FLEXIBLE.replace("rod", "crank")
     crank = elastic_bar("crank", 0.15, "__model__")

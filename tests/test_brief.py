@@ -1,4 +1,4 @@
-"""What a prompt and a notebook show of results and models; errors of a wrong name."""
+"""Representation of results and models at a prompt and in a notebook; errors of a wrong name."""
 
 from html.parser import HTMLParser
 

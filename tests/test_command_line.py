@@ -165,7 +165,7 @@ for constant in (1, 2):
 
 
 def test_compilation_is_announced_once(tmp_path):
-    """In a process of its own: here a command of another test may have announced it."""
+    """In a separate process, because a command of another test may have announced it here."""
     empty = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", ANNOUNCED], env=empty, capture_output=True, text=True, check=True)
     assert done.stderr == "compiling, once after an installation: about 15 s ...\n"
@@ -208,7 +208,7 @@ def test_a_command_that_says_nothing_shows_a_sign_of_life_unless_it_is_quiet(mon
 
 
 def test_the_first_line_of_a_run_names_its_engine(tmp_path, capsys):
-    """The compiled one unless another is asked for."""
+    """The compiled engine unless another is named."""
     words = ["simulate", "seven_bar.toml", "--duration", "1e-3", "--no-plots", "--no-animation"]
     for engine, options in (("compiled", []), ("drake", ["--engine", "drake"])):
         out = tmp_path / engine

@@ -86,7 +86,7 @@ def test_bad_input_is_refused_in_one_line(tmp_path, capsys):
 
 
 def test_what_has_no_bound_is_not_compared(experiment_file, tmp_path, capsys):
-    """The parallelogram passes a flat position at 0.36 s: beside it forces and accelerations are as large as one likes."""
+    """The parallelogram passes a flat position at 0.36 s: near it forces and accelerations are unbounded."""
     outputs = '["follower.angle", "follower.alpha"]'
     path = experiment_file(parallelogram_sdf(), f"duration = 0.5\noutputs = {outputs}\n[drives.O]\nspeed = 6.0\n")
     assert main(["compare", str(path), "--accuracy", "1e-8", "--out", str(tmp_path / "out")]) == 0

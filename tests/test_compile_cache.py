@@ -34,7 +34,7 @@ ORDERS = "0,1,2,3,4,5,6,7", "7,6,5,4,3,2,1,0", "3,2,1,0,7,6,5,4", "4,5,6,7,0,1,2
 
 @pytest.fixture
 def start(tmp_path):
-    """Start a process that compiles a function for some types of argument; its cache is in a folder of its own."""
+    """Start a process that compiles a function for some types of argument; its cache is in a separate folder."""
     (tmp_path / "script.py").write_text(SCRIPT)
 
     def start(order: str, **changed: Path) -> subprocess.Popen:
@@ -113,7 +113,7 @@ def test_code_saved_at_the_same_moment_is_not_mixed_up(tmp_path, monkeypatch):
 
 @pytest.fixture
 def no_place(tmp_path):
-    """Neither beside the script nor in the user's cache: a file stands where the folder would be; root or not."""
+    """Neither in the script's folder nor in the user's cache: a file blocks the folder; root or not."""
     (tmp_path / "__pycache__").write_text("")
     (tmp_path / "file").write_text("")
     (tmp_path / "temporary").mkdir()

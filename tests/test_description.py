@@ -1,4 +1,4 @@
-"""Machines described in a few lines: those of the documentation, their geometry, mass and mobility; values with units."""
+"""Mechanisms described in a few lines, as in the documentation: geometry, mass, mobility; values with units."""
 
 import re
 from math import atan2, cos, hypot, pi, radians, sin, sqrt
@@ -88,7 +88,7 @@ def test_a_leg_has_the_lengths_that_are_published(made):
     for (first, second), length in bars.items():
         assert hypot(*(pins[first] - pins[second])) == pytest.approx(length * 1e-3)
     assert hypot(*(pins["E"] - pins["toe"])) == pytest.approx(0.049)
-    assert pins["toe"][1] < pins["E"][1] < pins["B"][1] < pins["C"][1]  # it stands on its toe
+    assert pins["toe"][1] < pins["E"][1] < pins["B"][1] < pins["C"][1]  # the toe is lowest
 
 
 def test_a_triangle_of_bars_weighs_what_a_triangle_of_bars_weighs():

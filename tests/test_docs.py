@@ -88,7 +88,7 @@ def test_what_the_laws_cite_is_among_the_references():
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_links_between_pages_lead_somewhere(page):
-    """As they stand in the repository, without the site."""
+    """Links in the repository's files, without the site."""
     text = page.read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#\s]+)", text):
         assert target.startswith("https://") or (page.parent / target).exists(), target
@@ -127,7 +127,7 @@ def test_what_pages_name_is_there(page):
 
 @pytest.mark.parametrize("page", [path for path in PAGES if path.name != "extend.md"], ids=lambda path: path.name)
 def test_code_of_pages_uses_public_names_that_exist(page):
-    """The page of laws has a test of its own: half of its blocks are parts of modules."""
+    """The page of laws has a separate test: half of its blocks are parts of modules."""
     blocks = re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     tree = ast.parse("\n".join(blocks))
     for node in ast.walk(tree):
@@ -167,7 +167,7 @@ def test_code_of_pages_runs(name):
 
 
 def public_functions():
-    """What users call, and where it is: functions of the packages, methods of a system."""
+    """Public objects by name: functions of the packages, methods of a system."""
     found = {"linkages.system.system:System.replaced", "linkages.system.system:System.value"}
     for package in ("linkages", "linkages.laws", "optim"):
         for name in pkgutil.resolve_name(package).__all__:
@@ -179,7 +179,7 @@ def public_functions():
 
 @pytest.fixture
 def no_laws_stay(monkeypatch):
-    """What an example registers is forgotten after it."""
+    """Remove registrations of an example after it."""
     monkeypatch.setattr("linkages.laws.user_laws._registered", {})
     with patch.dict(laws.CONTACTS), patch.dict(laws.FILMS), patch.dict(laws.FRICTIONS):
         yield

@@ -1,4 +1,4 @@
-"""A machine drawn before it is run: what is said of it, where its parts are, and what the files hold."""
+"""Drawing of a mechanism before a run: facts, positions of parts, content of the files."""
 
 import re
 
@@ -95,7 +95,7 @@ def test_dead_centres_and_transmission_of_a_slider_crank(machine):
     system = movable(machine(slider_crank(0.05, 0.12)), {})
     assert list(system.experiment.drives) == ["O"]
     (one,) = travel(system, "O").transmissions
-    assert np.nanmin(one.angle) == pytest.approx(np.arccos(0.05 / 0.12), abs=1e-4)  # where the crank stands upright
+    assert np.nanmin(one.angle) == pytest.approx(np.arccos(0.05 / 0.12), abs=1e-4)  # with the crank upright
     np.testing.assert_allclose(sorted(np.cos(one.turns)), [-1.0, 1.0], atol=1e-6)
 
 
@@ -342,7 +342,7 @@ def test_a_value_in_another_unit_is_asked_about(values, question):
 
 
 def test_a_run_begins_with_the_questions_of_the_drawing(tmp_path, capsys):
-    """Each in a line of its own before the table; --quiet leaves them out."""
+    """Each in a separate line before the table; --quiet omits them."""
     values = ["--set", "gravity=[0, -9810, 0]", "--set", "drives.O.speed=3000"]
     assert main(["draw", "four_bar_dry.toml", *values, "--out", str(tmp_path / "drawing")]) == 0
     asked = [line.strip() for line in capsys.readouterr().out.splitlines() if "is it in" in line]
@@ -472,7 +472,7 @@ def test_rounding_of_the_files_digits_is_no_gap():
 
 @pytest.mark.parametrize("name", ["corner", "left_end", "D_and_more"])
 def test_a_joint_in_the_corner_is_not_named_on_the_arrow_of_gravity(experiment_file, name):
-    """A short arm to the left on a pin in the upper right corner: its name would stand above it to the right."""
+    """A short arm to the left on a pin in the upper right corner: its name would be above it to the right."""
     text = '<frame name="pivot" attached_to="world"><pose>0.3 0.3 0 0 0 0</pose></frame>'
     text += bar("arm", 0.002, "pivot", np.pi) + joint(name, "world", "arm")
     text += bar("low", 0.1, "__model__", 0.0) + joint("O", "world", "low")

@@ -23,7 +23,7 @@ viscosity = 0.1             # Pa s, data sheet
 shear_torque = false        # neglected
 """
 
-#: case -> (text, overrides, what the message must say)
+#: case -> (text, overrides, expected part of the message)
 REFUSED = {
     "not TOML": ("duration = ", {}, "is not valid TOML"),
     "unknown key": (GOOD.replace("duration", "duraton"), {}, 'duraton: unknown key; did you mean "duration"?'),

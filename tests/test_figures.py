@@ -23,7 +23,7 @@ SHORT = 0.02  # s: the first contacts of each machine lie within it
 
 #: Counts and names, which have no unit.
 COUNTS = {"revolutions", "cycles", "evaluations", "elements in each link"}
-_TOLERANCE = 1.5  # pixels that a text may stand out
+_TOLERANCE = 1.5  # pixels by which a text may extend beyond the picture
 
 
 class Drawn(dict):
@@ -139,14 +139,14 @@ def test_the_figures_of_a_study(drawn, tmp_path):
     assert len(drawn) == 3
     for file, figure in drawn.items():
         for axes in (one for one in figure.axes if one.get_visible()):
-            for which in "x" if "sobol" in file else "xy":  # beside the bars stand the variables' names
+            for which in "x" if "sobol" in file else "xy":  # the variables' names are next to the bars
                 assert re.search(r"\[[^\]]+\]", _label(axes, which)), (file, which, _label(axes, which))
         _check_texts(figure, study.title)
 
 
 @pytest.mark.slow
 def test_the_magnified_orbit_is_as_many_times_larger_as_its_title_says(drawn, tmp_path):
-    """The scale of the axes over that of the whole clearance, each in micrometres per pixel."""
+    """The scale of the axes over the scale of the whole clearance, each in micrometres per pixel."""
     system = linkages.load(linkages.find_file("seven_bar.toml"))
     write_figures(linkages.study(system, "compiled", error_estimate=False), tmp_path)
     whole, other, near, last = drawn["orbits.png"].axes

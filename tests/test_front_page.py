@@ -1,4 +1,4 @@
-"""Numbers on the front pages are those of runs."""
+"""Numbers on the front pages agree with runs."""
 
 import re
 from pathlib import Path

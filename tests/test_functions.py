@@ -121,7 +121,7 @@ def driven(request, system_of):
 
 
 def test_wrenches_are_those_of_the_formulas_as_written(driven):
-    """Power of all loads at any state, from positions and velocities of points by rigid-body formulas of their own."""
+    """Power of all loads at any state, from positions and velocities of points by independent rigid-body formulas."""
     system, sign = driven
     tree, t = system.tree, 0.3
     for _ in range(5):
@@ -181,7 +181,7 @@ def test_a_drive_by_a_formula_needs_the_torque_of_its_acceleration(system_of):
 
 
 def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
-    """Of a link that bends, where nothing else acts: runs leave out sections on which nothing acts."""
+    """Signals of a flexible link without other loads: runs omit unloaded sections."""
     from machines import bar, elastic_bar, joint, model
 
     links = bar("crank", 0.15, "__model__") + elastic_bar("rod", 0.3, "crank_tip", 0.4)
@@ -196,7 +196,7 @@ def test_a_section_that_a_formula_looks_at_is_there_in_runs(system_of):
 
 
 FORCE = '[forces.P]\npoint = "follower_tip"\n'
-#: case -> (text, what the message must say)
+#: case -> (text, expected part of the message)
 WRONG = {
     "not a formula": (FORCE + 'formula = ["2*", "0"]\n', 'forces.P: "2*" is not a formula'),
     "one component": (FORCE + 'formula = ["2*t"]\n', "forces.P.formula"),

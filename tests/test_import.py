@@ -69,7 +69,7 @@ def same(mechanism, other):
     return True
 
 
-# -- read as they are --------------------------------------------------------------------------------
+# -- valid without changes --------------------------------------------------------------------------------
 
 AS_OTHERS_READ = {
     "hyphens in a comment": GOOD.replace("<link", "<!-- * -- drawn by hand --- \n <joint> --><link"),
@@ -286,7 +286,7 @@ def test_limits_say_which_assembly_is_meant(imported, side):
 
 
 def experiment(machine, text, duration=0.2):
-    """System of an experiment that is written beside its machine."""
+    """Make the system of an experiment written next to its mechanism."""
     path = machine.with_suffix(".toml")
     path.write_text(f'mechanism = "{machine.name}"\nduration = {duration}\n{text}')
     return linkages.load(path)
@@ -350,7 +350,7 @@ def test_an_arm_of_urdf_falls_as_on_drakes_own_plant(imported):
 
 
 def test_joints_about_one_axis_between_two_links_are_one(imported):
-    """A crank in two bearings, one beside the other, of which the second is written the other way round."""
+    """A crank in two bearings, next to each other; the second is written in reverse."""
     second = '<loop_joint name="O2" type="continuous"><axis xyz="0 0 1"/><link1 link="crank" xyz="0 0 0.1"/>\
 <link2 link="base" xyz="0 0 0.1"/></loop_joint>'
     _, coupler, follower = closed(1.0)
@@ -360,7 +360,7 @@ def test_joints_about_one_axis_between_two_links_are_one(imported):
 
 
 def test_shapes_and_colours_are_drawn(imported):
-    """Drake takes the shapes with the machine; a mesh would ask for a file."""
+    """Drake takes the shapes with the machine; a mesh would need a file."""
     path, _ = imported(ARM)
     visual = read_sdf(path).links[1].visuals[0]
     assert "<size>0.1 0.01 0.01</size>" in visual

@@ -29,7 +29,7 @@ def imported(tmp_path, capsys):
 
 
 def system(machine, text, duration=0.3):
-    """System of an experiment that is written beside its machine."""
+    """Make the system of an experiment written next to its mechanism."""
     path = machine.with_suffix(".toml")
     path.write_text(f'mechanism = "{machine.name}"\nduration = {duration}\n{text}[solver]\naccuracy = 1e-10\n')
     return linkages.load(path)
@@ -76,7 +76,7 @@ def test_a_welded_coupler_is_the_whole_coupler(imported, tmp_path, angle, prefix
 
 @pytest.mark.parametrize("order", [("skew", "two"), ("two", "skew")])
 def test_a_weld_moves_its_link_with_all_that_is_fixed_to_it(imported, order):
-    """Bar three stays as it is drawn on bar two, whose start becomes the frame on bar one."""
+    """Bar three keeps its pose on bar two, whose start becomes the frame on bar one."""
     bars = bar("one", 0.2, "__model__") + bar("two", 0.1, "one_tip", 1.0) + bar("three", 0.1, "two_tip", -0.3)
     skew = '<frame name="skew" attached_to="one"><pose>0.2 0 0 0 0 0.5</pose></frame>'
     joints = joint("O", "world", "one") + joint("glue", "two", "three", "fixed")
@@ -183,7 +183,9 @@ MIMICS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("limits", ["", "<limit><lower>0.4</lower><upper>0.6</upper></limit>"], ids=["", "drawn anew"])
+@pytest.mark.parametrize(
+    "limits", ["", "<limit><lower>0.4</lower><upper>0.6</upper></limit>"], ids=["", "within limits"]
+)
 @pytest.mark.parametrize("kind", MIMICS)
 def test_a_joint_that_mimics_another_is_geared_to_it(imported, kind, limits):
     """Follower = multiplier (leader - reference) + offset, in the coordinates of the file, wherever it is drawn."""

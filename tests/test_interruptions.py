@@ -70,7 +70,7 @@ def evaluations(store: Path) -> list:
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory):
-    """A folder with inputs; and of each command what it is told, what it makes, and the processor's time it takes [s]."""
+    """A folder with inputs; and the arguments, files and processor time [s] of each command."""
     folder = tmp_path_factory.mktemp("work")
     (folder / "machine.sdf").write_text(four_bar())
     (folder / "experiment.toml").write_text('mechanism = "machine.sdf"\n' + EXPERIMENT)
@@ -94,7 +94,7 @@ def work(tmp_path_factory):
 
 
 def place(folder: Path, name: str) -> Path:
-    """What a command is told with --out."""
+    """Arguments of a command with --out."""
     (folder / name).mkdir(parents=True, exist_ok=True)
     return folder / name / "report.html" if name == "report" else folder / name
 

@@ -273,7 +273,7 @@ FORCE = '[forces.P]\npoint = "follower_tip"\nforce = [1.0, 0.0]\n'
 SPRING = '[springs.S]\npoint = "follower_tip"\nto = "pivot"\nstiffness = 5.0\nfree_length = 0.1\n'
 TORSION = '[torsion_springs.T]\njoint = "Q"\nstiffness = 5.0\nfree_angle = 0.1\n'
 
-#: case -> (text, what the message must say)
+#: case -> (text, expected part of the message)
 REFUSED = {
     "unknown point": (FORCE.replace("follower_tip", "folower_tip"), 'did you mean "follower_tip"?'),
     "point of the world": (FORCE.replace("follower_tip", "pivot"), '"pivot" is fixed to the world'),

@@ -1,4 +1,4 @@
-"""What a user is told: choices, units, names of what is meant."""
+"""Messages to users: choices, units, suggested names."""
 
 import argparse
 
@@ -26,7 +26,9 @@ def test_keys_come_with_their_values_and_defaults():
     assert told["solver.accuracy"] == "relative accuracy [1]; > 0 and <= 0.1; default 1e-07"
     assert told["joints.NAME.model"].endswith("; one of ideal, dry, lubricated, mixed; required")
     assert told["joints.NAME.film"].endswith("; one of finite, long, pinkus-sternlicht, short; default finite")
-    assert told["joints.NAME.clearance"].endswith("[m]; > 0")  # that a joint with play needs it is said there
+    assert told["joints.NAME.clearance"].endswith(
+        "[m]; > 0"
+    )  # the requirement for clearance joints is checked elsewhere
     assert told["joints.NAME.contact.clip"].endswith("; default true")
     assert told["solver.integrator"].endswith("runge_kutta3, bogacki_shampine3")
 
@@ -87,7 +89,7 @@ def test_every_joint_can_be_taken_as_ideal():
 
 
 def test_a_joint_that_slides_is_driven_by_a_force(experiment_file):
-    """A force is to it what a torque is to a joint that turns, over time too."""
+    """A force drives a prismatic joint as a torque drives a revolute joint, also over time."""
     table = "times = [0.0, 0.01]\nforces = [0.0, 3.0]\n"
     for drive, torque in (("force = 2.0\n", "torque = 2.0\n"), (table, table.replace("forces", "torques"))):
         systems = [

@@ -86,7 +86,7 @@ def script() -> int:
     order = [kind for kind in options.kinds for _ in range(SHARES[kind])]
     ends: Counter = Counter()
     with tempfile.TemporaryDirectory() as folder:
-        for path in EXPERIMENTS if "compiled" in options.kinds else ():  # compiles what they need
+        for path in EXPERIMENTS if "compiled" in options.kinds else ():  # compiles their kernels
             command("simulate", path, "--engine", "compiled", "--duration", "0.01", "--out", Path(folder) / "out")
         for number in range(options.first, options.first + options.count):
             kind = order[number % len(order)]

@@ -1,4 +1,4 @@
-"""Notebooks are committed without what a run leaves behind; ``pytest --nbmake notebooks`` runs them."""
+"""Notebooks are committed without outputs; ``pytest --nbmake notebooks`` runs them."""
 
 import ast
 import json
@@ -29,7 +29,7 @@ def test_notebook_is_stripped(path):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_uses_public_names_only(path):
-    """A notebook shows what a user can do: what it imports of ours is public, nothing begins with an underscore."""
+    """A notebook is an example for users: it imports only public names, none with an underscore."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
     for node in ast.walk(ast.parse(code)):

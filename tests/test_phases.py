@@ -61,7 +61,7 @@ def test_a_journal_that_settles_without_swinging_is_in_sustained_contact():
 
 
 def test_the_drawn_path_is_fine_where_steps_are_long():
-    """A dry run on the compiled engine crosses the clearance in a few steps: they are cut into pieces for the drawing."""
+    """A dry run on the compiled engine crosses the clearance in a few steps: they are refined for the drawing."""
     system = shipped("slider_crank_dry", duration=1.5e-3)
     found = study(system, "compiled", error_estimate=False)
     clearance = system.experiment.joints["B"].clearance

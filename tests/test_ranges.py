@@ -1,4 +1,4 @@
-"""Where laws leave their ranges: each rule at its limit, by formulas written apart."""
+"""Validity of laws: each rule at its limit, by independent formulas."""
 
 import json
 import re
@@ -66,7 +66,7 @@ def test_a_film_is_laminar_up_to_taylors_limit(part, count):
 
 @pytest.mark.parametrize(("part", "count"), [(0.99, 0), (1.01, 1)])
 def test_the_inertia_of_a_film_is_small_up_to_a_reduced_reynolds_number_of_one(tmp_path, part, count):
-    """With the density of an oil that is named, at its temperature."""
+    """Uses the density of a named oil at its temperature."""
     oil = "oil = {grade = 10, temperature = 90.0, density = 850.0}"
     text, count_of = re.subn(r"viscosity += 0\.4", oil, find_file("seven_bar.toml").read_text())
     assert count_of == 2
@@ -226,7 +226,7 @@ def test_peaks_of_columns_that_part_have_no_error_even_if_they_come_before():
     assert entry["time"] == looked_at[looked_at <= half][-1]
     assert summary["joints"]["B"]["force"]["time"] < half
     assert [key for key, error in summary["error"].items() if error is None] == ["B.force.peak"]
-    assert 0.02 <= summary["error"]["slider.vx.peak"] < 0.021  # and what the runs differ by themselves
+    assert 0.02 <= summary["error"]["slider.vx.peak"] < 0.021  # plus the difference of the runs
 
 
 def test_windows_in_which_two_runs_are_together_have_errors():

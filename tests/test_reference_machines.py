@@ -27,7 +27,7 @@ def test_squeezing_mechanism_starts_as_published():
 
 
 def test_squeezing_mechanism_ends_as_published():
-    """Nine digits of the angles, fewer of what is derived from them.
+    """Nine digits of the angles, fewer of derived quantities.
 
     The published solution is one of the index 3 formulation: its rates break the loops by 1e-9 m/s, and its
     accelerations are less exact again. All its angles are ahead of these by the same 1e-12 s.

@@ -29,7 +29,7 @@ def test_extremes_are_those_of_continuous_time_not_of_the_samples():
     found = extremes(run, ["y", "z"])
     top = np.arctan(7.0 / 0.3) / 7.0  # zero of the derivative
     assert np.abs(run["y"]).max() < 0.95 * wave(np.array([top]))["y"][0]
-    resolution = (2 * 5.0 / 18 / 54) ** 4 * 7.0**4 / 24  # what the last parabola leaves of the fourth derivative
+    resolution = (2 * 5.0 / 18 / 54) ** 4 * 7.0**4 / 24  # error of the last parabola from the fourth derivative
     assert resolution < 5e-6
     assert found["y"].max == pytest.approx(wave(np.array([top]))["y"][0], rel=resolution)
     assert found["y"].time == pytest.approx(top, abs=1e-5)
@@ -189,7 +189,7 @@ def test_simulate_writes_all_files_and_a_complete_summary(experiment_file, tmp_p
 
 
 def test_a_run_leaves_nothing_of_another_run_in_its_folder(experiment_file, tmp_path, capsys):
-    """Nor does it say that it wrote what it has not; files of the user's own stay."""
+    """It does not report unwritten files, and keeps the user's files."""
     out = tmp_path / "out"
     out.mkdir()
     for name in ("animation.html", "impacts.csv", "output_crank.x.png", "report.html", "summary.json", "mine.txt"):

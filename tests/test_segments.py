@@ -1,4 +1,4 @@
-"""Links that bend as rows of rigid pieces: the second model of them, which shares no kernel of modes with the first."""
+"""Flexible links as chains of rigid segments: the second model, which shares no modal kernel with the first."""
 
 import pickle
 
@@ -11,7 +11,7 @@ from linkages.engines import engine
 from linkages.results.summary import judge
 from linkages.system.rigid_segments import segmented
 
-# of a run: in dry joints until the second impact has begun, or well into the first where that goes on
+# of a run: in dry joints until the second impact has begun, or well into the first if that continues
 DURATIONS = {"ideal": 0.01, "lubricated": 0.01}
 DRY = {"slider_crank": 6e-4, "four_bar": 1e-3, "seven_bar": 6.2e-4}
 ENERGY = ("kinetic_energy", "potential_energy")
@@ -23,7 +23,7 @@ every_law = pytest.mark.parametrize("law", ["ideal", "lubricated", "dry"])
 
 
 def in_pieces(system, count):
-    """The system with so many cells in each link that bends."""
+    """Return the system with a number of cells in each flexible link."""
     return segmented(system.replaced({f"links.{name}.segments": count for name in system.experiment.flexible}))
 
 
@@ -43,7 +43,7 @@ def difference(one, other, name):
 def test_pieces_tend_to_the_modes_with_the_square_of_their_length(tmp_path, name, law):
     """Deflection until the second impact, or over 10 ms: a quarter is left at half the length.
 
-    In dry contact from 8 pieces on: before, the blow meets too few of them.
+    In dry contact from 8 segments on: with fewer ones the impact is too coarse.
     """
     duration = DURATIONS.get(law) or DRY[name]
     system = bent_machine(tmp_path, name, law, duration)
@@ -58,7 +58,7 @@ def test_pieces_tend_to_the_modes_with_the_square_of_their_length(tmp_path, name
 
 
 def test_pieces_of_simeons_rod_tend_to_those_of_another_code(tmp_path):
-    """Equal pieces by DOP853, 16 and 32 extrapolated: w(100 ms) = 0.1436662 mm; these end in half pieces instead."""
+    """Equal segments by DOP853, extrapolated from 16 and 32: w(100 ms) = 0.1436662 mm; here the ends are half segments."""
     keys = 'axial = 0\nstiffness_damping = 1.5e-5\nstart = "undeformed"'
     system = bent_machine(tmp_path, "slider_crank", "ideal", 0.1, keys)
     coarse, fine = (moved(in_pieces(system, n))(np.array([0.1]))["middle.deflection"][0] for n in (16, 32))
@@ -66,7 +66,7 @@ def test_pieces_of_simeons_rod_tend_to_those_of_another_code(tmp_path):
 
 
 def test_no_energy_is_lost_but_in_damping(tmp_path):
-    """Work of the drive less what the hinges' dampers take is the change of energy; strain is that of the springs."""
+    """Work of the drive minus the hinges' dissipation is the change of energy; the strain energy is in the springs."""
     system = in_pieces(bent_machine(tmp_path, "slider_crank", keys="axial = 0"), 8)
     times = np.linspace(0.0, 0.01, 4001)
     columns = moved(system)(times)
@@ -109,7 +109,7 @@ def test_a_start_in_pieces_is_that_of_the_modes(tmp_path):
 
 
 def test_drake_moves_the_same_pieces(tmp_path):
-    """Its own plant, and the compiled engine with the same machine, to the tolerance; names are those of the modes'."""
+    """Its own plant, and the compiled engine with the same machine, to the tolerance; names agree with the modal model's."""
     whole = bent_machine(tmp_path, "slider_crank", duration=5e-4, accuracy=1e-6)
     system = whole.replaced({"links.rod.segments": 4})
     run, times = linkages.simulate(system, "drake"), np.linspace(0.0, 5e-4, 11)

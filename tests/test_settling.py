@@ -53,7 +53,7 @@ def test_motions_of_known_kind(signal, periods, kind, of_drives):
 
 @pytest.mark.parametrize("periods", [3, 5, 12])
 def test_scatter_between_periods_is_no_trend(periods):
-    """What a run's own errors change from period to period, a ten-thousandth, may by chance shrink a little."""
+    """Changes by a run's errors from period to period, 1e-4, may shrink a little by chance."""
     random = np.random.default_rng(20260816)
     for _ in range(300):
         knots = random.uniform(-1e-4, 1e-4, (8 * periods + 1, 2))

@@ -1,4 +1,4 @@
-"""Stated errors against true ones: those of runs that are far more accurate, by the compiled engine."""
+"""Stated errors against true ones, from much more accurate runs of the compiled engine."""
 
 import importlib.util
 from pathlib import Path
@@ -79,7 +79,7 @@ def test_the_run_that_estimates_errors_shares_no_step(engine, changed):
     ],
 )
 def test_peaks_of_the_start_have_honest_errors(name, accuracy):
-    """Films stop the journals within microseconds, and bent links swing."""
+    """Films stop the journals within microseconds, and flexible links vibrate."""
     system = shipped(name, **{"duration": 0.01, "solver.accuracy": accuracy})
     assert too_small(stated_and_true(system)) == {}
 

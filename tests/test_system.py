@@ -1,4 +1,4 @@
-"""`System`: replaced values against loading anew, pickles, numbers by their paths."""
+"""`System`: replaced values against loading again, pickles, numbers by their paths."""
 
 import pickle
 
@@ -38,7 +38,7 @@ def assert_same(one: System, other: System) -> None:
         np.testing.assert_array_equal(found, expected[name], err_msg=name)
 
 
-#: What is replaced, on the seven-bar.
+#: Replaced values of the seven-bar.
 CHANGES = {
     "mass": {"sdf.links.link2.mass": 0.4},
     "inertia": {"sdf.links.crank4.inertia": 2e-4, "sdf.links.slider7.mass": 0.2},
@@ -64,7 +64,7 @@ def test_replacing_is_loading_anew(change):
     values = CHANGES[change]
     anew = load(find_file("seven_bar.toml"), values)
     nominal = shipped("seven_bar")
-    nominal.assembly  # noqa: B018 (what is computed already may be kept, or not)
+    nominal.assembly  # noqa: B018 (computed properties may be kept or not)
     assert_same(nominal.replaced(values), anew)
     assert_same(shipped("seven_bar").replaced(values), anew)
 
@@ -75,7 +75,7 @@ def test_replacing_twice_is_replacing_once(seven_bar):
 
 
 def _plausible(value: float) -> float:
-    """Zero in place of what is too small to be anything else."""
+    """Replace values below the rounding level by zero."""
     return value if abs(value) > 1e-12 else 0.0
 
 

@@ -41,7 +41,7 @@ def fitted_half_angle(profile, about):
 
 
 def test_outputs_without_jitter_are_watched_themselves():
-    """Of a flexible rod the peak of a cycle is that of the stress itself, of a point that of its jitter."""
+    """The peak of a cycle is the stress of a flexible rod, and the jitter of a point."""
     dry = {"model": "dry", "clearance": 5e-5, "wear": {"coefficient": 1e-15}}
     contact = {"law": "lankarani-nikravesh", "restitution": 0.9, "youngs_modulus": 207e9}
     overrides = {"joints.B": dry | {"contact": contact}, "outputs": ["slider.x", "rod.stress", "rod_mid.deflection"]}
@@ -77,7 +77,7 @@ def test_a_turning_shaft_wears_the_exact_pocket(press):
     ids=["slider-crank", "four-bar"],
 )
 def test_worn_volume_is_the_coefficient_times_load_and_path(file, joints):
-    """Archard's invariant to 1e-12, of both parts, in machines that jump and in those that do not."""
+    """Archard's invariant to 1e-12, of both parts, with and without jumps."""
     plain = linkages.load(linkages.find_file(file))
     values = {}
     for name in joints or plain.tree.journals:
@@ -230,7 +230,7 @@ def test_a_life_ends_where_the_profiles_are_too_deep_and_not_a_jump_before(even_
 
 
 def test_a_block_ends_when_its_last_cycles_are_known_well_enough():
-    """The mean of what is kept is near that of all, whether the motion repeats, swings between two, settles, or is chaotic."""
+    """The kept cycles' mean is close to the mean of all, for periodic, alternating, transient and chaotic motions."""
 
     def kept(works):
         for count in range(1, len(works) + 1):
@@ -243,7 +243,7 @@ def test_a_block_ends_when_its_last_cycles_are_known_well_enough():
     assert np.mean(kept(1.0 + 0.004 * (-1.0) ** np.arange(16))) == pytest.approx(1.0, abs=0.002)
     assert np.mean(kept(1.0 + 0.5 * 0.3 ** np.arange(16))) == pytest.approx(1.0, abs=0.01)
     chaotic = 1.0 + 0.03 * np.random.default_rng(1).standard_normal((400, 16))
-    assert np.std([np.mean(kept(works)) for works in chaotic]) < 0.02  # more than asked for: few cycles can look alike
+    assert np.std([np.mean(kept(works)) for works in chaotic]) < 0.02  # more than required: few cycles can look alike
     both = np.column_stack([np.ones(4), [1.0, 2.0, 1.0, 2.0]])
     assert _settled(both, 0.01) == 0  # every joint must be known
 

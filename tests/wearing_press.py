@@ -46,7 +46,7 @@ youngs_modulus = 207e9
 coefficient = 5e-13
 """
 FORCE = '[forces.F]\npoint = "block"\nforce = [0.0, -100.0]\n'
-#: The spring is stretched by 40 um when the block rests on the shaft: what is worn off unloads it.
+#: The spring is stretched by 40 um when the block rests on the shaft: wear unloads it.
 SPRING = """[springs.S]
 point = "block"
 anchor = [0.0, -0.1]

@@ -1,30 +1,30 @@
 """The subcommands of ``linkages``, one module each; they may import everything of `linkages`.
 
-| module       | responsibility                                                            |
-|--------------|---------------------------------------------------------------------------|
-| main         | the entry point: parses, runs a command, errors become exit statuses      |
-| simulate     | ``linkages simulate``: run an experiment                                  |
-| compare      | ``linkages compare``: both engines on one experiment                      |
-| sweep        | ``linkages sweep``: over the values of one variable                       |
-| wear         | ``linkages wear``: profiles and play over a machine's life                |
-| report       | ``linkages report``: one HTML page from a folder of results               |
-| export       | ``linkages export``: a trajectory for other programs                       |
-| bearing      | ``linkages bearing``: a journal bearing under a static load               |
-| draw         | ``linkages draw``: a labelled picture of a machine                        |
-| new          | ``linkages new``: files of a linkage to begin with                        |
-| import_      | ``linkages import``: a machine from SDFormat or URDF of other programs    |
-| play         | ``linkages play``: the live page of an experiment                          |
-| modes        | ``linkages modes``: which of the two a file is; the flexible 3-RRR robot   |
-| linkage_modes | natural frequencies and mode shapes of a linkage                         |
-| keys         | ``linkages keys``: keys of an experiment file, outputs of a run           |
-| doctor       | ``linkages doctor``: is the installation sound?                           |
-| installation | its checks                                                                |
-| completion   | ``linkages completion``: a script for the shell                           |
-| parsing      | a parser whose errors name the nearest valid word                         |
-| options      | options that commands share, and the system they stand for                |
-| folders      | folders of results: whose they are, what a new run removes                |
-| progress     | how far a command is: bars, lines, a sign of life                         |
-| endings      | runs that failed: what is said, which exit status follows                 |
+| module        | responsibility                                                        |
+|---------------|-----------------------------------------------------------------------|
+| main          | entry point: parses, runs a command, converts errors to exit statuses |
+| simulate      | ``linkages simulate``: run an experiment                              |
+| compare       | ``linkages compare``: both engines on one experiment                  |
+| sweep         | ``linkages sweep``: over the values of one variable                   |
+| wear          | ``linkages wear``: profiles and clearance over the service life       |
+| report        | ``linkages report``: one HTML page from a folder of results           |
+| export        | ``linkages export``: a trajectory for other programs                  |
+| bearing       | ``linkages bearing``: a journal bearing under a static load           |
+| draw          | ``linkages draw``: a labelled picture of a mechanism                  |
+| new           | ``linkages new``: template files of a linkage                         |
+| import_       | ``linkages import``: SDFormat or URDF of other programs               |
+| play          | ``linkages play``: the live page of an experiment                     |
+| modes         | ``linkages modes``: chooses linkage or 3-RRR robot; the robot         |
+| linkage_modes | natural frequencies and mode shapes of a linkage                      |
+| keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
+| doctor        | ``linkages doctor``: check of the installation                        |
+| installation  | checks of the installation                                            |
+| completion    | ``linkages completion``: a script for the shell                       |
+| parsing       | a parser with one-line errors that suggest valid words                |
+| options       | options of several commands, and the system that they define          |
+| folders       | folders of results: their command, files that a new run removes       |
+| progress      | progress: bars, lines, heartbeat                                      |
+| endings       | messages and exit status of failed runs                               |
 
 A command's module has ``HELP`` (one line), ``add_options(parser)`` and ``run(options) -> exit status``, and imports
 its heavy dependencies inside `run`. Other packages add commands through entry points of the group

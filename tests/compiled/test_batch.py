@@ -125,7 +125,7 @@ def test_a_row_is_what_the_overrides_give_alone(press):
 
 
 def test_failures_are_rows(system_of):
-    """No assembly, invalid values, a journal that leaves its film: statuses and reasons beside good rows."""
+    """No assembly, invalid values, a journal that leaves its film: statuses and reasons among good rows."""
     toml = """duration = 0.2
 outputs = ["follower.angle"]
 [drives.O]

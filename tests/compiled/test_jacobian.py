@@ -37,7 +37,7 @@ def ridders(function, x, h, shrink=1.6, rounds=9):
 
 
 def check_residual(problem, t, y, mass):
-    """At any derivatives it is the mass times what they lack: the balance of forces agrees with the accelerations."""
+    """The force residual is the mass times the error of the derivatives: it agrees with the accelerations."""
     right, n = np.zeros(len(y)), len(y) - len(mass)
     right_hand_side(problem, t, y, right)
     lack = np.random.default_rng(1).normal(size=len(y)) * (1.0 + np.abs(right))
@@ -254,11 +254,11 @@ def test_corners_of_a_guide_in_contact():
     "law", ["law = 'flores'\nrestitution = 0.6", "law = 'kelvin-voigt'\nrestitution = 0.6\ndamping = 0.5"]
 )
 def test_a_stop_of_a_turning_joint_between_two_links_in_contact(system_of, law):
-    """In a driven loop, of the joint between crank and coupler."""
+    """Jacobian of a driven loop at the joint between crank and coupler."""
     text = "duration = 0.05\n[drives.O]\ntorque = 3.0\nspeed = 10.0\n"
     text += f"[stops.end]\njoint='A'\nside='lower'\nlimit=-0.15\n[stops.end.contact]\n{law}\nstiffness = 400.0\n"
     result = simulate(system_of(four_bar(), text), "compiled")
-    on_the_way = deepest(result, ["end"]) - 5  # at rest there the velocities of two links hardly matter
+    on_the_way = deepest(result, ["end"]) - 5  # at rest the velocities of two links have little effect
     check(result, on_the_way, reach=1e-2)
 
 
@@ -325,7 +325,7 @@ def test_bristles(system_of):
 
 @pytest.mark.parametrize("film", [False, True], ids=["ideal", "film"])
 def test_links_that_bend(system_of, film):
-    """Stiff modes leave the differences fewer digits than those of rigid links have."""
+    """With stiff modes the differences have fewer correct digits than with rigid links."""
     toml = """duration = 0.02
 [drives.O]
 speed = 150.0

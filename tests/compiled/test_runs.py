@@ -74,7 +74,7 @@ def test_a_run_can_be_repeated_to_the_last_bit_in_threads_too(name):
 @pytest.mark.parametrize("name", ["seven_bar", "slider_crank_lubricated", "seven_bar_mixed"])
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-7])
 def test_states_between_steps_are_those_of_a_run_that_ends_there(name, accuracy):
-    """Also where a step cannot be taken again in one piece."""
+    """Also if a step cannot be repeated as a whole."""
     system = shipped(name, **{"solver.accuracy": accuracy})
     result = simulate(system, "compiled")
     times = np.linspace(0.0, result.time[-1], 2003)
@@ -147,7 +147,7 @@ def test_a_state_before_a_collapse_is_not_sought_for_ever():
 
 
 def test_few_attempts_fail_where_films_are_thin():
-    """Steps do not grow beyond what Newton's method can solve: without that limit 101 attempts fail beside 177 steps."""
+    """Steps do not grow beyond what Newton's method can solve: without that limit 101 attempts fail in 177 steps."""
     runner = Runner(shipped("slider_crank_flexible", duration=0.1, **{"solver.accuracy": 1e-5}))
     run = runner.run(0.0, runner.start, 0.0, 10**6)
     assert run.rejected < 0.2 * run.steps
@@ -188,7 +188,7 @@ def test_an_edited_law_reaches_the_kernels_that_call_it(tmp_path):
 
 @pytest.mark.slow
 def test_ctrl_c_pressed_during_compiled_code_stops_the_run_and_not_the_process():
-    """In a process of its own: compiled code that is struck while it hands over its results takes the process along."""
+    """In a separate process: an interrupt while compiled code returns its results ends the process."""
     script = """
 import os, signal, threading, linkages
 from linkages.engines.compiled.runner import Runner

@@ -1,4 +1,4 @@
-"""What both engines must do: every test that asks for `engine` or `run` runs on each of them."""
+"""Requirements on both engines: every test with the fixture `engine` or `run` is run on each of them."""
 
 import pytest
 

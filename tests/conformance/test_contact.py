@@ -254,7 +254,7 @@ coefficient = 0.05
     ],
 )
 def test_a_mixed_joint_carries_what_its_film_cannot(run, mixed):
-    """The film alone breaks down; with contact the run goes on, close to the ideal motion."""
+    """The film alone breaks down; with contact the run continues, close to the ideal motion."""
     found = run(four_bar(), MIXED + mixed)
     assert 0.95 < found["B.eccentricity_ratio"].max() < 1.2
     assert -integral(found, found["B.power"]) > 0.0

@@ -1,7 +1,7 @@
-"""Energy balance: what the columns of power deliver is the change of energy, for every joint model and every load.
+"""Energy balance: the integral of all power columns is the change of energy, for all joint models and loads.
 
 Kinetic and potential energy follow from positions and speeds, powers from forces: the balance fails if a force, a couple
-or a power is left out, or is that of another state. Powers of gears pass from one joint to another and do not count.
+or a power is left out, or belongs to another state. Powers of gears pass from one joint to another and do not count.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ def missing(run, system):
     powers = {name: power for name, power in powers.items() if name.partition(".")[0] not in experiment.gears}
     energy = run["kinetic_energy"] + run["potential_energy"]
     for table, free, column in (("springs", "free_length", "length"), ("torsion_springs", "free_angle", "angle")):
-        for name, spring in getattr(experiment, table).items():  # their powers are those of stiffness and damper
+        for name, spring in getattr(experiment, table).items():  # power of stiffness and damper
             energy = energy - 0.5 * spring.stiffness * (run[f"{name}.{column}"] - getattr(spring, free)) ** 2
     lost = integral(run, run["damping_power"])
     work = sum(integral(run, power) for power in powers.values())
@@ -107,7 +107,7 @@ def test_guides_worn_joints_and_flexible_links_keep_the_balance(name):
 @pytest.mark.parametrize(("key", "value"), [("clearance", 1e-7), ("viscosity", 1e9)])
 @pytest.mark.parametrize("name", ["slider_crank_lubricated", "seven_bar"])
 def test_the_thinnest_and_the_stiffest_films_keep_the_balance(name, key, value):
-    """A film that is as good as rigid: the forces of joints and drives are those of ideal joints, and Petroff's couple.
+    """A nearly rigid film: joint forces and drive torques equal the ideal ones plus Petroff's torque.
 
     The forces follow from speeds that are a part of 1e-15 of the linkage's: one digit more is not in the state.
     """

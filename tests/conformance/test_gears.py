@@ -70,7 +70,7 @@ def test_a_wheel_that_rolls_in_a_ring_of_twice_its_size_draws_a_straight_line(sy
 def test_two_countershafts_share_a_load_that_only_their_sum_determines(engine, system_of):
     """Shaft 0 drives shaft 1 by one gear, and this shaft 4 over 2 and 3: two ways, one of which would do.
 
-    The torques of the four wheels depend on how they were fitted; those of the first gear and of the drive follow from
+    The torques of the four wheels depend on how they were fitted; the torques of the first gear and of the drive follow from
     inertias J, speeds n and the load: T = a sum(J n^2) - n4 M.
     """
     inertias, speeds = [0.01, 0.02, 0.04, 0.06, 0.08], np.array([1.0, -0.5, 0.4, 0.4, -0.3])
@@ -162,7 +162,7 @@ def test_a_warning_says_that_pins_are_without_the_force_of_teeth(system_of):
     assert summarize(study(system_of(sdf, text + "[drives.B]\ntorque = 0.0\n"), "compiled"))["warnings"] == []
 
 
-#: case -> (text, what the message must say)
+#: case -> (text, expected part of the message)
 REFUSED = {
     "no ratio": ("[gears.mesh]\njoints = ['A', 'B']\n", "gears.mesh.ratio: is missing"),
     "ratio of zero": (gear("AB", 0.0), "gears.mesh: ratio is 0; the second joint would not move"),

@@ -66,7 +66,7 @@ def test_a_block_stops_after_its_way_and_stays(run):
     np.testing.assert_allclose(found["block.vx"][early], 0.8 - 2.0 * found.time[early], atol=1e-7)
     np.testing.assert_allclose(found["rail.force"][early], -4.0, rtol=1e-9)
     assert found["block.x"][-1] == pytest.approx(0.16, abs=1e-5)
-    assert abs(found["block.vx"][-1]) < 1e-8  # what the integrator leaves: accuracy 1e-9 of some m/s
+    assert abs(found["block.vx"][-1]) < 1e-8  # integration error: accuracy 1e-9 of some m/s
 
 
 def test_viscous_friction_slows_exponentially(run):
@@ -92,7 +92,7 @@ def test_a_block_on_a_moving_cart_takes_it_along(run):
 
 
 PIN = "[frictions.pin]\njoint = 'O'\n"
-#: case -> (text, what the message must say)
+#: case -> (text, expected part of the message)
 REFUSED = {
     "nothing": (PIN, "frictions.pin: give constant, or viscous, or both"),
     "negative": (PIN + "constant = -1.0\n", "frictions.pin.constant: is -1.0"),

@@ -1,4 +1,4 @@
-"""Applied loads: closed forms, energy balances, equilibrium, and the ideal linkage beside."""
+"""Applied loads: closed forms, energy balances, equilibrium, comparison with the ideal linkage."""
 
 import numpy as np
 import pytest
@@ -57,7 +57,7 @@ forces = [[0.0, 3.0], [1.2, 3.0], [4.2, 3.0], [9.0, 3.0]]
 """
     found = run(BLOCK, toml + EXACT)
     np.testing.assert_allclose(found["block.x"], 6.0 * found.time**3 / 12.0, atol=1e-9)
-    np.testing.assert_allclose(found["slide.fy"], -3.0, atol=1e-12)  # the guide carries what acts across
+    np.testing.assert_allclose(found["slide.fy"], -3.0, atol=1e-12)  # the guide carries the transverse force
     np.testing.assert_allclose(found["P.power"], 6.0 * found.time * found["block.vx"], atol=1e-9)
 
 
@@ -158,7 +158,7 @@ PLAY = '[joints.A]\nmodel = "lubricated"\nclearance = 1e-4\nviscosity = 0.1\n'
     ("drive", "play"), [("", ""), ("", PLAY), ("torque = 0.4\n", "")], ids=["ideal", "play", "torque"]
 )
 def test_energy_balance_of_a_driven_linkage_with_springs_and_dampers(run, drive, play):
-    """Drive, torque, dampers and film account for all energy; springs give back what they store."""
+    """Drive, torque, dampers and film account for all energy; springs return their stored energy."""
     found = run(four_bar(extra=ELBOW), LOADED.replace("speed = 15.0\n", "speed = 15.0\n" + drive) + play)
     times = np.linspace(0.1, 0.4, 401)  # after the film's start-up, which takes microseconds
     found = found.evaluate(times)
@@ -196,7 +196,7 @@ def test_run_and_inverse_dynamics_agree_on_a_loaded_ideal_linkage(run, system_of
 
 
 def test_the_summary_and_the_table_show_the_loads(engine, system_of):
-    """A force at rest does no work; a spring's peak is where its length is extreme, its work is what it gave back."""
+    """A force at rest does no work; a spring's peak is at its extreme length, its work is the returned energy."""
     toml = """duration = 0.9
 [forces.P]
 point = "block"

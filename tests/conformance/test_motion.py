@@ -158,7 +158,7 @@ def test_a_speed_that_not_even_play_allows_is_refused(system_of):
 
 
 def test_torque_drive_does_its_work(run, engine, system_of):
-    """A crank under a tabulated torque: the work is the kinetic energy; its ideal counterpart is a run of its own."""
+    """A crank under a tabulated torque: the work is the kinetic energy; its ideal counterpart is a separate run."""
     text = "duration=0.4\n[drives.O]\ntimes=[0.0, 0.2, 0.4]\ntorques=[0.02, 0.05, 0.01]\n[solver]\naccuracy=1e-9\n"
     text += FILM.format("A").replace("lubricated", "ideal")
     found = run(four_bar(), text)

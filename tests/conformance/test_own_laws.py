@@ -1,4 +1,4 @@
-"""Laws of the user's own with parameters: set in a file, varied and optimised, on both engines, in closed form."""
+"""User-defined laws with parameters: set in a file, varied and optimised, on both engines, in closed form."""
 
 import math
 

@@ -191,7 +191,7 @@ def test_windows_fall_through_their_flat_positions(run, engine, n, accuracy, dur
 
 
 def drag_link() -> str:
-    """A four-bar whose crank and follower both turn fully, every pin ideal; it coasts for ever."""
+    """A four-bar whose crank and follower both turn fully, every pin ideal; it coasts without end."""
     ground, crank, coupler, follower = 0.1, 0.2, 0.18, 0.22
     pin = crank * np.exp(1j * np.pi / 2)
     reach = ground - pin

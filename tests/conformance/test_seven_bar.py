@@ -12,7 +12,7 @@ from shipped import shipped
 from linkages import System, extremes, ideal, load_mechanism, simulate
 from linkages.results.extremes import integral
 
-ONE_PERCENT_OF_TEN = 1e-3  # 0.1 %: what is promised of forces, accelerations and orbits
+ONE_PERCENT_OF_TEN = 1e-3  # 0.1 %: required accuracy of forces, accelerations and orbits
 
 CASES = {
     "as published": {},
@@ -107,7 +107,7 @@ def test_the_papers_designs_change_the_forces_but_not_the_acceleration(engine, n
 def test_energy_balance_of_a_full_run(engine):
     """Net drive work = change of kinetic energy + film dissipation, to 1e-6 of the work that goes through the drives.
 
-    The two drives exchange 0.65 J, nearly all of it with each other; what remains for the film is 8e-5 J. What is
+    The two drives exchange 0.65 J, nearly all of it with each other; the film receives 8e-5 J. The part
     missing is the integrator's error on the exchange: 1.1e-7, 0.7e-7, 0.2e-7 J at accuracies 1e-8, 1e-9, 1e-10.
     """
     run = run_shipped(engine, "seven_bar", duration=1.0, **{"solver.accuracy": 1e-9})
@@ -123,7 +123,7 @@ def test_energy_balance_of_a_full_run(engine):
 
 @slow_on_drake
 def test_towards_no_clearance_the_joint_is_ideal_and_the_rate_is_cubic(engine, seven_bar):
-    """At a given load the film's e is proportional to c^3: so is what the clearance changes in motion and force."""
+    """At a given load the film's e is proportional to c^3: so is the effect of the clearance on motion and force."""
     exact = ideal(seven_bar)
     deviation = []
     clearances = (3.0e-4, 2.1e-4, 1.5e-4)

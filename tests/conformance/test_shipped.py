@@ -152,7 +152,7 @@ def at(engine, name, duration, accuracy, **changes):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SMOOTH)
 def test_lubricated_linkages_move_alike(name):
-    """Every column of the results over two revolutions, to 1e-6: what is promised."""
+    """Every column of the results over two revolutions, to the required accuracy of 1e-6."""
     duration, accuracy = SMOOTH[name]
     ours, theirs = at("compiled", name, duration, TIGHT), at("drake", name, duration, accuracy)
     assert ours.keys() == theirs.keys()
@@ -196,7 +196,7 @@ def first_contacts(engine, name, **changes):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRY)
 def test_first_two_impacts_are_alike(name):
-    """Times, speeds, durations and peaks to 1e-5: what is promised."""
+    """Times, speeds, durations and peaks to the required accuracy of 1e-5."""
     joints, ours = first_contacts("compiled", name, **{"solver.accuracy": TIGHT})
     others, theirs = first_contacts("drake", name, **{"solver.accuracy": 1e-10, "solver.max_step": 5e-6})
     assert joints == others

@@ -126,7 +126,7 @@ def test_a_mass_set_down_on_the_ground_rests_there(run):
 
 
 def test_a_contact_under_way_at_the_start_is_not_damped(run):
-    """A mass is released at a depth of 10 um: its contact began before, nobody knows how fast; all energy returns."""
+    """A mass is released at a depth of 10 um: its contact began earlier with unknown speed; all energy returns."""
     text = "duration = 0.02\n[drives.slide0]\nforce = 0.0\n"
     found = run(block("1 0 0"), text + stop("end", "slide0", "upper", -1e-5, LANKARANI) + EXACT)
     assert found["block.vx"][-1] == pytest.approx(-np.sqrt(2.0 * 1e8 * 1e-5**2.5 / 2.5 / 2.0), rel=1e-6)
@@ -227,7 +227,7 @@ def test_the_summary_shows_stops_and_contacts(engine, system_of):
 
 STOP = stop("end", "slide0", "upper", 0.05, HERTZ)
 CONTACT = FLOOR.format(angle=0.0, law=HERTZ)
-#: case -> (text, what the message must say)
+#: case -> (text, expected part of the message)
 REFUSED = {
     "unknown joint": (
         STOP.replace("slide0", "slide9"),

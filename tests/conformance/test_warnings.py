@@ -1,4 +1,4 @@
-"""What a summary says of numbers that cannot be trusted: singular positions, errors that are large or not known."""
+"""Warnings of a summary about unreliable numbers: singular positions, large or unknown errors."""
 
 import json
 from dataclasses import replace
@@ -48,7 +48,7 @@ def test_change_points_that_are_passed_are_named_and_no_force_is_given(engine, s
 
 
 def test_peaks_without_a_bound_are_not_looked_for(system_of):
-    """To evaluate a run beside a singular position is dear."""
+    """Evaluation of a run close to a singular position is slow."""
     found = study(system_of(parallelogram_sdf(), DRIVEN.format(1.0)), "compiled", error_estimate=False)
     asked = {}
     for which in ("run", "ideal"):
@@ -93,7 +93,7 @@ def test_passages_are_found_between_samples(system_of, offset):
 
 
 def test_exactly_in_a_change_point_the_motion_is_that_of_its_branch(engine, system_of):
-    """Nothing but the flat position itself is asked for: rates by the closure alone have no digits there."""
+    """Only the flat position is requested: rates from the closure alone are inaccurate there."""
     system = system_of(parallelogram_sdf(), DRIVEN.format(1.0))
     for motion in (ideal(system), simulate(system, engine)):
         found = motion.evaluate(FLAT)

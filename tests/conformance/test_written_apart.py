@@ -1,4 +1,4 @@
-"""Every kind of joint that ships against a model written apart from the package: other equations, SciPy's integrators.
+"""All joint models against independent models: other equations, SciPy's integrators.
 
 The film of the press is in `test_seven_bar`, one dry joint in `test_contact`.
 """
@@ -37,7 +37,7 @@ def rows(run, labels):
 
 
 def assert_same_contacts(run, labels, expected, count, rtol):
-    """The first contacts agree: which, when, how fast, how hard, how long; the models' peaks are those of samples."""
+    """The first contacts agree: joint, time, speed, force, duration; the models' peaks are sampled."""
     got = rows(run, labels)
     assert len(expected) >= count
     np.testing.assert_allclose(got[:count], expected[:count], rtol=rtol)

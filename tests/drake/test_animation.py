@@ -1,4 +1,4 @@
-"""What the animation shows beside the linkage: the joints magnified."""
+"""The magnified joints of the animation."""
 
 import json
 import re
@@ -81,7 +81,7 @@ def test_each_frame_shows_the_largest_force_within_it():
 
 
 def test_where_the_ideal_linkage_does_not_close_the_recorded_motion_is_drawn(dry, tmp_path, monkeypatch):
-    """A run passes a dead position by its own errors; the linkage cannot be assembled anew there."""
+    """A run passes a dead position by its own errors; the linkage cannot be assembled again there."""
 
     def cannot(*_):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close")
@@ -148,7 +148,7 @@ def turning_slot(folder):
 
 
 def test_a_block_reaches_the_rim_of_its_figure_where_a_corner_touches():
-    """The rim is where middle and lift add up to the clearance, which is what a corner's eccentricity ratio says."""
+    """The rim is where middle and lift add up to the clearance, as in the definition of a corner's eccentricity ratio."""
     found = study(shipped("slider_crank_guide", duration=2e-3), "compiled", error_estimate=False)
     whole, ends = guides_figure(found).axes
     lift, middle = np.array(whole.lines[0].get_data())
@@ -220,7 +220,7 @@ def test_captions_cannot_break_the_page():
 
 
 class Scene:
-    """Keeps what is drawn in place of a Meshcat."""
+    """A replacement of Meshcat that records the drawn shapes."""
 
     def __init__(self):
         self.meshes = {}

@@ -24,7 +24,7 @@ def test_without_graphviz_the_connections_are_listed(diagram, monkeypatch):
 
 
 def test_with_graphviz_drakes_own_drawing_is_shown(diagram, monkeypatch, tmp_path):
-    """A stand-in for ``dot`` that returns what it was given."""
+    """A replacement of ``dot`` that returns its input."""
     dot = tmp_path / "dot"
     dot.write_text('#!/bin/sh\ntest "$1" = -Tsvg && exec /bin/cat\n')
     dot.chmod(0o755)

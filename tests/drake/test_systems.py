@@ -153,7 +153,7 @@ def test_a_state_between_two_steps_costs_few_steps(monkeypatch):
 
 
 def test_a_rejected_attempt_leaves_nothing_in_the_step_after_it():
-    """Drake puts the state back but not what follows from it: a driven crank fell behind by 1e-11 rad."""
+    """Drake restores the state but not its derivatives: a driven crank lagged by 1e-11 rad."""
     system = shipped("four_bar_dry", duration=0.005)
     run = simulate(system, "drake")
     np.testing.assert_allclose(run["q.O"], system.motions(run.time)[0][:, 0], rtol=0, atol=1e-13)

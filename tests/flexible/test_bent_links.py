@@ -1,4 +1,4 @@
-"""Links that bend, in machines: equations of motion, statics, natural frequencies, published runs."""
+"""Flexible links in mechanisms: equations of motion, statics, natural frequencies, published runs."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def mass_matrices(system, places):
 
 @pytest.mark.parametrize("bent", [("rod",), ("crank",), ("crank", "rod")], ids="-".join)
 def test_accelerations_are_those_of_lagranges_equations(system_of, bent):
-    """The mass matrix is that of the kinetic energy, the velocity terms those of its change with position."""
+    """Mass matrix and velocity terms follow from the kinetic energy and its change with position."""
     links = "".join(f'[links.{name}]\nmodel = "flexible"\naxial = 2\ndamping = 0.0\n' for name in bent)
     toml = f"duration = 1.0\ngravity = [0.3, -9.81, 0.0]\n[drives.O]\ntorque = 0.0\nspeed = 0.0\n{links}" + FILM
     system = system_of(elastic_slider_crank(elastic_crank="crank" in bent), toml)
@@ -94,11 +94,11 @@ def test_accelerations_are_those_of_lagranges_equations(system_of, bent):
     np.testing.assert_allclose(acc[1:], numeric[1:], rtol=0, atol=1e-5 * np.abs(acc).max())
 
 
-#: Of a geometrically exact beam, extrapolated (absolute nodal coordinates, 8 and 16 elements): deflection of the rod's
+#: Geometrically exact beam, extrapolated (absolute nodal coordinates, 8 and 16 elements): deflection of the rod's
 #: middle [mm] and place of the slider [m] at 10, 20, 40, 60, 80, 100 ms.
 TIMES = np.array([0.01, 0.02, 0.04, 0.06, 0.08, 0.1])
 DEFLECTION = [0.728228, -0.051044, -0.896558, -0.010993, -1.449295, 0.143169]
-#: The same of a floating frame with these modes, written apart, its inertia summed over points of the rod.
+#: The same for an independent floating frame with these modes, its inertia summed over points of the rod.
 FLOATING = [0.7284164, -0.0506477, -0.8957451, -0.0107873, -1.4488674, 0.1426924]
 SLIDER = [0.270623094, 0.150746248, 0.441092782, 0.156884564, 0.415575358, 0.169737082]
 LARGEST = 1.751043
@@ -174,7 +174,7 @@ axial = 0
     stress = abs(along) * unit / 0.008**2 + abs(moment) * 6 / 0.008**3
     assert result["rod.stress"][0] == pytest.approx(stress, rel=1e-6)
     assert result["rod.stress_place"][0] == pytest.approx(0.0, abs=1e-6)
-    assert result["rod.compression"][0] == pytest.approx(max(-along, 0.0) * unit, rel=1e-3)  # along the bent rod
+    assert result["rod.compression"][0] == pytest.approx(max(-along, 0.0) * unit, rel=1e-3)  # along the deflected rod
 
 
 def test_a_strut_beyond_its_buckling_load_has_no_shape_at_rest(system_of):

@@ -109,7 +109,7 @@ def test_an_overhang_bends_under_a_force_at_its_tip() -> None:
 
 @pytest.mark.parametrize("beam", CASES, ids=["chord", "tangent", "overhangs", "origin within"])
 def test_constants_are_the_integrals_of_the_shapes(beam: ComponentModes) -> None:
-    """By the midpoint rule, the foreshortening summed from the origin outwards: 3e-6 of the largest."""
+    """Compare with the midpoint rule, the foreshortening summed from the origin outwards: 3e-6 of the largest."""
     edges = np.linspace(-0.2, 0.3, 10001)
     edges = edges[(edges > beam._bending.nodes[0] - 1e-9) & (edges < beam._bending.nodes[-1] + 1e-9)]
     s, step = 0.5 * (edges[:-1] + edges[1:]), np.diff(edges)

@@ -1,4 +1,4 @@
-"""Natural frequencies and mode shapes of linkages that stand still: closed forms, differences of accelerations, the command."""
+"""Natural frequencies and mode shapes of linkages at rest: closed forms, differences of accelerations, the command."""
 
 import json
 
@@ -45,7 +45,7 @@ def test_a_link_that_its_drive_holds_is_a_cantilever(system_of, pieces):
     lines = ModeShapes(found).lines
     assert len(lines) == pieces
     ends = max((line.ways[:, -1] for line in lines), key=lambda way: abs(way[0, 1]))
-    np.testing.assert_allclose(np.abs(ends[:2, 1]), 1.0, rtol=1e-9)  # bent, the tip moves farthest
+    np.testing.assert_allclose(np.abs(ends[:2, 1]), 1.0, rtol=1e-9)  # in bending the tip moves farthest
 
 
 TIE = model(
@@ -171,7 +171,7 @@ def test_shapes_have_the_symmetry_of_mass_and_stiffness(system_of):
 
 
 def test_modes_are_followed_over_a_revolution(system_of):
-    """The first mode at each time is that of the pose alone; after a turn all frequencies are as before."""
+    """The first mode depends on the pose alone; after a revolution all frequencies are as before."""
     system = system_of(elastic_four_bar(), LOADED.format("[drives.O]\nspeed = 6.283185307179586\n", "quasi-static"))
     times = np.linspace(0.0, 1.0, 13)
     found = modes_over(system, times, 3)

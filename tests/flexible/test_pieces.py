@@ -1,4 +1,4 @@
-"""Links that bend far: cut into pieces they become the elastica, at rest and in motion."""
+"""Large deflections: links divided into substructures converge to the elastica, at rest and in motion."""
 
 import numpy as np
 import pytest
@@ -84,7 +84,7 @@ FORCES = [(1.0, 0.0), (5.0, 0.0), (1.0, 5.0), (0.001, -2.6), (0.001, -4.0)]
 
 @pytest.mark.parametrize(("across", "along"), FORCES)
 def test_pieces_become_the_elastica(system_of, across, along):
-    """The error falls at third order: a piece's goes with the square of its slope, and with what it adds to the turn."""
+    """Third-order convergence: a substructure's error is the square of its slope times its part of the rotation."""
     exact, error = elastica(across, along), []
     for count in (4, 8, 16):
         system = system_of(CANTILEVER, HELD.format(along * UNIT, across * UNIT, count))
@@ -146,7 +146,7 @@ force = [0.0, {UNIT}]
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SPUN)
 def test_beams_that_are_spun_up_are_found_to_the_square_of_their_pieces_slopes(system_of, name):
-    """Twice as many pieces leave less than a quarter of the error, eight 1e-4."""
+    """Twice as many substructures reduce the error below a quarter; eight give 1e-4."""
     data, expected, _ = SPUN[name]
     error = []
     for count in (4, 8):
@@ -172,7 +172,7 @@ SOFT = {"sdf.links.rod.beam.youngs_modulus": 2e10}  # Simeon's rod, ten times so
 
 @pytest.mark.slow
 def test_a_soft_rod_moves_as_an_exact_beam(system_of):
-    """Slopes come to 0.22: in one piece the middle is 2 % of the largest deflection off, in eight 2e-4."""
+    """Slopes reach 0.22: an undivided link has an error of 2 % of the largest deflection, eight parts 2e-4."""
     radius, rod, rate, damping = 0.15, 0.3, 150.0, 1.5e-4
     exact = AbsoluteBeam(rod, 1.28e6, 2e10 * 0.008**4 / 12, 0.50368, 8, damping)
     q, v = exact.straight(np.array([radius, 0.0])), np.zeros((9, 4))
@@ -231,7 +231,7 @@ def test_each_piece_needs_the_modes_of_its_ends(system_of):
 
 
 def test_rigid_segments_stand_where_pieces_do(system_of):
-    """The machine that Drake moves, and the animation draws, has segments alone; its hinges follow the pieces' sections."""
+    """Drake and the animation use rigid segments; their hinges follow the substructures' sections."""
     own, other = (segmented(system_of(CANTILEVER, HELD.format(0.0, UNIT, count))) for count in (1, 8))
     assert own.tree.coordinates == other.tree.coordinates
     tip = other.tree.index["rod/piece8"]

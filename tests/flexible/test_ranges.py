@@ -1,4 +1,4 @@
-"""Where the model of a link that bends ceases to hold: each rule at its limit."""
+"""Validity of the flexible-link model: each rule at its limit."""
 
 from math import pi, sqrt
 

@@ -1,4 +1,4 @@
-"""The 3-RRR robot as one linkage among others, against `linkages.three_rrr`, which has elements and equations of its own."""
+"""The 3-RRR robot as one linkage among others, against `linkages.three_rrr`, which has other elements and equations."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def robot():
 
 
 def linkage(drives=None, **each):
-    """The shipped linkage with ideal joints, drives' keys and those of all links replaced."""
+    """The shipped linkage with ideal joints, with replaced keys of the drives and of all links."""
     keys = {f"drives.{name}.speed": speed for name, speed in zip(DRIVES, drives, strict=True)} if drives else {}
     keys |= {f"links.{link}.{key}": value for link in LINKS for key, value in each.items()}
     return shipped("three_rrr_clearance", outputs=["platform.x"], **IDEAL, **keys)
@@ -112,7 +112,7 @@ def parted(robot, compliance, turn):
 
 @pytest.mark.slow
 def test_motion_tends_to_that_of_linearised_elastodynamics(robot):
-    """Vibration, inertia of the deflections and damping included: what is left out falls as deflections do, with 1/E."""
+    """Vibration with inertia of the deflections and damping: the neglected terms fall with 1/E, as deflections."""
     soft, stiff = parted(robot, 2.0, 0.2), parted(robot, 1.0, 0.2)
     assert stiff < 1.3e-3
     assert soft / stiff == pytest.approx(2.0, rel=0.02)

@@ -23,7 +23,7 @@ ANGLE, RATE = 0.0, -74.9957670
 ELASTIC = np.array([0.0, 0.0, 0.103339863e-4, 0.169327969e-4])
 ELASTIC_RATE = np.array([0.444896105, 0.463434311e-2, -0.178591076e-5, -0.268938672e-5])
 #: At t = 0.1 s: rod's angle [rad], slider's place, first elastic coordinate [m]. As printed, with 15 times the mass; of
-#: a correct beam, by a floating frame written apart.
+#: a correct beam, by an independent floating frame.
 AT_END = {
     15.0: (-0.3311734987910881, 0.1697373326718410, 1.893192460247178e-4),
     1.0: (-0.331173426, 0.169737396, 1.893081788e-4),

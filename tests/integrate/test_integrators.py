@@ -68,7 +68,7 @@ def published(name, tolerance):
 def test_stiff_problems_end_as_published(name):
     """The error follows the tolerance, down to the last digits.
 
-    A factor of 30 between them, as in the test set's own diagrams: what is controlled is the error of each step.
+    A factor of 30 between them, as in the test set's own diagrams: the methods control the error of each step.
     """
     tolerances = (1e-4, 1e-6, 1e-8, 1e-10)
     errors = [published(name, tolerance)[1] for tolerance in tolerances]
@@ -147,7 +147,7 @@ def slope(sizes, errors):
     return np.polyfit(np.log(sizes), np.log(errors), 1)[0]
 
 
-# Dormand and Prince's leading error is small beside the next one: its order shows at shorter steps.
+# Dormand and Prince's leading error is small against the next one: its order shows at shorter steps.
 @pytest.mark.parametrize(("name", "counts"), [("radau", (60, 90, 135, 200)), ("dormand-prince", (400, 600, 900))])
 def test_solutions_converge_with_order_five(name, counts):
     sizes, errors = 4.0 / np.array(counts), []
@@ -168,7 +168,7 @@ def test_single_steps_err_with_order_six(name, t):
 
 @pytest.mark.parametrize(("name", "order"), [("radau", 4), ("dormand-prince", 5)])
 def test_error_estimate_is_of_its_order_and_in_parts_of_the_tolerance(name, order):
-    """Radau's estimate is of order 3 (error of a step: 4), that of Dormand and Prince of order 4; neither is too small."""
+    """Radau's estimate is of order 3 (error of a step: 4), Dormand and Prince's of order 4; neither is too small."""
     sizes = 0.03 * 0.8 ** np.arange(6)
 
     def estimate(h, scale):
@@ -333,7 +333,7 @@ def side_by_side(real, other):
 
 @pytest.mark.parametrize("n", [1, 2, 3, 8, 20])
 def test_two_matrices_side_by_side_have_numpys_inverses(n):
-    """Of a matrix less a real and less a complex shift, as in Newton's iterations; both need interchanges."""
+    """Factors of a matrix minus a real or complex shift, as in Newton's iterations; both need pivoting."""
     generator = np.random.default_rng(n)
     for _ in range(20):
         matrix = generator.standard_normal((n, n))

@@ -1,4 +1,4 @@
-"""The stiff problems themselves: SciPy's Radau reaches the published end values, the Jacobians are those of the rates."""
+"""The stiff problems themselves: SciPy's Radau reaches the published end values, the Jacobians belong to the rates."""
 
 import numpy as np
 import pytest

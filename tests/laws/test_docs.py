@@ -1,4 +1,4 @@
-"""The documentation of the laws is that of the code, and its example works."""
+"""The documentation of the laws agrees with the code, and its example works."""
 
 import importlib.util
 import math

@@ -41,7 +41,7 @@ def test_force_is_the_same_seen_from_any_rotating_frame(film, x, y, u, v, wb, wj
     seen_e = turn @ e
     seen_v = turn @ (velocity - rate * np.array([-e[1], e[0]]))
     gx, gy, seen_couple = clearance_force(record, *seen_e, *seen_v, wb - rate, wj - rate)
-    # of a film that turns with the frame: what must cancel for a journal at rest
+    # of a film that turns with the frame: terms that must cancel for a journal at rest
     spin = 0.05 * 0.02 * 0.01**3 / CLEARANCE**2 * (abs(rate) + 1.0)
     scale = math.hypot(fx, fy) + spin
     assert np.array([gx, gy]) == pytest.approx(turn @ [fx, fy], abs=1e-8 * scale)

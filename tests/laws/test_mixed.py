@@ -48,7 +48,7 @@ def test_blend_is_that_of_chen_2025():
 )
 def test_blend_is_continuous(eps, v_n, v_t, spin):
     here, there = radial(eps, v_n, v_t, spin), radial(eps * (1.0 + 1e-10), v_n, v_t, spin)
-    # the steepest slope is that of the film just below eps_max: 5e3 times its unit, per unit of eps
+    # the film just below eps_max has the steepest slope: 5e3 times its unit, per unit of eps
     speed = math.hypot(v_n, v_t) / CLEARANCE + abs(spin)
     assert there == pytest.approx(here, abs=1e-10 * (1e6 * UNIT * speed + 1e7))
 

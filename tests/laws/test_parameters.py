@@ -70,7 +70,7 @@ def test_wrong_values_are_refused_in_one_line(values, problem):
 
 
 def test_a_law_with_parameters_needs_no_common_keys(experiment_file):
-    """The table is complete with the law's own keys; its unit is that of the declaration."""
+    """The table is complete with the law's own keys; its unit agrees with the declaration."""
     table = '[joints.B]\nmodel = "dry"\nclearance = 1e-4\n[joints.B.contact]\nlaw = "mine"\nmy_stiffness = "3 kN/mm"\n'
     sdf = four_bar()
     system = linkages.load(experiment_file(sdf, "duration = 1.0\n" + table))
@@ -81,7 +81,7 @@ def test_a_law_with_parameters_needs_no_common_keys(experiment_file):
 
 
 def test_a_law_of_another_file_is_replaced_by_its_path():
-    """Keys of built-in laws may stand beside any law."""
+    """Keys of built-in laws are allowed with any law."""
     system = linkages.load(FILE, {f"{B}.exponent": 1.2, f"{B}.law": "johnson", "joints.B.friction.law": "lugre"})
     assert system.value(f"{B}.exponent") == 1.2
     assert system.value("joints.B.friction.bristle_stiffness") == 1e5
@@ -95,7 +95,7 @@ def test_keys_units_and_meanings_are_listed():
 
 
 def test_what_is_not_given_is_not_dumped_as_given():
-    """What a store's description has of a contact: every key of the built-in laws, whatever the law."""
+    """The description of a contact in a store: every key of the built-in laws, whatever the law."""
     contact = linkages.load(FILE).experiment.joints["B"].contact
     assert contact.model_dump() == {
         "law": "lankarani-nikravesh", "restitution": 0.9, "youngs_modulus": 207e9, "poissons_ratio": 0.3,

@@ -1,4 +1,4 @@
-"""Laws of the user's own: called as the built-in ones are, replaced, refused, taken to another process."""
+"""User-defined laws: called like built-in ones, replaced, rejected, transferred to another process."""
 
 import math
 import pickle

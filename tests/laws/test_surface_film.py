@@ -159,7 +159,7 @@ def test_balance_and_bounds(eps, rule):
 )  # fmt: skip
 @settings(max_examples=40)
 def test_any_geometry_conserves_mass_and_dissipates(eps, psi, slenderness, grooves, cavity):
-    """The film's shear and pressure power is what the journal delivers: its torque never drives it."""
+    """The journal delivers the film's shear and pressure power: the torque never drives it."""
     film = film_of(eps, psi, tuple(grooves), slenderness, 48, 6, pressures=Pressures(cavity, 1.0))
     assert film.imbalance < 1e-10
     assert film.pressure.min() >= cavity

@@ -50,7 +50,7 @@ def test_an_almost_round_profile_gives_the_round_joints_force(depth, angle, vx, 
 
 @pytest.mark.parametrize("bearing", [True, False])
 def test_even_wear_is_a_larger_clearance_to_the_order_of_the_penetration(bearing):
-    """Hertz's stiffness for the clearance c + w is less by sqrt(c/(c + w)), and that is what the overlap finds."""
+    """Hertz's stiffness for the clearance c + w is less by sqrt(c/(c + w)), and the overlap gives the same."""
     worn = np.full(NODES, 5e-5)
     joint = law(worn, ROUND) if bearing else law(ROUND, worn)
     errors = []

@@ -22,7 +22,7 @@ INF = np.inf
 class Example:
     """One problem: minimise f subject to g(x) >= 0, h(x) = 0 and bounds.
 
-    `kind` is what it consists of, b(ounds), e(qualities), i(nequalities), and what is special about the optimum:
+    `kind` lists its constraints, b(ounds), e(qualities), i(nequalities), and special features of the optimum:
     a v(ertex), where the active constraints leave no freedom; d(egenerate), where their gradients depend on each
     other, a multiplier vanishes, or the reduced Hessian is singular.
     """

@@ -66,7 +66,7 @@ def test_every_algorithm_finds_a_bowl(name):
 
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_the_same_seed_asks_for_the_same_populations(name):
-    """And a run on remembered values asks for nothing else: so it can be continued by running it again."""
+    """A run on stored values requests no others: therefore it can be continued by repetition."""
     settings = read_settings(name, SHORT[name])
     asked = []
 
@@ -151,7 +151,7 @@ def test_a_variable_that_is_fixed(name):
     fixed = dataclasses.replace(bowl(), lower=np.array([-1.0, 0.25, -1.0]), upper=np.array([2.0, 0.25, 2.0]))
     result = minimise(name, fixed, seed=2)
     assert np.all(result.x[:, 1] == 0.25)
-    # the others share what is left of the sum: 1.25
+    # the others share the rest of the sum: 1.25
     assert result.x[0, ::2] == pytest.approx([0.625, 0.625], abs=0.1)
 
 

@@ -40,7 +40,7 @@ def address_of(process):
 
 @pytest.fixture
 def loopback():
-    """Address of a scheduler, and its process with those of two workers."""
+    """Address of a scheduler, and the processes of scheduler and two workers."""
     scheduler = start("distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
     processes = [scheduler]
     try:

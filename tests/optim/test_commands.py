@@ -1,4 +1,4 @@
-"""The commands: what they write and print, how they stop, what they refuse."""
+"""The commands: files, output, interruption, rejected input."""
 
 import argparse
 import csv

@@ -1,4 +1,4 @@
-"""The page of the algorithms is that of the code, its numbers are measured, and its example works."""
+"""The page of the algorithms agrees with the code, its numbers are measured, and its example works."""
 
 import importlib.util
 import re

@@ -1,4 +1,4 @@
-"""Studies of linkages with links that bend."""
+"""Studies of linkages with flexible links."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from optim import Evaluator, find_study, load_study
 
 #: Design that the shipped study finds with its seed: height, width and length of the rod [m], clearance [m],
-#: viscosity [Pa s]; its jitter [m/s2] and stress [Pa], and those of the nominal design.
+#: viscosity [Pa s]; its jitter [m/s2] and stress [Pa], and the nominal design's.
 BEST = (0.011345880026166176, 0.006137082126849452, 0.27333576988039676, 2.510258908617855e-05, 0.19069854439546544)
 FOUND, NOMINAL = (0.47306, 8.6792e7), (1.7115, 1.3896e8)
 

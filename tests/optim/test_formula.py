@@ -1,4 +1,4 @@
-"""Formulas compute what they say, and nothing else."""
+"""Formulas are evaluated correctly, and nothing else is executed."""
 
 import math
 
@@ -15,7 +15,7 @@ names = st.sampled_from(sorted(NAMES)).map(lambda name: (name, NAMES[name]))
 
 
 def combined(inner):
-    """A formula of smaller ones, written out, beside its value."""
+    """A composed formula with its value."""
     pairs = st.tuples(inner, inner)
     return st.one_of(
         pairs.map(lambda p: (f"({p[0][0]} + {p[1][0]})", p[0][1] + p[1][1])),

@@ -22,7 +22,7 @@ def sphere(n=4):
 
 
 def recorded(base):
-    """The problem, and the populations that it is asked for."""
+    """A problem that records the requested populations."""
     asked = []
 
     def evaluate(designs):

@@ -1,4 +1,4 @@
-"""The generalised reduced gradient method: published optima, another code, and what can go wrong."""
+"""The generalised reduced gradient method: published optima, another code, and failures."""
 
 import dataclasses
 
@@ -14,7 +14,7 @@ from optim.algorithms.nlp import Ending, Problem, Values
 from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
 
 SETTINGS = ReducedGradient()
-#: Of the objective, relative to max(1, |optimum|), and of every constraint: what the book's digits allow.
+#: Tolerance of the objective, relative to max(1, |optimum|), and of constraints: the book's digits.
 OPTIMUM, FEASIBILITY = 1e-6, 1e-6
 BY_NUMBER = {example.number: example for example in (*EXAMPLES, *SEVERAL_OPTIMA)}
 
@@ -43,7 +43,7 @@ def test_the_examples_are_of_every_kind():
 
 
 def test_an_optimum_without_multipliers():
-    """The constraint ``(1 - x1)^3 >= x2``, held to a tolerance t, does not tell what is within t^(1/3) of x1 = 1.
+    """The constraint ``(1 - x1)^3 >= x2``, held to a tolerance t, does not determine x1 within t^(1/3) of 1.
 
     On which side of it the search ends is left to rounding, which differs between processors.
     """
@@ -165,7 +165,7 @@ def test_values_that_are_no_numbers_count_as_failed():
 
 
 def test_differences_are_one_population():
-    """One call for the start, then 2 n designs for each gradient, beside single ones of the line search."""
+    """One call for the start, then 2 n designs for each gradient, in addition to single ones of the line search."""
     sizes = []
     base = quadratic(n=5)
 

@@ -1,4 +1,4 @@
-"""Lives as objectives: against the exact pocket, beside outputs of a run; what is refused."""
+"""Service life as objective: against the exact pocket, together with outputs of a run; rejected input."""
 
 import math
 
@@ -47,7 +47,7 @@ def study(tmp_path):
 
 
 def test_the_life_until_a_depth_is_the_exact_pockets(study):
-    """k F s = A(d) L, s the path of a journal in so many turns; what lasts longer counts as what is followed."""
+    """k F s = A(d) L, s the path of a journal in so many turns; a longer life counts as the simulated one."""
     k = np.array([1e-12, 2e-12, 1e-13])
     found = Evaluator(study())(k[:, None])
     assert found.status == ("ok",) * 3
@@ -61,7 +61,7 @@ def test_the_life_until_a_depth_is_the_exact_pockets(study):
 
 @pytest.mark.slow
 def test_the_optimum_of_the_shipped_study_stands_in_finer_runs():
-    """What the study finds, 38.5 kN/m: its life at half the tolerance, beside its neighbours'."""
+    """The optimum of the study, 38.5 kN/m: its life at half the tolerance, and its neighbours'."""
     study = load_study(find_study("slidercrank_life"))
     finer = study.file.lives["pocket"].model_copy(update={"tolerance": 5e-6})
     below, best, above = (cycles_of(study.system(np.array([k])), finer) for k in (20e3, 38497.0, 60e3))

@@ -73,7 +73,7 @@ def test_hypervolume_by_counting_unit_cells(f):
 
 
 def test_hypervolume_of_a_sphere():
-    """The octant of the unit sphere around the reference: what it dominates is an eighth of its volume."""
+    """The octant of the unit sphere around the reference: the dominated volume is an eighth of it."""
     theta, phi = np.meshgrid(np.linspace(0, np.pi / 2, 60), np.linspace(0, np.pi / 2, 60))
     points = 1.0 - np.column_stack(
         [(np.sin(theta) * np.cos(phi)).ravel(), (np.sin(theta) * np.sin(phi)).ravel(), np.cos(theta).ravel()]
@@ -93,7 +93,7 @@ def test_knee_in_three_objectives():
     rng = np.random.default_rng(0)
     direction = np.vstack([np.eye(3), np.abs(rng.normal(size=(200, 3))), np.ones((1, 3))])
     f = 1.0 - direction / np.linalg.norm(direction, axis=1)[:, None]
-    # the extremes of an octant: worst in two objectives, so the plane is that of x + y + z = 2
+    # the extremes of an octant: worst in two objectives, so the plane is x + y + z = 2
     assert knee(f) == len(f) - 1
 
 
@@ -102,7 +102,7 @@ def test_knee_in_three_objectives():
     [
         [[0, 1], [1, 0]],  # two designs only
         [[0, 1], [0.5, 0.5], [1, 0]],  # a straight line
-        [[0, 1], [0.7, 0.7], [1, 0]],  # bent the other way
+        [[0, 1], [0.7, 0.7], [1, 0]],  # curved the other way
         [[1, 1], [1, 1], [1, 1]],  # a point
     ],
 )

@@ -1,4 +1,4 @@
-"""Study files: what they mean, and what is refused."""
+"""Study files: meaning of the keys, and rejected input."""
 
 import math
 from pathlib import Path
@@ -59,7 +59,7 @@ def study(tmp_path):
 
 @pytest.mark.parametrize("path", sorted(studies_folder().glob("*.toml")), ids=lambda path: path.stem)
 def test_every_number_of_a_shipped_study_has_a_source(path):
-    """Bounds, limits, weights aside: what physics or a paper gives, or what is assumed."""
+    """Values other than bounds, limits and weights: from physics or a paper, or assumed."""
     study = load_study(path)
     for variable in study.file.variables:
         for side in ("lower", "upper"):
@@ -239,7 +239,7 @@ def test_the_description_is_json_and_tells_problems_apart(study):
     ("name", "path"), [("seven_bar", "sdf.links.link2.mass"), ("slider_crank_guide", "sdf.links.rod.mass")]
 )
 def test_every_output_can_be_named_and_has_a_value(tmp_path, name, path):
-    """What is accepted when a study is read, the engine gives: joint moments, powers, energies, ideal outputs, jitter."""
+    """The engine computes everything that a study file accepts: joint moments, powers, energies, ideal outputs, jitter."""
     system = linkages.load(linkages.find_file(f"{name}.toml"))
     outputs = [*names(system), *(f"ideal.{output}" for output in names(system, ideal=True))]
     outputs += [f"{point}.vx.jitter" for point in system.mechanism.link]
@@ -295,7 +295,7 @@ def test_the_oil_of_the_robust_study_follows_the_grades():
 
 
 def test_reference_designs(study):
-    """What they do not name is nominal; they change nothing of what is solved."""
+    """Unnamed values are nominal; they do not change the solved problem."""
     plain = study()
     with_design = study(STUDY + '\n[designs.thin]\n"joints.A.viscosity" = 0.1\n')
     assert with_design.designs["thin"].tolist() == [plain.nominal[0], 0.1]

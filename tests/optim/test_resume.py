@@ -1,4 +1,4 @@
-"""Killed at any moment, a study goes on and ends as if nothing had happened."""
+"""A study killed at any moment continues and gives the same result."""
 
 import random
 import signal
@@ -56,7 +56,7 @@ def test_killed_at_random_moments(tmp_path):
 
 @pytest.mark.parametrize("kept", [0, 1, 7, 8, 40, 100])
 def test_goes_on_from_any_population(tmp_path, kept):
-    """Computation fails after some evaluations; what was committed is not computed again."""
+    """Computation fails after some evaluations; committed evaluations are not repeated."""
     whole, broken = tmp_path / "whole.sqlite", tmp_path / "broken.sqlite"
     expected = run(toy.make_task(), whole)
     asked = []

@@ -190,7 +190,7 @@ def test_in_a_corner_slopes_are_taken_beside(step):
 
 
 def test_no_objective_around_is_no_slope():
-    """A step longer than what is feasible around the corner."""
+    """A step longer than the feasible range around the corner."""
     corner = np.array([np.sqrt(1.0 - 0.25**2), 0.25])
     problem = cliff(corner)
     assert jacobian(problem, problem.evaluate, corner, np.ones(2), 3.0) is None

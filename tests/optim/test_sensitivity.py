@@ -1,4 +1,4 @@
-"""Sobol's indices against closed forms and another estimator; what is inert in the press."""
+"""Sobol's indices against closed forms and another estimator; inert variables of the press."""
 
 import argparse
 import json
@@ -90,7 +90,7 @@ def test_one_at_a_time():
 
 @pytest.mark.slow
 def test_crank_4_is_inert_but_for_its_torque(tmp_path):
-    """Its motion is prescribed: what it weighs is felt by its pivot, and by its drive while the speed changes."""
+    """Its motion is prescribed: its weight affects only its pivot, and its drive while the speed changes."""
     text = find_study("sevenbar_pareto").read_text().replace("[objectives.acceleration]", TORQUE, 1)
     path = tmp_path / "press.toml"
     path.write_text(text.replace("[algorithm]", "[set]\nduration = 1.0\ndrives.O4.ramp = 0.5\n[algorithm]", 1))

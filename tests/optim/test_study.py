@@ -1,4 +1,4 @@
-"""The store refuses, in one line, what it cannot trust; and loses nothing."""
+"""The store rejects unreliable content with one line, and loses nothing."""
 
 import signal
 import sqlite3
@@ -27,7 +27,7 @@ def begun(tmp_path):
 
 
 def refused(task, path, kind=InputError):
-    """The one line with which a store is refused; the file stays as it is."""
+    """Return the line that rejects a store; the file is unchanged."""
     before = path.read_bytes()
     with pytest.raises(kind) as problem:
         run(task, path, resume=True)
@@ -168,7 +168,7 @@ def test_damaged_files_are_refused(begun, damage):
 
 
 def test_full_disk(begun, monkeypatch):
-    """The file may not grow: one line; what was committed is there, and the study can go on when there is room."""
+    """The file cannot grow: one line; committed data are kept, and the study can continue with more space."""
     rows = toy_count(begun)
     connect = study._connect
 

@@ -1,4 +1,4 @@
-"""What is found is checked by another engine, and a false claim does not pass."""
+"""Results are verified by another engine, and a false claim is detected."""
 
 import numpy as np
 import pytest

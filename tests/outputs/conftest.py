@@ -1,4 +1,4 @@
-"""Systems whose outputs are asked for: every shipped machine, and one with what none of them has."""
+"""Systems for tests of outputs: every shipped mechanism, and one with all other elements."""
 
 from functools import cache
 

@@ -19,7 +19,7 @@ def fine(times):
     return np.unique(np.append(parts.ravel(), times[-1]))
 
 
-# --- what is offered is given -----------------------------------------------------------------------------------------
+# --- all listed outputs can be computed -----------------------------------------------------------------------------------------
 
 
 def test_a_run_gives_every_name(system):
@@ -88,11 +88,11 @@ def test_drake_gives_every_name_and_the_same_values(name, system_named):
 
 def test_the_ideal_linkage_gives_every_ideal_name(system):
     names = registry.names(system, ideal=True)
-    assert {name for name in registry.names(system) if name not in names} != set()  # those of play
+    assert {name for name in registry.names(system) if name not in names} != set()  # outputs of clearances
     motion = linkages.ideal(system, "compiled")
     if system.determinate:
         assert set(motion.columns) == {"time", *names}
-    else:  # a run of its own, with coordinates of its own
+    else:  # a separate run, with other coordinates
         assert set(motion.columns) == {"time", *registry.names(system.ideal())}
     for name in names:
         registry.check_output(system, f"ideal.{name}")
@@ -112,11 +112,11 @@ def test_every_name_has_a_unit(system):
         assert registry.unit(system, f"{name}.jitter") == registry.unit(system, name)
 
 
-# --- what is not offered is refused -----------------------------------------------------------------------------------
+# --- unlisted outputs are rejected -----------------------------------------------------------------------------------
 
 
 def refusals(system, name):
-    """What is said to a name, by everything that takes names."""
+    """The messages about a name, from all functions that take names."""
     result = run_compiled(system)
     states = result.evaluate.runner.evaluate(result.evaluate.steps, result.time[:1])
     for ask in (

@@ -1,4 +1,4 @@
-"""The press's unknown conditions: the map's mechanics against the paper's 18 coordinates, and what was found against what it says."""
+"""The press's unknown conditions: the map's mechanics against the paper's 18 coordinates, and the found conditions against its statements."""
 
 import json
 

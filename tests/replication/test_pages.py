@@ -1,4 +1,4 @@
-"""Pages whose numbers take long are those of what was measured, and a row of each is measured again."""
+"""Pages with slow numbers agree with the stored measurements, and a row of each is measured again."""
 
 import importlib.util
 import re

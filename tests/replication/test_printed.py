@@ -1,4 +1,4 @@
-"""What the press paper prints wrongly, against mechanics: its equations as they stand, in numbers."""
+"""Misprints of the press paper, against mechanics: its printed equations in numbers."""
 
 import numpy as np
 import paper_formulation
@@ -48,9 +48,9 @@ def test_the_printed_film_is_ours_but_for_the_sign_of_eq_11(rate):
 
 @pytest.mark.filterwarnings("error")
 def test_steps_of_the_papers_size_leave_the_bearing():
-    """In two steps of 0.1 ms, beyond the method's stability; no force is asked for where the film has none.
+    """In two steps of 0.1 ms, beyond the method's stability; no force is evaluated outside the film.
 
-    The least time constant is that of a crank's end against the film, whose mass is less than the crank's.
+    The end of a crank against the film has the smallest time constant; its mass is below the crank's.
     """
     assert explicit() == pytest.approx(2 * STEP)
     damping = -film(Data(), 0, np.zeros(2), np.array([1.0, 0.0]), 0.0)[0]
@@ -59,7 +59,7 @@ def test_steps_of_the_papers_size_leave_the_bearing():
 
 
 def test_l_s5_of_eq_17_is_l_5():
-    """Table 2 has no L_s5. With its L_5 the slider stands at the printed S_0 = 560 mm."""
+    """Table 2 has no L_s5. With its L_5 the slider is at the printed S_0 = 560 mm."""
     data = Data()
     assert start(data)[0][15] == pytest.approx(0.560, abs=1e-4)
     lengths = (

@@ -27,7 +27,7 @@ def shipped(name):
 
 @pytest.mark.parametrize("name", RECORDS)
 def test_the_design_is_worth_what_its_record_says(name):
-    """To what the pages print, a tenth of a per cent of the nominal design's worth, or within the range that they say.
+    """Check against the pages: to 0.1 % of the nominal design's objective, or within the stated range.
 
     Rounding, here a millionth of a millionth of the design, moves it by less.
     A design whose objective scatters about the nominal one's is better by its distribution over start angles.
@@ -75,7 +75,7 @@ def test_a_record_comes_back_as_it_was_written(tmp_path, monkeypatch):
 
 
 def test_generations_are_those_of_the_survivors(tmp_path):
-    """Elitists never lose: the best falls to the result; a mean is that of designs which compete from children to children."""
+    """Elitists never lose: the best falls to the result; a mean belongs to the designs that compete in each generation."""
     study = load_study(find_study("sevenbar_force"))
     settings = {"name": "ga", "population": 4, "generations": 3, "elites": 4}
     result = optimise(study, tmp_path / "study.sqlite", algorithm=settings)
@@ -116,7 +116,7 @@ def test_no_record():
     ],
 )
 def test_searching_again_reaches_as_much(name, algorithm, settings, reached):
-    """Where a search ends depends on the rounding, but not below what is claimed."""
+    """The end of a search depends on rounding, but is not below the claim."""
     study, evaluator, nominal = shipped(name)
     found = minimise(algorithm, problem_of(study, evaluator, nominal), settings, seed=1)
     before = values_of(study, nominal, nominal).objectives[0, 0]

@@ -1,4 +1,4 @@
-"""The page of replicated results is that of the code, and its comparison finds what differs."""
+"""The page of replicated results agrees with the code, and its comparison finds differences."""
 
 import importlib.util
 from pathlib import Path

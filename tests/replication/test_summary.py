@@ -85,7 +85,7 @@ def page_rows(name):
 
 @pytest.mark.parametrize(("source", "page"), [("press", "replication.md"), ("robot", "replication_3rrr.md")])
 def test_misprints_are_wrong_on_the_page_too(source, page):
-    """What the list of misprints names has a row that fails; an equation is not right on one page and a misprint on another."""
+    """Each entry of the list of misprints has a failing row; an equation is not right on one page and a misprint on another."""
     listed = [m for m in getattr(validate(Misprints, read_toml(DATA)[0], DATA), source) if m.claim]
     written = page_rows(page)
     assert len(listed) >= 3
@@ -103,7 +103,7 @@ def test_equations_that_are_right_are_no_misprints():
 
 
 def test_stored_numbers_are_named(monkeypatch):
-    """A row whose numbers come from a file says so, and names a program that exists."""
+    """A row with numbers from a file names the file's program, which exists."""
     text = "".join((DOCS / page).read_text(encoding="utf-8") for page in PAGES)
     commands = set(re.findall(r"stored; repeat with `python ([^\s`]+)", text))
     assert {"docs/make_dry.py", "docs/make_designs.py", "docs/make_conditions.py", "docs/make_robot.py"} <= commands

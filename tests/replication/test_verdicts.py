@@ -1,4 +1,4 @@
-"""The one rule of verdicts: its limits, its three kinds, and that what a claim says would change its verdict does."""
+"""The one rule of verdicts: its limits, its three kinds, and the stated change of a claim changes its verdict."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The report and the animation in a browser: what they show, and that they fetch nothing."""
+"""The report and the animation in a browser: content, and no network requests."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
 
 
 def test_a_curve_goes_with_the_animation(page):
-    """Of the run and of ideal joints; which one, is chosen."""
+    """Tables of the run and of ideal joints, by selection."""
     lines, told, choices = page.seen["beside"]
     assert lines == 2
     assert told.startswith("follower.omega [rad/s]: ")  # a value: it has been moved

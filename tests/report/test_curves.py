@@ -17,11 +17,11 @@ def test_a_thinned_curve_keeps_its_ends_and_every_peak():
     assert {0, 12_345, 77_777, 100_000} <= set(kept.tolist())
     assert np.all(np.diff(kept) > 0)
     drawn = np.interp(time, time[kept], values[kept])
-    assert np.abs(drawn - values)[20_000:70_000].max() < 40.0 / 800  # slope times a piece
+    assert np.abs(drawn - values)[20_000:70_000].max() < 40.0 / 800  # slope times an interval
 
 
 def test_samples_crowd_where_the_solver_put_them():
-    """Steps of very unequal length: pieces are of time, so that no long step is lost."""
+    """Steps of very unequal length: intervals are of equal time, so that no long step is lost."""
     time = np.concatenate([np.linspace(0.0, 1e-6, 5000), [0.3, 0.6, 1.0]])
     kept = seen(time, time)
     assert {0, 5000, 5001, 5002} <= set(kept.tolist())
@@ -29,7 +29,7 @@ def test_samples_crowd_where_the_solver_put_them():
 
 
 def test_ideal_joints_are_drawn_beside_the_run(results_folder):
-    """Between what is drawn of the ideal torque no more is lost than a screen shows."""
+    """The drawn ideal torque differs by less than the resolution of a screen."""
     found = {curve["name"]: curve for curve in curves_of(load_results(results_folder))}
     assert list(found) == ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
     ideal = load_trajectory(results_folder / "ideal.npz")

@@ -1,4 +1,4 @@
-"""What the report says: numbers, sources, commands, and what is missing."""
+"""Content of the report: numbers, sources, commands, missing files."""
 
 import html
 import json
@@ -247,7 +247,7 @@ def damaged(summary, path, value):
 
 
 def test_a_damaged_summary_is_told_or_refused_in_one_line(copy):
-    """Any value replaced or left out: no page, or a page of what is there; never another error."""
+    """Any value replaced or removed: no page, or a page of the remaining data; never another error."""
     summary, tried, refused, told = load_results(copy).summary, 0, 0, 0
     sample = random.Random(14)
     for path in sample.sample(sorted(places(summary), key=str), 60):
@@ -289,7 +289,7 @@ def test_the_answer_compares_peaks_and_speaks_of_ideal_joints_only_where_there_i
 
 
 def test_links_that_bend_have_numbers_a_table_and_a_figure(tmp_path):
-    """Largest deflection and stress of the columns, when and where; the figure's marks stand there too."""
+    """Largest deflection and stress of the columns, with time and place; the figure's marks are there too."""
     found = study(bent_machine(tmp_path, "slider_crank"), "compiled", error_estimate=False)
     link, run = summarize(found)["links"]["rod"], found.run
     for column, entry in {"rod.deflection": "deflection", "rod.bending": "bending", "rod.stress": "stress"}.items():
@@ -324,7 +324,7 @@ def test_outputs_of_bending_without_a_prescribed_motion(tmp_path, engine):
 
 
 def test_the_table_of_links_that_bend(tmp_path):
-    """Of the command, with the errors of the peaks; a run without such links has none."""
+    """Table of the command, with errors of peaks; none for a run without flexible links."""
     system = bent_machine(tmp_path, "slider_crank", duration=2e-3)
     options = ["--engine", "compiled", "--no-plots", "--no-animation", "--out", str(tmp_path / "out")]
     assert main(["simulate", str(system.experiment.source), *options]) == 0

@@ -1,4 +1,4 @@
-"""``linkages modes``: what it writes, and one line for what it cannot use."""
+"""``linkages modes``: its files, and one-line messages for bad input."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def test_a_crossed_fold_ends_the_analysis_with_a_status(tmp_path: Path, capsys: 
 
 @pytest.mark.slow
 def test_vibration_is_an_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Started on the quasi-static solution the robot hardly vibrates, from rest it does."""
+    """Started on the quasi-static solution the robot scarcely vibrates; from rest it vibrates."""
     text = (data_folder() / "three_rrr.toml").read_text().replace("duration  = 12.566370614359172", "duration  = 0.5")
     (tmp_path / "three_rrr.sdf").write_text((data_folder() / "three_rrr.sdf").read_text())
     (tmp_path / "short.toml").write_text(text)

@@ -1,4 +1,4 @@
-"""Maps, the drawn robot, the animation, and what is loaded without Drake and matplotlib."""
+"""Maps, the drawn robot, the animation, and imports without Drake and matplotlib."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_map_agrees_with_single_solutions(robot: Robot) -> None:
 
 
 def test_deformed_lines_meet_at_the_pivots(results: RobotResults) -> None:
-    """Neighbouring rods and the platform share their pivots, bent or not, and the base stays put."""
+    """Neighbouring rods and the platform share their pivots, deformed or not, and the base is fixed."""
     for lines in (
         rest_lines(results.model, results.motion, 100),
         shape_lines(results.model, results.motion, 100, results.shapes[100, :, 3]),

@@ -110,7 +110,7 @@ def test_servo_lies_between_free_and_locked(robot: Robot, poses: Motion) -> None
         )
 
     locked, free = first("locked"), first("free")
-    # what a stiff servo still gives way falls in proportion; beyond 1e12 N m/rad its rounding drowns the links
+    # the deflection of a stiff servo falls in proportion; beyond 1e12 N m/rad its rounding drowns the links
     soft, stiff = (np.max(np.abs(first("servo", k)[:, :6] / locked[:, :6] - 1.0)) for k in (1e9, 1e11))
     assert soft == pytest.approx(100.0 * stiff, rel=0.05)
     assert stiff < 2e-6

@@ -27,7 +27,7 @@ def pushed(robot: Robot, branch: Branch) -> Motion:
 
 
 def test_the_lines_of_the_position_equation_hold_for_j_2_only(robot: Robot, poses: Motion) -> None:
-    """With the origin at A_1 and (x, y) = C_1; for j = 3 in axes turned by 60 degrees."""
+    """Equations for the origin A_1 and (x, y) = C_1; for j = 3 in axes turned by 60 degrees."""
     g = robot.geometry
     base, platform, l1 = (
         np.linalg.norm(g.base[1] - g.base[0]),

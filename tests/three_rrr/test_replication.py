@@ -1,4 +1,4 @@
-"""The page of what the paper prints beside ours."""
+"""The page of the paper's results and ours."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def test_the_printed_recursion_needs_no_order_nor_signs(robot: Robot, branch: Br
 
 @pytest.mark.parametrize("printed", [False, True, None], ids=["one basis", "printed", "generalised-alpha"])
 def test_a_robot_that_nothing_drives_moves_as_its_rigid_masses_say(robot: Robot, branch: Branch, printed) -> None:
-    """Free roots, pushed from rest: what is left of the elastic motion in the rigid modes is a free fall, f t^2/2."""
+    """Free roots, pushed from rest: the part of the elastic motion in the rigid modes is a free fall, f t^2/2."""
     loose = changed(robot, drives={"roots": "free"}, load={"force": [30.0, -20.0], "at": [0.1, 0.05], "moment": 2.0})
     model, times = FiniteElementModel(loose), np.linspace(0.0, 0.05, 401)
     if printed is None:
@@ -131,7 +131,7 @@ def test_a_robot_that_nothing_drives_moves_as_its_rigid_masses_say(robot: Robot,
 
 
 def test_the_printed_recursion_needs_no_basis_of_the_rigid_motion(robot: Robot, branch: Branch, monkeypatch) -> None:
-    """The three zero modes have no shapes of their own: any of their bases may come from the solver."""
+    """The three zero modes have only a common space: the solver may return any basis."""
     model, times = FiniteElementModel(changed(robot, drives={"roots": "free"})), np.linspace(0.0, 0.1, 201)
     expected = recursion(model, branch, times, printed=True)
     draw = np.random.default_rng(3)
@@ -169,7 +169,7 @@ def test_vibration_over_the_motion_is_that_of_all_its_steps(robot: Robot, branch
 
 
 def test_a_force_acts_where_it_is_said_to(robot: Robot, branch: Branch) -> None:
-    """At a point: as at the centre with the couple r x F, if the platform is rigid; at a pivot: on that pivot alone."""
+    """A force at a point of a rigid platform acts like one at the centre with the moment r x F; at a pivot on it alone."""
     state, force, at = branch.motion(np.array([0.0, 3.0])), np.array([3.0, -2.0]), np.array([0.07, -0.02])
     for n in range(2):
         one = state.part(slice(n, n + 1))
