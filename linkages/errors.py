@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import enum
+import sys
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 
@@ -49,6 +51,12 @@ class AssemblyError(RunError):
     def __init__(self, status: Status, detail: str) -> None:
         super().__init__(f"{status.value}: {detail}; {status.remedy}")
         self.status = status
+
+
+@cache
+def notice(text: str) -> None:
+    """Print a line on standard error, once in each process."""
+    print(f"notice: {text}", file=sys.stderr)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

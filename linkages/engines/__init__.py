@@ -4,6 +4,7 @@
 |----------------|-----------------------------------------------------------------------------|
 | compiled       | the compiled engine: milliseconds for a run, batches                        |
 | drake          | the Drake engine: a `MultibodyPlant` with systems for its joints and drives |
+| methods        | integration methods of each engine, and the method of a run                 |
 | budget         | largest number of steps of a run                                            |
 | study          | `simulate`; a run with its ideal linkage and error estimate                 |
 | drop           | drop test: the smallest mechanism, with a known impact                      |

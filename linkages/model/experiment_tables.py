@@ -323,10 +323,10 @@ class JointModel(LawTable):
         return self.model != "ideal"
 
 
-#: Integration schemes that an experiment can name: implicit ones for stiff equations, explicit ones. Drake has them
-#: all; the compiled engine takes its one of the same kind.
-Implicit = Literal["radau3", "radau1", "implicit_euler"]
-Scheme = Literal[Implicit, "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
+#: Names of integration methods in experiments: implicit methods for stiff equations, explicit methods. The first of
+#: each kind belongs to the compiled engine, the others to Drake; see `linkages.engines.methods`.
+Implicit = Literal["radau_iia_5", "radau3", "radau1", "implicit_euler"]
+Method = Literal[Implicit, "dormand_prince_5_4", "runge_kutta5", "runge_kutta3", "bogacki_shampine3"]
 IMPLICIT = get_args(Implicit)
 
 
@@ -346,8 +346,10 @@ class Window(Table):
 class Solver(Table):
     """Numerical settings; the defaults suit lubricated joints."""
 
-    integrator: Scheme | None = Field(
-        None, description="Drake's integration scheme; default radau3 with films or bristles, else runge_kutta5"
+    integrator: Method | None = Field(
+        None,
+        description="integration method; default with films or bristles radau_iia_5 (Drake: radau3), else"
+        " dormand_prince_5_4 (Drake: runge_kutta5)",
     )
     accuracy: Annotated[float, Field(gt=0, le=0.1)] = Field(1e-7, description="relative accuracy [1]")
     max_step: Positive | None = Field(None, description="largest step; default 2e-3, with possible contacts 2e-5 [s]")

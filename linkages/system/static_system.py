@@ -68,7 +68,7 @@ def standing(system: System, times: Sequence[float]) -> list[Standing]:
     experiment = system.experiment
     plain: dict[str, object] = {f"joints.{name}": {"model": "ideal"} for name in experiment.joints}
     plain |= {table: {} for table in LEFT_OUT if getattr(experiment, table)}
-    plain |= {"start": "centred", "solver.integrator": "radau3", "duration": max(experiment.duration, *times, 0.0)}
+    plain |= {"start": "centred", "solver.integrator": "radau_iia_5", "duration": max(experiment.duration, *times, 0.0)}
     ideal = system.replaced(plain)
     at = np.array(times, dtype=np.float64)
     if ideal.determinate and ideal.tree.driven:

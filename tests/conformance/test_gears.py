@@ -7,7 +7,7 @@ from scipy.integrate import simpson
 
 from linkages import AssemblyError, InputError, ideal, load, study, summarize
 
-EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-10\n"
+EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-10\n"
 
 
 def wheel(name, inertia, at):

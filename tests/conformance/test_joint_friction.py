@@ -11,7 +11,7 @@ from linkages import InputError, load
 from linkages.laws.friction import friction_coefficient
 from linkages.model.load_tables import JointFriction
 
-EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-9\n"
+EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\n"
 CART = """<link name="cart"><inertial><mass>3.0</mass>
 <inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
 BLOCK = CART.replace("cart", "block").replace("3.0", "2.0")

@@ -16,7 +16,7 @@ BLOCK = model(
 <inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>"""
     + joint("slide", "world", "block", "prismatic", "1 0 0"),
 )
-EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-10\n"
+EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-10\n"
 
 
 @pytest.mark.parametrize("damping", [0.0, 6.0])

@@ -101,7 +101,7 @@ screw = {link = "lower", formula = "0.5*sin(40*t)"}
 """
 
 
-@pytest.mark.parametrize("integrator", ["runge_kutta5", "radau3"])
+@pytest.mark.parametrize("integrator", ["dormand_prince_5_4", "radau_iia_5"])
 def test_an_arm_whose_joints_are_all_driven_needs_the_torques_of_lagrange(run, integrator):
     """Neither loops nor anything free: the state has no entries, and the load varies faster than the motion."""
     found = run(ARM, MOVED + f'[solver]\nintegrator = "{integrator}"\naccuracy = 1e-10\n')

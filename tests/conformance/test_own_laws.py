@@ -14,7 +14,7 @@ from optim import Evaluator, load_study, optimise
 from optim.evaluate.drake_runs import run_on_drake
 
 MASS, SPEED, GRAVITY = 2.0, 0.5, 9.81
-EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-9\nmax_step = 1e-3\n"
+EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\nmax_step = 1e-3\n"
 
 
 def body(name):

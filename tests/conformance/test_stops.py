@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from linkages import InputError, impacts, load, study, summarize
 
-EXACT = "[solver]\nintegrator = 'runge_kutta5'\naccuracy = 1e-9\nmax_step = 1e-3\n"
+EXACT = "[solver]\nintegrator = 'dormand_prince_5_4'\naccuracy = 1e-9\nmax_step = 1e-3\n"
 
 
 def block(*slides):

@@ -8,6 +8,7 @@ import numpy as np
 
 from linkages.engines.budget import least_advance, most
 from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
+from linkages.engines.methods import method
 from linkages.integrate.stepper import Stepper, make_stepper
 from linkages.kernel import Array, Indices, Records
 from linkages.model.experiment_tables import IMPLICIT
@@ -86,7 +87,7 @@ def make_given(system: System, outputs: Records, windows: Array) -> Given:
         tree.closure_rows,
         tree.closing_dofs,
         model,
-        system.stiff if solver.integrator is None else solver.integrator in IMPLICIT,
+        method(system, "compiled") in IMPLICIT,
         bool(outputs["jitter"].any()),
         with_forces,
         bool(np.isin(outputs["kind"], (LOAD, LINKAGE)).any()),

@@ -49,7 +49,7 @@ class Runner:
     start : (ny,) array
         State at t = 0.
     implicit : bool
-        Whether the equations are stiff and Radau IIA is used; else Dormand and Prince's pair.
+        Whether the integration method is implicit.
     tolerance : (ny,) array
         Tolerance of each entry of the state, per step.
     memory, modes : (nc, 2) and (nc,) arrays

@@ -10,6 +10,7 @@ import numpy as np
 from linkages.engines.budget import WINDOW, Budget
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
+from linkages.engines.methods import method
 from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
@@ -71,7 +72,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     replay = Replay(runner, steps)
     provenance = {
         "engine": "compiled",
-        "method": "radau-iia-5" if runner.implicit else "dormand-prince-5",
+        "method": method(system, "compiled"),
         "steps": int(totals[0]),
         "rejected": int(totals[1]),
         "evaluations": int(totals[2]),

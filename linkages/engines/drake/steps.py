@@ -19,6 +19,7 @@ from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from linkages.arrays import Array
+from linkages.engines.methods import method
 from linkages.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
@@ -33,8 +34,8 @@ _SHORTER = 0.9  # reduction of a repeated step that needed a second attempt
 
 
 def scheme(system: System) -> str:
-    """Name Drake's integration scheme: the experiment's, otherwise implicit if the joint laws are stiff."""
-    return system.experiment.solver.integrator or ("radau3" if system.stiff else "runge_kutta5")
+    """Name the integration scheme as Drake does."""
+    return method(system, "drake")
 
 
 def longest_step(system: System) -> float:

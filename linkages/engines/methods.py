@@ -1,0 +1,35 @@
+"""Integration methods: those of each engine, and the method of a run."""
+
+from __future__ import annotations
+
+from linkages.errors import notice
+from linkages.model.experiment_tables import IMPLICIT
+from linkages.system import System
+
+#: Explicit and implicit methods of each engine by their names in experiments; the first of a tuple is the default.
+METHODS = {
+    "compiled": (("dormand_prince_5_4",), ("radau_iia_5",)),
+    "drake": (("runge_kutta5", "runge_kutta3", "bogacki_shampine3"), ("radau3", "radau1", "implicit_euler")),
+}
+
+#: Drake's ``runge_kutta5`` has the tableau of Dormand and Prince.
+_SAME = {("drake", "dormand_prince_5_4"): "runge_kutta5"}
+
+
+def method(system: System, engine: str) -> str:
+    """Choose the integration method of a run.
+
+    Returns
+    -------
+    str
+        The experiment's method; if the engine does not have it, its default method of the same kind, with a notice on
+        standard error. Without one in the experiment, an implicit method for stiff joint laws, else an explicit one.
+    """
+    given = system.experiment.solver.integrator
+    own = METHODS[engine][system.stiff if given is None else given in IMPLICIT]
+    if given is None or given in own:
+        return given or own[0]
+    if (engine, given) in _SAME:
+        return _SAME[engine, given]
+    notice(f"solver.integrator: the {engine} engine does not have {given} and uses {own[0]}")
+    return own[0]
