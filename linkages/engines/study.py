@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
-from linkages.errors import AssemblyError, Status
+from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
@@ -22,7 +22,9 @@ _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates i
 _SHORTER = 0.5  # ratio of their longest steps: common steps would hide their common errors
 
 
-def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = None) -> Trajectory:
+def simulate(
+    system: System, engine: str = DEFAULT, progress: Progress | None = None, outputs: Sequence[str] | None = None
+) -> Trajectory:
     """Run a system.
 
     Use `study` to also get the ideal linkage and errors of peaks, `simulate_batch` for many runs with different values.
@@ -35,6 +37,8 @@ def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = 
         "compiled", the default, or "drake".
     progress : callable, optional
         Called with the simulated time [s] at intervals.
+    outputs : sequence of str, optional
+        Columns of the trajectory, for the compiled engine: fewer take less time. Default: all.
 
     Returns
     -------
@@ -44,7 +48,7 @@ def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = 
     Raises
     ------
     InputError
-        If the engine is unknown.
+        If the engine or an output is unknown.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 
@@ -58,7 +62,13 @@ def simulate(system: System, engine: str = DEFAULT, progress: Progress | None = 
     >>> round(linkages.extremes(run, ["A.force"])["A.force"].peak, 2)  # N
     3.32
     """
-    return _with_units(system, load_engine(engine).simulate(system, progress))
+    if outputs is None:
+        return _with_units(system, load_engine(engine).simulate(system, progress))
+    if engine != DEFAULT:
+        raise InputError("argument", "outputs", "are chosen for the compiled engine alone; leave them out")
+    from linkages.engines.compiled.simulation import simulate as simulate_compiled
+
+    return _with_units(system, simulate_compiled(system, progress, outputs))
 
 
 def _with_units(system: System, run: Trajectory) -> Trajectory:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -437,14 +438,24 @@ def _joined(thing: str, quantity: str) -> str:
     return f"{thing}.{quantity}" if thing else quantity
 
 
+@lru_cache(maxsize=8)  # all outputs of a run are looked up one by one
+def _index(system: System, ideal: bool) -> dict[str, tuple[Owner, Quantity, str]]:
+    """Owner, quantity and owner's name of each output, by name."""
+    found: dict[str, tuple[Owner, Quantity, str]] = {}
+    for owner in OWNERS:
+        if not (ideal and owner.real):
+            for thing in owner.names(system):
+                for name, quantity in owner.quantities.items():
+                    found.setdefault(_joined(thing, name), (owner, quantity, thing))
+    return found
+
+
 def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str]:
-    thing, _, what = name.rpartition(".")
     if name.startswith("q.") and name.removeprefix("q.") in system.tree.coordinates:
         coordinate = next(owner for owner in OWNERS if owner.kind == COORDINATE)
         return coordinate, Quantity("", "", 0), name.removeprefix("q.")
-    for owner in OWNERS:
-        if what in owner.quantities and not (ideal and owner.real) and thing in owner.names(system):
-            return owner, owner.quantities[what], thing
+    if (found := _index(system, ideal).get(name)) is not None:
+        return found
     known = names(system, ideal)
     same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
     raise _wrong(system, name, f"is unknown; {nearest(name, same or known)}")

@@ -163,3 +163,18 @@ def test_bad_requests_are_refused_before_any_run(press):
         simulate_batch(press, windows=[[0.3, 0.1]])
     with pytest.raises(InputError, match="columns"):
         simulate_batch(press, ["joints.A.viscosity"], [[0.4, 0.3]])
+
+
+def test_a_run_has_the_columns_that_are_named(press):
+    """The same numbers as among all columns; of a linkage with closed loops with its coordinates, which are checked."""
+    few, every = simulate(press, outputs=["A.force", "slider7.ax"]), run("compiled", "seven_bar", duration=0.5)
+    assert list(few) == ["time", "A.force", "slider7.ax"]
+    assert all(few[name].tobytes() == every[name].tobytes() for name in few)
+    assert (few.units["A.force"], few.provenance["loop_error"]) == ("N", every.provenance["loop_error"])
+    looped = shipped("six_bar_dry", duration=1e-3)
+    names = ["C.force", *(f"q.{name}" for name in looped.tree.coordinates)]
+    assert list(simulate(looped, outputs=["C.force"])) == ["time", *names]
+    with pytest.raises(InputError, match="did you mean"):
+        simulate(press, outputs=["A.forc"])
+    with pytest.raises(InputError, match="compiled engine alone"):
+        simulate(press, "drake", outputs=["A.force"])

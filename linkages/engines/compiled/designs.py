@@ -74,7 +74,8 @@ class Designs:
         condition that a larger or smaller value breaks, alone or with another one, holds between the corners if it
         holds there.
         """
-        if not self._replace or len(table) <= 2 * len(self.variables) + 2:
+        n = len(self.variables)
+        if not self._replace or np.count_nonzero(~self.covers(table)) <= len(_corners(*np.zeros((3, n)))):
             return
         low, high = np.fmin.reduce(table, axis=0), np.fmax.reduce(table, axis=0)
         if np.all((self._low <= low) & (high <= self._high)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -23,7 +23,9 @@ from linkages.system.ideal_motion import cause
 _CHUNK = WINDOW  # steps between two looks at the clock and at the keyboard
 
 
-def simulate(system: System, progress: Callable[[float], None] | None = None) -> Trajectory:
+def simulate(
+    system: System, progress: Callable[[float], None] | None = None, outputs: Sequence[str] | None = None
+) -> Trajectory:
     """Simulate a system with the compiled engine.
 
     Parameters
@@ -31,6 +33,8 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     system : System
     progress : callable, optional
         Called with the simulated time [s] now and then.
+    outputs : sequence of str, optional
+        Columns of the trajectory beside the coordinates of linkages with closed loops; default all.
 
     Returns
     -------
@@ -69,7 +73,10 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
     steps = join(parts)
     status, end = cause(status, system, float(steps.times[-1]))
     wall = clock.perf_counter() - started
-    replay = Replay(runner, steps)
+    loops = Loops(system.tree, system.tree.loop_rows)
+    if outputs is not None and len(loops.rows):
+        outputs = tuple(dict.fromkeys([*outputs, *(f"q.{name}" for name in system.tree.coordinates)]))
+    replay = Replay(runner, steps, outputs)
     provenance = {
         "engine": "compiled",
         "method": method(system, "compiled"),
@@ -79,7 +86,7 @@ def simulate(system: System, progress: Callable[[float], None] | None = None) ->
         "wall_time": wall,
     }
     times = np.unique(steps.times[steps.times <= end])
-    return sample(times, replay, status, provenance, Loops(system.tree, system.tree.loop_rows))
+    return sample(times, replay, status, provenance, loops)
 
 
 def longest_step(system: System) -> float | None:
@@ -88,12 +95,12 @@ def longest_step(system: System) -> float | None:
 
 
 class Replay:
-    """All columns at any times of a run; see `linkages.engines.compiled.replay`."""
+    """Columns at any times of a run; see `linkages.engines.compiled.replay`."""
 
-    def __init__(self, runner: Runner, steps: Steps) -> None:
-        self.runner, self.steps = runner, steps
+    def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
+        self.runner, self.steps, self.outputs = runner, steps, outputs
 
     def __call__(self, times: Array) -> Columns:
-        """All columns at the given times."""
+        """Compute the columns at the given times."""
         q, v, a, contacts = self.runner.evaluate(self.steps, times)
-        return columns(self.runner.system, times, q, v, a, contacts)
+        return columns(self.runner.system, times, q, v, a, contacts, self.outputs)

@@ -1,0 +1,225 @@
+"""Batches beside single runs: ``python benchmarks/batch.py [--runs N] [--exudyn N] [--page docs/benchmarks.md]``.
+
+Times and processor times of batches with one and two threads, and the part of their processor time in compiled code;
+of single runs with `linkages.simulate`; of a whole design study. The memory of a run, and how soon a large batch ends
+at Ctrl-C. With ``--exudyn`` the same designs in Exudyn (``pip install exudyn``), by its ``ParameterVariation`` with
+two processes, at an equal error of the orbit: see sevenbar_engines.py for the steps per second.
+
+The press is ``seven_bar.toml`` over 2 s with statistics of the second one; dry is ``slider_crank_dry.toml`` over
+0.05 s. Processor times count where other programs use the machine: with N threads on N idle processors a batch takes
+the processor time over N.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+import linkages
+from linkages.engines.compiled import designs
+from linkages.engines.compiled.runner import Runner
+from linkages.files.shipped import data_folder
+
+OUTPUTS = ("A.force", "B.force", "slider7.ax")
+MASS, OIL, LENGTH = "sdf.links.link2.mass", "joints.A.viscosity", "sdf.frames.link2_C.pose.x"
+LIMITS = {MASS: (0.2, 0.3), OIL: (0.2, 0.5), LENGTH: (0.178, 0.182), "sdf.links.rod.mass": (0.1, 0.3)}
+EXUDYN_STEPS = 2500  # each second: the orbit error of the compiled engine at its default accuracy
+BEGIN, MARK = "\n## Batches\n", "<!-- batches: benchmarks/batch.py -->"
+LARGE = """
+import sys, numpy as np, linkages
+system = linkages.load(linkages.find_file("seven_bar.toml"))
+values = np.random.default_rng(0).uniform(0.2, 0.3, (int(sys.argv[1]), 1))
+say = lambda part: print(part, flush=True)
+linkages.simulate_batch(system, ["sdf.links.link2.mass"], values, ["A.force"], progress=say)
+"""
+
+
+def table(paths, count):
+    """Random designs."""
+    low, high = np.array([LIMITS[path] for path in paths]).T
+    return np.random.default_rng(0).uniform(low, high, (count, len(paths)))
+
+
+class InCompiledCode:
+    """Adds up the processor time that threads spend in compiled code."""
+
+    def __init__(self):
+        self.spent, self._run, self._lock = 0.0, designs.run_rows, threading.Lock()
+
+    def __enter__(self):
+        designs.run_rows = self._measured
+        return self
+
+    def __exit__(self, *_):
+        designs.run_rows = self._run
+
+    def _measured(self, *arguments):
+        begun = time.thread_time()
+        self._run(*arguments)
+        with self._lock:
+            self.spent += time.thread_time() - begun
+
+
+def batch(system, paths, count, threads, outputs=OUTPUTS, windows=((1.0, 2.0),)):
+    """Wall and processor time of each run [ms], and the part of the latter in compiled code."""
+    values = table(paths, count)
+    linkages.simulate_batch(system, paths, values[:2], outputs, windows)
+    wall, spent = time.perf_counter(), time.process_time()
+    with InCompiledCode() as compiled:
+        linkages.simulate_batch(system, paths, values, outputs, windows, threads)
+    wall, spent = time.perf_counter() - wall, time.process_time() - spent
+    return 1e3 * wall / count, 1e3 * spent / count, compiled.spent / spent
+
+
+def integration(system, repeat=20):
+    """Processor time of the integration alone [ms]."""
+    runner, spent = Runner(system), []
+    for _ in range(repeat):
+        runner.memory[:], runner.modes[:] = 0.0, -1
+        begun = time.process_time()
+        runner.run(0.0, runner.start, 0.0, 10**7)
+        spent.append(time.process_time() - begun)
+    return 1e3 * statistics.median(spent)
+
+
+def each(run, repeat=40):
+    """Median processor time of a call with 0, 1, ... [ms]."""
+    spent = []
+    for k in range(repeat + 2):
+        begun = time.process_time()
+        run(k)
+        spent.append(time.process_time() - begun)
+    return 1e3 * statistics.median(spent[2:])
+
+
+def batches(runs):
+    """Rows of the table of batches."""
+    press = linkages.load(linkages.find_file("seven_bar.toml"))
+    dry = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.05})
+    few = max(runs // 20, 10)
+    cases = {
+        "press, mass and viscosity": (press, [MASS, OIL], runs, OUTPUTS, ((1.0, 2.0),)),
+        "press, length and viscosity": (press, [LENGTH, OIL], runs, OUTPUTS, ((1.0, 2.0),)),
+        "dry slider-crank, mass": (dry, ["sdf.links.rod.mass"], few, ("B.force", "slider.ax"), None),
+    }
+    rows = [["batch", "runs", "integration alone", "processor time", "wall, 1 thread", "wall, 2 threads", "compiled"]]
+    for name, (system, paths, count, outputs, windows) in cases.items():
+        one, two = (batch(system, paths, count, threads, outputs, windows) for threads in (1, 2))
+        numbers = [f"{x:.2f} ms" for x in (integration(system), one[1], one[0], two[0])]
+        rows.append([name, str(count), *numbers, f"{two[2]:.0%}"])
+    return rows
+
+
+def singles():
+    """Rows of the table of single runs and of the whole command."""
+    press = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 1.0})
+
+    def changed(k):
+        linkages.simulate(press.replaced({"joints.A.clearance": 3e-4 + 1e-7 * k}), "compiled")
+
+    rows = [["one after the other", "processor time"]]
+    rows.append(["`simulate(system)`, press, 1 s", f"{each(lambda k: linkages.simulate(press, 'compiled')):.2f} ms"])
+    rows.append(["the same after `replaced` of a clearance", f"{each(changed):.2f} ms"])
+    with tempfile.TemporaryDirectory() as folder:
+        before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+        command = [Path(sys.executable).with_name("linkages"), "optimise", "sevenbar_force.toml", "--out", folder]
+        subprocess.run(command, check=True, capture_output=True)
+        wall, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
+    spent = after.ru_utime - before.ru_utime
+    rows.append(["`linkages optimise sevenbar_force.toml`", f"{spent:.1f} s (wall {wall:.1f} s)"])
+    return rows
+
+
+def large(count):
+    """Rows about a large batch: memory of a run, bytes that all of it takes, end at Ctrl-C."""
+    script = f"{LARGE}\nimport resource\nprint(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    peak = []
+    for size in (64, count):
+        done = subprocess.run([sys.executable, "-c", script, str(size)], check=True, capture_output=True)
+        peak.append(float(done.stdout.split()[-1]))
+    process = subprocess.Popen(
+        [sys.executable, "-c", LARGE, "100000"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
+    while not float(process.stdout.readline()) > 0.0:
+        pass
+    begun = time.perf_counter()
+    os.kill(process.pid, signal.SIGINT)
+    process.wait()
+    stopped = time.perf_counter() - begun
+    return [
+        ["large batch", ""],
+        [f"memory that {count:,} runs take beside 64", f"{1024 * (peak[1] - peak[0]) / count:.0f} bytes a run"],
+        ["from Ctrl-C to the end of the process, 100,000 runs", f"{stopped:.2f} s"],
+    ]
+
+
+def exudyn_rows(count):
+    """Rows of the table of Exudyn's variation."""
+    from exudyn.processing import ParameterVariation
+    from sevenbar_exudyn import Model
+
+    system = linkages.load(data_folder() / "seven_bar.toml")
+    Model(system).run(0.01, 10)  # compiles
+    begun = time.perf_counter()
+    number = {"parameters": {"number": (0, count - 1, count)}, "useMultiProcessing": True, "numberOfThreads": 2}
+    ParameterVariation(parameterFunction=exudyn_run, showProgress=False, **number)
+    theirs = time.perf_counter() - begun
+    begun = time.perf_counter()
+    linkages.simulate_batch(system, [MASS, OIL], table([MASS, OIL], count), OUTPUTS, [[1.0, 2.0]], threads=2)
+    ours = time.perf_counter() - begun
+    return [
+        [f"{count} designs of the press, wall, two processors", ""],
+        ["compiled engine, `simulate_batch`, two threads", f"{ours:.2f} s"],
+        ["Exudyn, `ParameterVariation`, two processes", f"{theirs:.1f} s ({theirs / ours:.0f} x)"],
+    ]
+
+
+def exudyn_run(parameters):
+    """Run one design in Exudyn; returns the largest eccentricity."""
+    from sevenbar_exudyn import Model
+
+    row = table([MASS, OIL], 200)[int(parameters["number"])]
+    system = linkages.load(data_folder() / "seven_bar.toml", dict(zip([MASS, OIL], map(float, row), strict=True)))
+    orbit = Model(system).run(2.0, 2 * EXUDYN_STEPS)[2]
+    return float(np.abs(orbit).max())
+
+
+def markdown(rows):
+    """Text of a table."""
+    lines = [f"| {' | '.join(row)} |" for row in rows]
+    return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]]) + "\n"
+
+
+def main() -> None:
+    """Print the tables; write them into the page, if there is one."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in background jobs
+    parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
+    parser.add_argument("--runs", type=int, default=1500)
+    parser.add_argument("--large", type=int, default=100_000)
+    parser.add_argument("--exudyn", type=int, default=0)
+    parser.add_argument("--page", type=Path)
+    options = parser.parse_args()
+    tables = [batches(options.runs), singles(), large(options.large)]
+    if options.exudyn:
+        tables.append(exudyn_rows(options.exudyn))
+    text = "\n".join(map(markdown, tables))
+    print(text)
+    if options.page:
+        page = options.page.read_text(encoding="utf-8").partition(MARK)[0].rstrip("\n").removesuffix(BEGIN.rstrip("\n"))
+        about = __doc__.partition("\n\n")[2].replace("``", "`")
+        options.page.write_text(f"{page.rstrip()}\n{BEGIN}\n{MARK}\n\n{about}\n{text}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
