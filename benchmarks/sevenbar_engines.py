@@ -232,7 +232,8 @@ def main() -> None:
     if lines:
         print(in_columns(all_lines(lines)), in_columns(equal_errors(lines)), sep="\n\n")
         if options.page is not None:
-            options.page.write_text(page(lines, options.repeat), encoding="utf-8")
+            rest = options.page.read_text(encoding="utf-8").partition("\n## Batches\n")[1:]  # written by batch.py
+            options.page.write_text(page(lines, options.repeat) + "".join(rest), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import copy
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -24,8 +25,9 @@ from linkages.files.elements import annotation, number, numbers, sizes
 from linkages.files.models import find_model, flattened
 from linkages.files.places import Place, is_in_degrees, is_quaternion, places
 from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot, rotation
+from linkages.files.reading import read_whole
 from linkages.files.rigid import without_massless
-from linkages.files.xml import DEEPEST, label, read_xml
+from linkages.files.xml import DEEPEST, label, parse_xml
 
 Part = TypeVar("Part", Bearing, Slot)
 
@@ -55,12 +57,30 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
     InputError
         If the file is invalid: file, element and reason.
     """
-    return read_root(path, read_xml(path), overrides)
+    return _read_flat(path, _changeable(_flat_model(path, read_whole(path))), overrides)
+
+
+@lru_cache(maxsize=8)  # designs of a batch replace values of one file
+def _flat_model(path: Path, text: bytes) -> ET.Element:
+    """Make the model, without models in it, of the text of a file; it must stay as it is."""
+    return flattened(path, find_model(path, parse_xml(path, text)))
+
+
+def _changeable(element: ET.Element) -> ET.Element:
+    """Copy an element; elements for pictures, in which no value is replaced, are those of the original."""
+    result = ET.Element(element.tag, element.attrib)
+    result.text, result.tail = element.text, element.tail
+    result.extend([part if part.tag in ("visual", "collision") else _changeable(part) for part in element])
+    return result
 
 
 def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
     """Read the elements of an SDFormat file, as `read_sdf`."""
-    model, values = flattened(path, find_model(path, root)), dict(overrides or {})
+    return _read_flat(path, flattened(path, find_model(path, root)), overrides)
+
+
+def _read_flat(path: Path, model: ET.Element, overrides: Mapping[str, float] | None) -> RawModel:
+    values = dict(overrides or {})
     parameters: dict[str, float] = {}
     if (description := model.findtext("linkages:description")) is not None:
         from linkages.files.description import redrawn  # needed by few files
@@ -74,6 +94,19 @@ def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | Non
 def read_model(path: Path, model: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
     """Read a ``<model>`` without nested models, as `read_sdf`; a missing mass of a link is zero."""
     return _Reader(path, model, overrides or {}).read()
+
+
+@lru_cache(maxsize=256)
+def _with_pose(visual: ET.Element, pose: str) -> str:
+    """Write a <visual> with a pose instead of its own."""
+    visual = copy.deepcopy(visual)
+    if (own := visual.find("pose")) is not None:
+        visual.remove(own)
+    placed = ET.Element("pose")
+    placed.text = pose
+    visual.insert(0, placed)
+    visual.tail = None  # the text behind the element
+    return ET.tostring(visual, encoding="unicode")
 
 
 class _Reader:
@@ -276,17 +309,11 @@ class _Reader:
 
     def _visual(self, element: ET.Element, link: Pose, where: str) -> str:
         """Write a <visual> with its pose first, and in link axes."""
-        element, spot = copy.deepcopy(element), f"{where}/{label(element)}"
+        spot = f"{where}/{label(element)}"
         own, pose = self._own_pose(element, spot), element.find("pose")
-        if pose is not None:
-            if base := pose.get("relative_to"):
-                own = link.inverse() @ self._pose(base, spot) @ own
-            element.remove(pose)
-        placed = ET.Element("pose")
-        placed.text = own.text()
-        element.insert(0, placed)
-        element.tail = None  # the text behind the element
-        return ET.tostring(element, encoding="unicode")
+        if pose is not None and (base := pose.get("relative_to")):
+            own = link.inverse() @ self._pose(base, spot) @ own
+        return _with_pose(element, own.text())
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
         where = label(element)

@@ -7,6 +7,7 @@ the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +18,7 @@ from pydantic import Field, PrivateAttr
 from linkages.brief import Brief
 from linkages.errors import InputError
 from linkages.files.beams import MATERIAL, SECTIONS
+from linkages.files.magnitudes import implausible
 from linkages.files.table_keys import bracketed, described_keys, table_keys
 from linkages.files.toml import (
     Finite,
@@ -219,7 +221,15 @@ class Experiment(Brief, Table):
         InputError
             If a path or value is not valid.
         """
-        return _build(self._source, self.model_dump(exclude_unset=True), self._sources, overrides, origin)
+        if not all(path.startswith("sdf.") and _is_plain(value) for path, value in overrides.items()):
+            return _build(self._source, self.model_dump(exclude_unset=True), self._sources, overrides, origin)
+        changed = {"sdf": copy.deepcopy(self.sdf)}  # of which no key is checked before the machine is read
+        replace_values(changed, overrides, origin)
+        result = self.model_copy(update=changed)
+        result.__dict__.pop("sdf_overrides", None)
+        result._texts = {path: text for path, text in self._texts.items() if path not in overrides}
+        result._sources = self._sources | dict.fromkeys(overrides, origin)
+        return result
 
     def ideal(self) -> Experiment:
         """Return the experiment with every joint ideal and every link rigid."""
@@ -340,6 +350,11 @@ def value_unit(path: str) -> str:
     known = dict(keys())
     meaning = known.get(path, known.get(named, ""))
     return bracketed(meaning)
+
+
+def _is_plain(value: Any) -> bool:
+    """Whether a value is a number that any table takes."""
+    return isinstance(value, float) and not implausible(value)
 
 
 def _build(
