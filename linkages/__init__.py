@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from linkages.engines.study import ideal, simulate, study
     from linkages.errors import AssemblyError, InputError, RunError, Status
     from linkages.explore.bearing import bearing
+    from linkages.explore.bearing_heat import Heat, warm_bearing
     from linkages.explore.compare import compare
     from linkages.explore.lyapunov import largest_exponent
     from linkages.explore.modes import Modes, modes
@@ -72,6 +73,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "engines.study": ("ideal", "simulate", "study"),
         "errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.bearing": ("bearing",),
+        "explore.bearing_heat": ("Heat", "warm_bearing"),
         "explore.compare": ("compare",),
         "explore.lyapunov": ("largest_exponent",),
         "explore.modes": ("Modes", "modes"),

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from machines import four_bar
 
 import linkages
 from linkages import InputError, RunError
@@ -12,6 +13,7 @@ from linkages.cli.main import main
 from linkages.explore.bearing import BearingCase, chart
 from linkages.laws.film.surface.equilibrium import stability
 from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.viscosity import density, iso_vg_viscosity
 
 PAIR = [Groove(side * 0.5 * math.pi, math.radians(20.0)) for side in (1.0, -1.0)]
 
@@ -154,6 +156,7 @@ def test_the_command_writes_numbers_and_figures(tmp_path, capsys):
         (["--film", "short", "--groove", "angle=0, extent=1"], "choose film finite"),
         (["--speed", "quick"], 'is "quick"; give a number'),
         (["--load=-1"], "must be positive"),
+        (["--grade", "46"], "give the viscosity, or --grade with --inlet"),
     ],
 )
 def test_bad_input_is_one_line(words, text, tmp_path, capsys):
@@ -162,6 +165,34 @@ def test_bad_input_is_one_line(words, text, tmp_path, capsys):
     assert len(said) == 1
     assert text in said[0]
     assert not (tmp_path / "out").exists()
+
+
+def test_the_heat_balance_closes():
+    """Power equals removed heat; without flow to carry it, conduction alone gives T = T_surroundings + P/G."""
+    heat = linkages.Heat(46, 40.0, conductance=2.0, surroundings=20.0)
+    groove = [Groove(math.pi, math.radians(20.0), 0.8)]
+    warm = linkages.warm_bearing(heat, 0.1, 0.05, 1e-4, 100.0, 1000.0, grooves=groove, cells=(72, 6))
+    content, rho = warm.content, density(warm.temperature)
+    assert content["heat"]["by_flow"] == pytest.approx(
+        rho * 2000.0 * content["flow"] * (warm.temperature - 40.0), rel=1e-9
+    )
+    assert content["heat"]["by_conduction"] == pytest.approx(2.0 * (warm.temperature - 20.0))
+    assert content["power"] == pytest.approx(sum(content["heat"][k] for k in ("by_flow", "by_conduction")), rel=0.02)
+    assert content["viscosity"] == pytest.approx(iso_vg_viscosity(46, warm.temperature))
+    cooled = linkages.warm_bearing(
+        linkages.Heat(46, 40.0, conductance=1e3), 0.1, 0.05, 1e-4, 100.0, 1000.0, grooves=groove, cells=(72, 6)
+    )
+    assert cooled.temperature == pytest.approx(40.0, abs=0.3)
+
+
+def test_an_unknown_grade_is_refused(tmp_path, capsys, experiment_file):
+    words = [word for word in WORDS if word not in ("--viscosity", "0.03")]
+    assert main([*words, "--grade", "33", "--inlet", "40", "--out", str(tmp_path / "out")]) == 2
+    assert "ISO VG 33: must be one of 10, 15" in capsys.readouterr().err
+    oil = 'duration = 1.0\n[joints.A]\nmodel = "lubricated"\nclearance = 1e-4\n'
+    path = experiment_file(four_bar(), oil + "oil = {grade = 33, temperature = 40.0}\n")
+    assert main(["simulate", str(path), "--out", str(tmp_path / "run")]) == 2
+    assert "joints.A.oil.grade: ISO VG 33 is no grade; one of 10, 15" in capsys.readouterr().err
 
 
 def test_a_load_beyond_the_film_fails_with_a_remedy():

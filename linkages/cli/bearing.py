@@ -29,7 +29,6 @@ _NEEDED = (
     ("diameter", "m", "diameter of the bearing"),
     ("length", "m", "its length"),
     ("clearance", "m", "radial clearance"),
-    ("viscosity", "Pa s", "dynamic viscosity"),
     ("speed", "rad/s", "angular velocity of the journal"),
     ("load", "N", "load on the journal"),
 )
@@ -49,6 +48,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.epilog = _EXAMPLES
     for name, unit, meaning in _NEEDED:
         parser.add_argument(f"--{name}", required=True, metavar="VALUE", help=f"{meaning} [{unit}]")
+    parser.add_argument("--viscosity", metavar="VALUE", help="dynamic viscosity [Pa s]")
+    parser.add_argument(
+        "--grade", type=int, metavar="N", help="instead of the viscosity: ISO VG grade; the temperature follows from a "
+        "heat balance with --inlet",
+    )  # fmt: skip
+    parser.add_argument("--inlet", type=float, metavar="T", help="temperature of the oil that enters [degC]")
+    parser.add_argument("--conductance", type=float, default=0.0, metavar="G", help="into the surroundings [W/K]")
+    parser.add_argument(
+        "--surroundings", type=float, metavar="T", help="their temperature; default: that of the inlet [degC]"
+    )
     parser.add_argument("--film", default="finite", metavar="NAME", help="film law; default: finite")
     parser.add_argument(
         "--cavitation",
@@ -78,6 +87,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compute the operating point; returns the exit status."""
     from linkages.explore.bearing import bearing, chart
+    from linkages.explore.bearing_heat import Heat, warm_bearing
     from linkages.laws.film.surface.grooves import Groove
 
     supply = _number("--supply-pressure", options.supply_pressure, "Pa")
@@ -87,16 +97,25 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--tilt", options.tilt, 'give two slopes, such as "1e-4, 0"')
     values: dict[str, Any] = {name: _number(f"--{name}", getattr(options, name), unit) for name, unit, _ in _NEEDED}
     out = output_folder(options, "bearing", "bearing")
-    point = bearing(
-        **values,
-        film=options.film,
-        cavitation=options.cavitation,
-        grooves=grooves,
-        cavity_pressure=_number("--cavity-pressure", options.cavity_pressure, "Pa"),
-        tilt=(tilt[0], tilt[1]),
-        mass=None if options.mass is None else _number("--mass", options.mass, "kg"),
-    )
-    content = point.content
+    chosen: dict[str, Any] = {
+        "film": options.film,
+        "cavitation": options.cavitation,
+        "grooves": grooves,
+        "cavity_pressure": _number("--cavity-pressure", options.cavity_pressure, "Pa"),
+        "tilt": (tilt[0], tilt[1]),
+        "mass": None if options.mass is None else _number("--mass", options.mass, "kg"),
+    }
+    if (options.viscosity is None) == (options.grade is None):
+        raise InputError("command line", "--viscosity", "give the viscosity, or --grade with --inlet")
+    if options.grade is None:
+        point = bearing(**values, viscosity=_number("--viscosity", options.viscosity, "Pa s"), **chosen)
+        content = point.content
+    elif options.inlet is None:
+        raise InputError("command line", "--inlet", "--grade needs the temperature of the oil that enters")
+    else:
+        heat = Heat(options.grade, options.inlet, options.conductance, options.surroundings)
+        warm = warm_bearing(heat, *values.values(), **chosen)
+        point, content = warm.bearing, warm.content
     with (results := results_folder(out, "bearing")) as folder:
         (folder / "bearing.json").write_text(json_text(content, 1), encoding="utf-8")
         if not options.no_plots and point.film is not None:
@@ -130,6 +149,7 @@ def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
         row("power", content["power"], "W"),
         row("threshold speed", content["threshold_speed"], "rad/s, rigid journal", "stable"),
         row("critical mass", content["critical_mass"], "kg", "stable"),
+        *_heat_rows(content, row),
         "",
         f"{'':24s}{'along the load':>16s}{'across':>16s}",
     ]
@@ -138,6 +158,18 @@ def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
             label = f"{name} [{unit}]" if k == 0 else ""
             lines.append(f"{label:24s}" + "".join(f"{value:16.5g}" for value in values))
     return "\n".join(lines)
+
+
+def _heat_rows(content: dict[str, Any], row: Any) -> list[str]:
+    """Lines of the heat balance, if there is one."""
+    if "heat" not in content:
+        return []
+    return [
+        row("oil temperature", content["temperature"], "degC, lumped model"),
+        row("viscosity", content["viscosity"], "Pa s"),
+        row("heat by flow", content["heat"]["by_flow"], "W"),
+        row("heat by conduction", content["heat"]["by_conduction"], "W"),
+    ]
 
 
 def _groove(text: str, supply: float) -> dict[str, Any]:

@@ -11,6 +11,7 @@
 | modes           | natural frequencies and mode shapes of a linkage at rest                                |
 | mode_shapes     | mode shapes at points and lines                                                         |
 | bearing         | a journal bearing under a static load: equilibrium, coefficients, stability             |
+| bearing_heat    | temperature of its oil by a lumped heat balance                                         |
 | spectra         | power spectral densities                                                                |
 | wear            | wear of joints over the service life: blocks of cycles, and jumps                       |
 | compare         | both engines on one system: differences up to the horizon                               |

@@ -34,7 +34,7 @@ from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
 #: Standard acceleration of free fall [m/s2]: the mass of a load.
 GRAVITY = 9.80665
 #: Cells around and along half the length of the mesh, and of the one on which the search starts.
-CELLS, _COARSE = (240, 20), (72, 6)
+CELLS, COARSE = (240, 20), (72, 6)
 _THINNEST = 1e-3  # of the clearance: films are not solved below
 _CHART = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # eccentricity ratios of a chart
 
@@ -249,7 +249,7 @@ def bearing(
         force = _closed_form(case)
         x, y = _equilibrium(force, target, least)
         return _operating(case, force, x, y, None, _shear(case, x, y))
-    solver = _Solver(case, (0.0, 0.0), _COARSE)
+    solver = _Solver(case, (0.0, 0.0), COARSE)
     x, y = _equilibrium(solver.force, target, least)
     solver = _Solver(case, (x, y), cells)
     x, y = _equilibrium(solver.force, target, least, (x, y))
@@ -326,7 +326,7 @@ def chart(case: BearingCase, progress: Callable[[float], object] | None = None) 
         angle = rows[-1][2] if rows else 1.2
         if _thickness(case, eps, 0.0).least(slenderness) <= _THINNEST:
             break
-        solver = _Solver(case, (eps * math.cos(angle), eps * math.sin(angle)), _COARSE)
+        solver = _Solver(case, (eps * math.cos(angle), eps * math.sin(angle)), COARSE)
         for _ in range(25):  # turn the place until the force is opposite to x
             fx, fy = solver.force(eps * math.cos(angle), eps * math.sin(angle), 0.0, 0.0)
             turn = math.atan2(fy, -fx)

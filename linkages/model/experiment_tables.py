@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Annotated, Literal, get_args
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from linkages.files.table_keys import OneOf
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
+from linkages.laws.viscosity import ISO_VG
 from linkages.model.functions import TIME, formula, program
 from linkages.model.law_tables import LawTable
 from linkages.planar import motion
@@ -202,6 +203,13 @@ class Oil(Table):
     grade: Annotated[int, Field(gt=1)] = Field(description="ISO VG grade: kinematic viscosity at 40 C [mm2/s]")
     temperature: Annotated[float, Field(ge=-50, le=250)] = Field(description="[degC]")
     density: Positive = Field(870.0, description="density at 15 C [kg/m3]")
+
+    @field_validator("grade")
+    @classmethod
+    def _is_a_grade(cls, grade: int) -> int:
+        if grade not in ISO_VG:
+            raise ValueError(f"ISO VG {grade} is no grade; one of {', '.join(map(str, ISO_VG))}")
+        return grade
 
 
 class Wear(Table):
