@@ -105,6 +105,14 @@ def warm_bearing(heat: Heat, *dimensions: float, cells: tuple[int, int] = CELLS,
         If a value is out of range.
     RunError
         If there is no equilibrium below `HOTTEST`, or the warm film is too thin.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> heat = linkages.Heat(46, 40.0, conductance=5.0)
+    >>> warm = linkages.warm_bearing(heat, 0.1, 0.05, 1e-4, 100.0, 1000.0, cells=(72, 6))
+    >>> 40.0 < warm.temperature < 80.0
+    True
     """
     _check(heat)
     diameter, length, clearance, speed, load = dimensions
