@@ -1,4 +1,4 @@
-"""The plain arrays of a linkage that its kernels read."""
+"""`Arrays`: the constant model of a linkage that its kernels read."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from linkages.planar.bodies import Bodies
 
 
 class Arrays(NamedTuple):
-    """What does not change during a run of a linkage with nc contacts; `linkages.system.System.arrays` makes it."""
+    """Constants of the runs of a linkage with nc contacts; `linkages.system.System.arrays` makes them."""
 
-    bodies: Bodies  # the tree; see `linkages.planar.bodies`
-    stiff: Bodies  # the same with modes that are heavier by their stiffness: by these loops are closed
-    rows: Records  # of its cut ideal joints
-    rank: int  # how many of the rows are independent, but in singular positions
-    ends: Records  # of its contacts
-    joints: Records  # where the force in each joint comes from
+    bodies: Bodies  # the tree
+    stiff: Bodies  # the same with stiff modes made heavy, for the projection onto closed loops
+    rows: Records  # closure rows of the cut ideal joints
+    rank: int  # number of independent rows outside singular positions
+    ends: Records  # of the contacts
+    joints: Records  # sources of the forces in the joints
     laws: Records  # of the contacts
     tables: Array  # maps of finite films, profiles; see `linkages.planar.contacts.clearance_wrenches`
     limits: Array  # largest |e| of contacts that have only a film; infinite for others [m], (nc,)
     touching: Indices  # 1 where the contact can touch, (nc,)
-    bristles: Indices  # contacts with LuGre friction, (nb,)
+    bristles: Indices  # contacts with LuGre friction
     free: Indices  # coordinates that are free, powered ones too
     driven: Indices  # coordinates that are prescribed
     powered: Indices  # coordinates with an applied torque
@@ -34,12 +34,12 @@ class Arrays(NamedTuple):
     torque_c: Array
     torque_n: Indices
     loads: Records  # applied loads; see `linkages.planar.loads`
-    signals: Records  # what they depend on
+    signals: Records  # positions and speeds on which the loads depend
     load_t: Array
     load_c: Array
     load_n: Indices
     beams: Records  # substructures of flexible links
-    stations: Records  # where their internal forces are computed, (ns,)
+    stations: Records  # of their internal forces, (ns,)
     station_modes: Records  # (ns, nm)
     gravity: Array  # (2,)
     size: float  # length of the linkage [m]

@@ -14,16 +14,16 @@ from linkages.planar.kinematics import body_accelerations, body_positions, body_
 
 #: Largest closure error of an assembled linkage, relative to its size.
 TOLERANCE = 1e-13
-#: Largest loop error of a run whose numbers count, relative to the linkage's size.
+#: Largest loop error of a valid run, relative to the linkage's size.
 LOOSE = 1e-6
 _ITERATIONS = 50
-_PIVOT = 1e-8  # smallest pivot, in parts of the largest, with which a system counts as regular
-_DEPENDENT = 1e-11  # singular values below, in parts of the largest, are those of dependent rows
+_PIVOT = 1e-8  # smallest pivot of a regular system, in parts of the largest
+_DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest, are below
 
 
 @kernel
 def closure_error(bodies: Bodies, rows: Records, offset: Array, q: Array, pose: Array) -> Array:
-    """Closure errors (nr,) at q less the wanted offsets; fills `pose`."""
+    """Compute the closure errors (nr,) at q, less the required offsets; sets ``pose``."""
     body_positions(bodies, q, pose)
     error = np.empty(len(rows))
     for k in range(len(rows)):
@@ -33,7 +33,7 @@ def closure_error(bodies: Bodies, rows: Records, offset: Array, q: Array, pose: 
 
 @kernel
 def loop_error(rows: Records, pose: Array) -> float:
-    """Largest magnitude of the closure rows at a pose [m, rad]; zero without rows."""
+    """Return the largest magnitude of the closure rows at a pose [m, rad]; zero without rows."""
     worst = 0.0
     for k in range(len(rows)):
         worst = max(worst, abs(row_value(rows[k], pose)))
@@ -52,16 +52,19 @@ def loop_errors(bodies: Bodies, rows: Records, q: Array) -> Array:
 
 @kernel
 def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int) -> Array:
-    """Exact Jacobian (nr, n) of the closure rows: row k is the generalised force of a unit reaction of that row."""
+    """Compute the Jacobian (nr, n) of the closure rows; row k is the generalised force of a unit reaction of that row.
+
+    It is exact for closed loops; coordinates that carry both ends of a row are omitted: action and reaction balance.
+    """
     jacobian, wrench = np.zeros((len(rows), n)), new_motion(bodies)
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, 1.0, wrench)
         i, j = rows[k].term.a.body, rows[k].term.b.body
-        if rows[k].ratio != 0.0:  # two pairs of branches
+        if rows[k].ratio != 0.0:  # two pairs of branches: all bodies
             for outer in range(len(bodies.records) - 1, 0, -1):
                 _pass_on(bodies, pose, outer, wrench, jacobian[k])
             i, j = 0, 0
-        while i != j:  # where their branches meet, action and reaction balance
+        while i != j:  # at their common parent action and reaction balance
             outer = max(i, j)
             _pass_on(bodies, pose, outer, wrench, jacobian[k])
             i, j = min(i, j), bodies.records[outer].mount.body
@@ -81,7 +84,7 @@ def _pass_on(bodies: Bodies, pose: Array, outer: int, wrench: Array, line: Array
 
 @kernel
 def least_squares(parts: tuple[Array, Array, Array], rhs: Array) -> Array:
-    """Smallest x that solves matrix @ x = rhs best; redundant but consistent rows do no harm."""
+    """Find the smallest least-squares solution of matrix @ x = rhs; the matrix is decomposed and may be singular."""
     u, s, vt = parts
     x = np.zeros(vt.shape[1])
     for k in range(len(s)):
@@ -130,7 +133,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
     Parameters
     ----------
     offset : (nr,) array
-        Wanted row values [m, rad]; zero closes the joints.
+        Required row values [m, rad]; zero closes the joints.
     free : (nf,) array of int
         Coordinates that may move.
     size : float
@@ -166,7 +169,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
 
 @kernel
 def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
-    """Fill the free entries of rates v and accelerations a so that the rows stay closed; others are given."""
+    """Set the free entries of rates v and accelerations a so that the rows stay closed; the others are given."""
     n = len(q)
     pose, vel, acc = new_pose(bodies), new_motion(bodies), new_motion(bodies)
     body_positions(bodies, q, pose)
@@ -192,9 +195,9 @@ def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: 
 
 @kernel
 def closure_quality(bodies: Bodies, rows: Records, free: Indices, q: Array) -> float:
-    """Ratio of the smallest to the largest singular value of the free columns of the closure's Jacobian.
+    """Return the conditioning of the closure: smallest over largest singular value of the Jacobian's free columns.
 
-    It is zero where the linkage is singular or has a free motion left.
+    It is zero where the linkage is singular or underdetermined.
     """
     if len(free) == 0 or len(rows) == 0:
         return 1.0

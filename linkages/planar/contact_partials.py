@@ -16,8 +16,8 @@ INPUTS = 9
 FORCE_X, FORCE_Y, COUPLE, BRISTLE_RATE = range(4)
 OUTPUTS = 4
 
-_STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error, where central differences err least
-_NEAR = 1e-3  # the gap that scales a displacement is taken not smaller than this part of the clearance
+_STEP = 6e-6  # in parts of an input's scale: the cube root of the rounding error minimises the error of the differences
+_NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of the clearance
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
@@ -27,9 +27,9 @@ def contact_partials(
 ) -> None:
     """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `contact_action`.
 
-    Central differences with each input's own step. The law is a smooth function of few well-scaled inputs, so that they
-    are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both at once 1.4e-7); this leaves
-    the laws free of derivatives and open to new ones. All else in the Jacobian is exact.
+    Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
+    differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
+    and laws need not supply derivatives. The rest of the Jacobian is exact.
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     corner = end.kind == CORNER

@@ -25,12 +25,12 @@ Motion = tuple[float, float, float, float, float, float, float, float]
 #: Memory of each contact: the speed at which it began [m/s], LuGre's bristle state [m].
 APPROACH, BRISTLE = 0, 1
 
-_LANDING = 1e-10  # how close to touching the start and the end of a contact are located, in parts of the clearance
-_ROUNDING = 4e-16  # the same in parts of the linkage's length
+_LANDING = 1e-10  # accuracy to which the start and end of a contact are located, in parts of the clearance
+_ROUNDING = 4e-16  # lower limit of that accuracy, in parts of the linkage's length
 
 
 def landing(laws: Records, size: float) -> Array:
-    """Return how close to touching the start and the end of each contact are located, (nc,) [m; stop: rad]."""
+    """Return the accuracies (nc,) to which the start and end of each contact are located [m; stop: rad]."""
     return np.maximum(_LANDING * laws["clearance"], _ROUNDING * size)
 
 
@@ -38,9 +38,9 @@ def landing(laws: Records, size: float) -> Array:
 def approach_at_start(delta: float, closing: float, landing: float) -> float:
     """Return the approach speed of a contact at the start of a run; infinite where no contact begins there.
 
-    A contact begins at the start if the bodies touch and do not part, or overlap and close in faster than `GRAZING`.
-    Bodies that overlap otherwise were in contact before: the speed at which that contact began is not known, and an
-    infinite one leaves it without damping.
+    A contact begins at the start if the bodies touch and do not separate, or if they overlap and approach faster than
+    `GRAZING`. Bodies that overlap otherwise were in contact before: the speed at which that contact began is unknown,
+    and an infinite speed gives a contact without damping.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def add_contact(
 
 @inlined_kernel
 def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arms]:
-    """Motion of a contact's inner end relative to its outer end, and where they are.
+    """Compute the motion of a contact's inner end relative to its outer end, and the arms of both.
 
     Returns
     -------
@@ -123,9 +123,12 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
 def contact_action(
     end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Force and couple on the inner body, rate of the bristles; penetration, its rate, sliding speed; normal load.
+    """Compute the force (2) and couple on the inner body, and the state of the contact, from `contact_motion`.
 
-    `motion` is that of `contact_motion`.
+    Returns
+    -------
+    tuple
+        fx, fy, couple, rate of the bristles, penetration, its rate, sliding speed, normal load.
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     if end.kind == CORNER:

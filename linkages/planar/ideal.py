@@ -13,7 +13,7 @@ from linkages.planar.kinematics import body_accelerations, body_states
 
 
 class Ideal(NamedTuple):
-    """What `ideal_state` fills: coordinates, rates, accelerations (n,), and the motion of the bodies."""
+    """Data of `ideal_state`: coordinates, rates, accelerations (n,), and the motion of the bodies."""
 
     q: Array
     v: Array

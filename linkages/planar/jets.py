@@ -1,7 +1,7 @@
-"""Arithmetic with values and their first two derivatives along a line: what formulas are computed with, exactly.
+"""Exact arithmetic with values and their first two derivatives along a line, for formulas.
 
-Where a function has a kink (abs, min, max) the derivatives are those of one side; where it has none (sqrt, hypot at
-zero) they are infinite, not a number, or zero.
+At a kink (abs, min, max) the derivatives of one side are used; where a function is not differentiable (sqrt, hypot at
+zero) the derivatives are infinite, not a number, or zero.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _NAMES = (
     "neg", "abs", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh",
     "add", "sub", "mul", "truediv", "pow", "atan2", "hypot", "min", "max",
 )  # fmt: skip
-#: Codes of functions by their names in formulas; those of two arguments come last.
+#: Codes of functions by their names in formulas; functions of two arguments come last.
 CODES = {name: code for code, name in enumerate(_NAMES, 3)}
 FIRST_BINARY = CODES["add"]
 _NEG, _ABS, _SQRT, _EXP, _LOG, _SIN, _COS, _TAN, _ASIN, _ACOS, _ATAN, _TANH = (CODES[name] for name in _NAMES[:12])

@@ -6,10 +6,10 @@ Loads are packed as ``(records, signals, breaks, coefficients, segments)``: an a
 
 A spring from point a to point b, d = p_b - p_a, length l = |d|, u = d/l, pulls with the tension
 T = k (l - l_0) + c dl/dt: T u on a, -T u on b. A torsion spring between bodies a and b at the angle phi (zero in the
-drawn pose) resists with the torque M = k (phi - phi_0) + c dphi/dt: -M along phi on b, M on a.
+reference configuration) resists with the torque M = k (phi - phi_0) + c dphi/dt: -M along phi on b, M on a.
 
-Where a spring's length is exactly zero its direction is that of the relative velocity, and the force is the mean of
-those just before and just after: c times the relative velocity. A free length above zero makes the force jump there.
+At exactly zero length a spring has the direction of the relative velocity v_rel, and only the damping force c v_rel
+acts, the mean of the forces just before and just after. With a free length above zero the force jumps there.
 """
 
 from __future__ import annotations
@@ -41,10 +41,11 @@ from linkages.planar.tangent import add_term_tangent, term_rate_tangent
 
 Loads = tuple[Records, Records, Array, Array, Indices]
 
-#: What is known of each load at a state. Force: fx, fy in plane axes [N]; torque: its value [N m] and 0; spring:
-#: tension [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]; push: torque or force, and 0.
-#: Then for each the power that it delivers to the bodies [W], and the energy that it stores [J].
+#: Quantities of each load at a state. Force: fx, fy in plane axes [N]; torque: its value [N m] and 0; spring: tension
+#: [N] and length [m]; torsion spring: resisting torque [N m] and angle [rad]; push: torque or force, and 0. Then for
+#: each the power that it delivers to the bodies [W], and the energy that it stores [J].
 LOAD_OUTPUTS = ("value", "second", "power", "energy")
+VALUE, SECOND, POWER, ENERGY = range(len(LOAD_OUTPUTS))
 
 
 @lazy_kernel
@@ -67,11 +68,7 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
-        if load.kind == TORQUE:
-            torque = load.sign * function_jet(curves, load.motion, inputs)[0]
-            wrench[b, 0] += torque
-            wrench[a, 0] -= torque
-        elif load.kind == FORCE:
+        if load.kind == FORCE:
             fx, fy, _, _ = _force(load, curves, inputs, pose)
             rx, ry = arm(pose, load.a)
             add_force(wrench, a, rx, ry, fx, fy)
@@ -82,9 +79,11 @@ def load_wrenches(loads: Loads, t: float, pose: Array, vel: Array, wrench: Array
             _, _, arms = gap(pose, load.a, load.b)
             add_pair(wrench, load.a, load.b, arms, -tension * ux, -tension * uy)
         else:
-            torque, _, _ = _torsion(load, pose, vel)
-            wrench[a, 0] += load.sign * torque
-            wrench[b, 0] -= load.sign * torque
+            torque = -_torsion(load, pose, vel)[0]
+            if load.kind == TORQUE:
+                torque = function_jet(curves, load.motion, inputs)[0]
+            wrench[b, 0] += load.sign * torque
+            wrench[a, 0] -= load.sign * torque
 
 
 @lazy_kernel
@@ -113,12 +112,12 @@ def load_outputs(loads: Loads, t: float, pose: Array, vel: Array, outputs: Array
                 value, second, rate = _torsion(load, pose, vel)
             power = -value * rate
             energy = 0.5 * load.stiffness * (second - load.free) ** 2
-        outputs[k, 0], outputs[k, 1], outputs[k, 2], outputs[k, 3] = value, second, power, energy
+        outputs[k, VALUE], outputs[k, SECOND], outputs[k, POWER], outputs[k, ENERGY] = value, second, power, energy
 
 
 @kernel
 def _inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
-    """Time and signals, (1 + ns, 3); their derivatives are zero."""
+    """Time and signals, (1 + ns, 3), with zero derivatives."""
     inputs = np.zeros((1 + len(signals), 3))
     inputs[0, 0] = t
     for k in range(len(signals)):
@@ -132,7 +131,7 @@ def _inputs(signals: Records, t: float, pose: Array, vel: Array) -> Array:
 
 @kernel
 def _force(load: np.record, curves: Curves, inputs: Array, pose: Array) -> tuple[float, float, float, float]:
-    """Components of a force in plane axes, and what they change by where its axes keep their direction."""
+    """Components of a force in plane axes, and their derivatives at a constant direction of the force's axes."""
     x, dx, _ = function_jet(curves, load.motion, inputs)
     y, dy, _ = function_jet(curves, load.motion + 1, inputs)
     ux, uy = load.ux, load.uy
@@ -191,11 +190,7 @@ def load_wrenches_tangent(
     for k in range(len(records)):
         load = records[k]
         a, b = load.a.body, load.b.body
-        if load.kind == TORQUE:
-            torque = load.sign * function_jet(curves, load.motion, inputs)[1]
-            dwrench[b, 0] += torque
-            dwrench[a, 0] -= torque
-        elif load.kind == FORCE:
+        if load.kind == FORCE:
             fx, fy, dfx, dfy = _force(load, curves, inputs, pose)
             turn = dpose[a, 0] if load.turns else 0.0
             rx, ry = arm(pose, load.a)
@@ -208,14 +203,16 @@ def load_wrenches_tangent(
         elif load.kind == SPRING:
             _spring_tangent(load, pose, vel, dpose, dvel, dwrench)
         else:
-            torque = load.stiffness * (dpose[b, 0] - dpose[a, 0]) + load.damping * (dvel[b, 0] - dvel[a, 0])
-            dwrench[a, 0] += torque
-            dwrench[b, 0] -= torque
+            change = -load.stiffness * (dpose[b, 0] - dpose[a, 0]) - load.damping * (dvel[b, 0] - dvel[a, 0])
+            if load.kind == TORQUE:
+                change = load.sign * function_jet(curves, load.motion, inputs)[1]
+            dwrench[b, 0] += change
+            dwrench[a, 0] -= change
 
 
 @kernel
 def _spring_tangent(load: np.record, pose: Array, vel: Array, dpose: Array, dvel: Array, dwrench: Array) -> None:
-    """Add the derivative of a spring's wrenches; at zero length, of the part that has one."""
+    """Add the derivative of a spring's wrenches; at zero length, of the differentiable part."""
     dx, dy, arms = gap(pose, load.a, load.b)
     vx, vy = gap_rate(vel, load.a, load.b, arms)
     ex, ey, moved = gap_tangent(dpose, load.a, load.b, arms)

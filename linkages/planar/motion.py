@@ -1,7 +1,7 @@
 """Functions of time and of the state for compiled evaluation: piecewise polynomials and formulas.
 
 A formula is a program: each of its instructions (code, first, second) makes a value, with two derivatives, of numbers,
-of inputs, or of values that instructions before it have made. Input 0 is the time.
+of inputs, or of the values of earlier instructions. Input 0 is the time.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from linkages.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
 from linkages.planar.jets import FIRST_BINARY, Jet, binary, unary
 
 #: Functions: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) of piecewise polynomials. Of a
-#: program that number is less than zero, and its instructions stand in the first three columns of the coefficients.
+#: program that number is less than zero, and its instructions are in the first three columns of the coefficients.
 Curves = tuple[Array, Array, Indices]
 
 
@@ -26,8 +26,8 @@ class Pieces(NamedTuple):
     x: Array  # breaks between the pieces [s], (n + 1,)
 
 
-#: Codes of instructions beside those of `linkages.planar.jets.CODES`: a number; an input, by its index; the polynomial
-#: with an index at a value. Indices of values count the instructions of the program.
+#: Codes of instructions in addition to `linkages.planar.jets.CODES`: a number; an input, by its index; a polynomial, by
+#: its index, at a value. Indices of values count the instructions of the program.
 NUMBER, INPUT, TABLE = 0, 1, 2
 
 

@@ -1,4 +1,4 @@
-"""Forces in joints and efforts of drives: what the motion and the applied loads leave for them."""
+"""Forces in all joints and efforts of all drives, from the motion and the applied loads."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def joint_forces(model: Arrays, work: Workspace, contacts: Array, forces: Array,
             moment = load[at, 0] + ox * fy - oy * fx
             if joint.reversed:
                 fx, fy, moment = -fx, -fy, -moment
-            if joint.type == REVOLUTE:  # what is left is its drive's
+            if joint.type == REVOLUTE:  # the moment is its drive's
                 moment = 0.0
             elif joint.type == PRISMATIC:
                 ux, uy = turned(pose, joint.parent, joint.ux, joint.uy)

@@ -1,35 +1,35 @@
-"""The plain arrays that compiled kernels work on."""
+"""The records that compiled kernels work on."""
 
 from __future__ import annotations
 
 from linkages.kernel import record_type
 
-#: A point fixed to a body: what joints, contacts, loads, springs and outputs attach to; see `linkages.planar.markers`.
+#: A point fixed to a body: joints, contacts, loads, springs and outputs attach to it; see `linkages.planar.markers`.
 MARKER = record_type(
     body="i8",
     x="f8",  # in the body's frame [m]
     y="f8",
 )
 
-#: How a body is carried; `SECTION`: it is a cross-section of its parent, which bends.
+#: Types of joints. A `SECTION` is no joint: the body is a cross-section of its parent, a flexible body.
 FIXED, REVOLUTE, PRISMATIC, SECTION = 0, 1, 2, 3
 
-#: One body and the joint that carries it. A parent always stands before its children. See `linkages.planar.bodies`.
+#: One body and the joint that carries it. A parent comes before its children. See `linkages.planar.bodies`.
 BODY = record_type(
-    mount=MARKER,  # joint on the parent; section: where it is on the straight beam
+    mount=MARKER,  # joint on the parent; section: its place on the undeformed beam
     type="i8",  # FIXED, REVOLUTE, PRISMATIC or SECTION
     dof="i8",  # index of its coordinate in q and v; -1 if fixed
-    driven="i8",  # index of the motion that prescribes it; -1 if free
-    moving="i8",  # whether a free coordinate moves it, directly or through its parents
-    carries="i8",  # whether it carries others
-    detached="i8",  # section: whether other bodies are between it and its beam, apart from sections of that beam
+    driven="i8",  # index of the motion that prescribes the coordinate; -1 if free
+    moving="i8",  # 1 if a free coordinate moves it, directly or through its parents
+    carries="i8",  # 1 if it carries other bodies
+    detached="i8",  # section: 1 if other bodies than sections of its beam are between it and the beam
     sign="f8",  # revolute: +1 if q turns the body counter-clockwise
-    ux="f8",  # prismatic: unit direction in the parent's frame; section: that of the beam
+    ux="f8",  # prismatic: unit direction in the parent's frame; section: direction of the beam
     uy="f8",
-    modes="i8",  # how many modal coordinates it has
-    bends="i8",  # how many of them, the first ones, bend it; the others stretch it
-    eta="i8",  # index of the first one in q and v
-    ex="f8",  # of a body that bends: direction of the beam in its frame
+    modes="i8",  # number of modal coordinates
+    bends="i8",  # number of bending modes, which come first; the others are axial
+    eta="i8",  # index of the first modal coordinate in q and v
+    ex="f8",  # flexible body: direction of the beam in its frame
     ey="f8",
     mass="f8",  # [kg]
     cx="f8",  # mass centre in the body's frame [m]
@@ -37,7 +37,7 @@ BODY = record_type(
     inertia="f8",  # about the mass centre [kg m2]
 )
 
-#: Row kinds: displacement along a world direction, along a direction fixed to body a, relative angle.
+#: Kinds of terms: displacement along a world direction, along a direction fixed to body a, relative angle.
 ALONG_WORLD, ALONG_BODY, ANGLE = 0, 1, 2
 
 #: A displacement or angle between markers a and b.
@@ -49,8 +49,8 @@ TERM = record_type(
     uy="f8",
 )
 
-#: One scalar closure equation: a term is zero. Two or three such rows close a cut joint. A gear's row is that the term
-#: less ``ratio`` times another is ``offset``. Multiplied by ``scale`` rows may be compared with each other.
+#: One scalar closure equation: a term is zero. Two or three such rows close a cut joint. The row of a gear: the term
+#: less ``ratio`` times the other term is ``offset``. Rows multiplied by their ``scale`` are comparable.
 ROW = record_type(
     term=TERM,
     ratio="f8",  # 0: no other term
@@ -60,7 +60,7 @@ ROW = record_type(
 )
 
 #: Kinds of contact: a journal in its bearing, a corner of a block at a wall of its slot (or any point at a straight
-#: line), a journal and a bearing of which one or both are worn, an angle between two bodies at its limit.
+#: line), a journal and a bearing at least one of which is worn, an angle between two bodies at its limit.
 JOURNAL, CORNER, WORN, STOP = 0, 1, 2, 3
 
 #: The two ends of a contact. Journal: centre of the bearing on the outer body, of the journal on the inner one.
@@ -71,7 +71,7 @@ ENDS = record_type(
     journal=MARKER,  # on the inner body
     nx="f8",  # corner: normal into the wall, in the outer body's frame; stop: +1 if the inner body meets it turning
     ny="f8",  # counter-clockwise from the outer one, -1 if clockwise
-    half="f8",  # corner: half the height of the block [m]; stop: nx times the angle at which it stands, less the play
+    half="f8",  # corner: half the height of the block [m]; stop: nx times the angle of the stop, less the clearance
 )
 
 #: Kinds of applied load.
@@ -85,7 +85,7 @@ SIGNAL = record_type(
     rate="i8",  # 1 for the rate
 )
 
-#: A link that bends, or a piece of one, for the forces within it and its deflection.
+#: A flexible link, or a substructure of one, for its internal forces and deflection.
 BEAM = record_type(
     body="i8",
     first="i8",  # its first station
@@ -93,8 +93,8 @@ BEAM = record_type(
     area="f8",  # of the section [m2]
     leverage="f8",  # stress at its edges over the bending moment [1/m3]
     origin="f8",  # place of the frame's origin from the first end of the link's beam [m]
-    start="i8",  # body of the section at its own first end
-    first_end="i8",  # and of those at the ends of the link's beam
+    start="i8",  # body of the section at its first end
+    first_end="i8",  # bodies of the sections at the ends of the link's beam
     last_end="i8",
 )
 
@@ -125,11 +125,11 @@ LOAD = record_type(
     stiffness="f8",  # [N/m], torsion [N m/rad]
     free="f8",  # free length [m] or angle [rad]
     damping="f8",  # [N s/m], torsion [N m s/rad]
-    term=TERM,  # push: whose change is that of the joint's coordinate, times the sign
+    term=TERM,  # push: changes by the change of the joint's coordinate, times the sign
 )
 
-#: Where the force in a joint comes from: the tree's recursion, a cut joint's closure rows, a journal's contact, the
-#: contacts of a guide's corners.
+#: Sources of the force in a joint: the tree's recursion, a cut joint's closure rows, a journal's contact, the contacts
+#: of a guide's corners.
 OF_TREE, OF_ROWS, OF_JOURNAL, OF_CORNERS = 0, 1, 2, 3
 
 #: One joint of the mechanism, for the force in it.
@@ -139,7 +139,7 @@ JOINT = record_type(
     at="i8",  # body that it carries, first row, or first contact
     reversed="i8",  # tree: 1 if it carries the mechanism's parent
     parent="i8",  # body
-    child=MARKER,  # where the joint is on the child
+    child=MARKER,  # place of the joint on the child
     ux="f8",  # prismatic: unit direction in the parent's frame
     uy="f8",
 )

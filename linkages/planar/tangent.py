@@ -236,7 +236,7 @@ def _add_row_tangent(row: np.record, pose: Array, size: float, dpose: Lanes, dwr
 
 @lazy_kernel
 def row_tangents(rows: Records, work: Workspace, s: Scratch) -> None:
-    """Fill ``drows`` with the changes of the rows' accelerations, and add those of their reactions to ``dwrench``."""
+    """Set ``drows`` to the changes of the rows' accelerations; add the changes of their reactions to ``dwrench``."""
     for k in range(len(rows)):
         row = rows[k]
         _add_row_tangent(row, work.pose, work.reaction[k], s.dpose, s.dwrench)

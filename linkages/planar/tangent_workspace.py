@@ -1,4 +1,4 @@
-"""`Scratch`: the data of a Jacobian and of directional derivatives, beside `linkages.planar.workspace.Workspace`."""
+"""`Scratch`: the data of a Jacobian and of directional derivatives, in addition to `linkages.planar.workspace`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from linkages.planar.contact_partials import INPUTS, OUTPUTS
 SECTION_RATES = record_type(vx="f8", vy="f8", ax="f8", ay="f8", shortening="f8")
 
 #: Entry k of products of the matrices of `linkages.planar.bodies.MATRIX`: H0, H1, T and M with the modal rates, H0, H1
-#: and T with the modal accelerations. Of a section H stands for H0, and the others are not set.
+#: and T with the modal accelerations. For a section H takes the place of H0, and the others are not set.
 MODE_PRODUCTS = record_type(
     h0_rates="f8", h1_rates="f8", t_rates="f8", m_rates="f8", h0_seconds="f8", h1_seconds="f8", t_seconds="f8"
 )  # fmt: skip

@@ -12,6 +12,8 @@ from linkages.engines.compiled.runner import Runner
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
 from linkages.planar.bodies import make_motion, make_pose
+from linkages.planar.closure import closure_jacobian
+from linkages.planar.closure_rows import row_rate
 from linkages.planar.contacts import WIDTH
 from linkages.planar.kinematics import body_accelerations, body_positions, body_states, body_velocities
 from linkages.planar.singularities import smooth_dynamics
@@ -92,6 +94,25 @@ def test_accelerations_are_those_of_lagranges_equations(system_of, bent):
     body_accelerations(bodies, w.pose, w.vel, v, w.a, acc)
     numeric = (velocity(step) - velocity(-step)) / (2.0 * step)
     np.testing.assert_allclose(acc[1:], numeric[1:], rtol=0, atol=1e-5 * np.abs(acc).max())
+
+
+def test_a_loop_that_closes_on_one_flexible_link_moves_with_its_modes(system_of):
+    """Two bars join the middle and the tip of a rod: the Jacobian of the closure against the rates of its rows."""
+    angle = np.arctan2(0.1, 0.075)
+    body = f"""{elastic_bar("rod", 0.3, "__model__")}
+<frame name="middle" attached_to="rod"><pose>0.15 0 0 0 0 0</pose></frame>
+{bar("left", 0.125, "middle", angle)}{bar("right", 0.125, "left_tip", -2 * angle)}
+{joint("O", "world", "rod")}{joint("A", "middle", "left")}
+{joint("B", "left_tip", "right")}{joint("C", "right_tip", "rod_tip")}"""
+    system = system_of(model("braced", body), 'duration = 0.1\n[links.rod]\nmodel = "flexible"\nstart = "undeformed"\n')
+    tree, dice = system.tree, np.random.default_rng(2)
+    pose, vel, v = make_pose(tree.bodies), make_motion(tree.bodies), dice.normal(size=tree.size)
+    body_states(tree.bodies, system.assembly.q, v, pose, vel)
+    rates = [row_rate(row, pose, vel) for row in tree.loop_rows]
+    assert np.abs(rates).min() > 0.1
+    jacobian = closure_jacobian(tree.bodies, tree.loop_rows, pose, tree.size)
+    assert np.abs(jacobian[:, len(tree.joint_dofs) :]).max() > 0.1
+    np.testing.assert_allclose(jacobian @ v, rates, rtol=0, atol=1e-12)
 
 
 #: Geometrically exact beam, extrapolated (absolute nodal coordinates, 8 and 16 elements): deflection of the rod's
