@@ -1,4 +1,4 @@
-"""Writes the tables of ports in docs/drake.md from the code: ``python docs/make_drake.py``."""
+"""Writes the tables of ports in docs/drake_engine.md from the code: ``python docs/make_drake.py``."""
 
 import inspect
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 from linkages.engines.drake.clearance import JOINT_OUTPUTS, ClearanceJoints
 from linkages.engines.drake.drives import Drives
 
-PAGE = Path(__file__).with_name("drake.md")
+PAGE = Path(__file__).with_name("drake_engine.md")
 START, END = "<!-- ports: docs/make_drake.py -->\n", "<!-- ports end -->\n"
 
 

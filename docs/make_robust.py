@@ -1,4 +1,4 @@
-"""Writes the table of the robust design in docs/optimisation.md: ``python docs/make_robust.py``.
+"""Writes the table of the robust design in docs/check_optimum.md: ``python docs/make_robust.py``.
 
 Evaluates the recorded answers to the press's force problem, at its one operating point and in the worst case over wear and
 temperature (``python docs/make_designs.py sevenbar_force sevenbar_robust`` searches for them), each in both.
@@ -13,7 +13,7 @@ from replication.recorded import load_record
 
 from optim import Evaluator, find_study, load_study
 
-PAGE = Path(__file__).with_name("optimisation.md")
+PAGE = Path(__file__).with_name("check_optimum.md")
 MARK = "| design | force, one point [N] | force, worst case [N] | least film, worst case [um] |\n|---|---|---|---|\n"
 
 

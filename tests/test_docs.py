@@ -107,7 +107,7 @@ def test_the_house_is_drawn_as_the_contracts_have_it():
 
 
 def test_the_ports_in_the_docs_are_those_of_the_code():
-    text = (DOCS / "drake.md").read_text(encoding="utf-8")
+    text = (DOCS / "drake_engine.md").read_text(encoding="utf-8")
     assert generator("make_drake").page(text) == text
 
 
