@@ -1,10 +1,10 @@
-"""Time of a run with links that bend against the rigid one: ``python benchmarks/bent_links.py [--machine seven_bar]``.
+"""Time of runs with flexible links against rigid ones: ``python benchmarks/bent_links.py [--machine seven_bar]``.
 
 Simeon's slider-crank with a lubricated joint at the slider, or the press with seven links and two lubricated joints, of
-which three links are steel bars 10 mm high that bend. For each model the error of an orbit is that of the journal's
-place over the run, against the same model at a hundred times tighter tolerance; models take turns, and CPU times are
-medians of the turns. The last column compares with the time in which the rigid machine has the same error, on lines
-through the logarithms of its own.
+which three links are flexible steel bars, 10 mm high. For each model the error of an orbit is the error of the
+journal's place over the run, against the same model at a hundred times tighter tolerance; models take turns, and CPU
+times are medians of the turns. The last column compares with the time in which the rigid machine has the same error, on
+lines interpolated between its logarithms.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ BEAM = """<linkages:beam><linkages:from>{name}</linkages:from><linkages:to>{name
 <linkages:material><linkages:youngs_modulus>2e11</linkages:youngs_modulus><linkages:density>{density}</linkages:density>
 </linkages:material></linkages:beam>
 """
-#: Experiment and links that bend.
+#: Experiment and flexible links.
 MACHINES = {"slider_crank": ("rod",), "seven_bar": tuple(PRESS)}
 MODELS = {
     "rigid": {"model": "rigid"},
@@ -51,7 +51,7 @@ RIGID = (1e-4, *ACCURACIES, 1e-8)  # so that the rigid machine's errors enclose 
 
 
 def press():
-    """SDFormat text of the shipped press with beams; moments of inertia are those of the bars."""
+    """SDFormat text of the shipped press with beams; moments of inertia are the bars'."""
     text = linkages.find_file("seven_bar.sdf").read_text(encoding="utf-8")
     for name, (to, length, mass) in PRESS.items():
         head, rest = text.split(f'<link name="{name}">')

@@ -1,8 +1,8 @@
-"""Times of the compiled engine by itself: ``python benchmarks/compiled.py [--repeat N]``.
+"""Measure the times of the compiled engine: ``python benchmarks/compiled.py [--repeat N]``.
 
 Right-hand side, residual of Newton's iterations and Jacobian of the seven-bar; right-hand side of open chains of 10 to
 100 links, whose cost should grow with their number; wall time per simulated second and orbit error of the seven-bar at
-several accuracies. Times are medians; compilation and set-up are not counted. For other codes beside it see
+several accuracies. Times are medians; compilation and set-up are not counted. For other codes see
 sevenbar_engines.py.
 """
 

@@ -1,7 +1,7 @@
 """Times of the first runs after an installation: ``python benchmarks/first_run.py [--repeat N]``.
 
 The press by two commands with an empty cache of compiled code, the next run, and two that fill a cache at once; a
-script with a law of its own after this law was edited. Wall time and time of all processors, medians.
+script with a user-defined law after this law was edited. Wall time and time of all processors, medians.
 """
 
 from __future__ import annotations

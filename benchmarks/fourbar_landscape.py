@@ -1,8 +1,8 @@
 """Landscape of the patent's design problem: ``python benchmarks/fourbar_landscape.py [PART...]``, half an hour.
 
-How its objective runs beside the steady one, what the lost bounds decide, and how well the ideal linkage's force
-tells the jitter. Writes docs/fourbar_landscape.md and its figure. What it measured is in docs/replication/measured/,
-and measured again only if it is named: rank, surrogate, bounds, line, nearby.
+Compares its objective with the steady one, and finds the effect of the lost bounds and how well the ideal force
+predicts the jitter. Writes docs/fourbar_landscape.md and its figure. Results are in docs/replication/measured/,
+and are measured again only if named: rank, surrogate, bounds, line, nearby.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def line() -> dict[str, Any]:
 
 
 def surrogate() -> dict[str, Any]:
-    """Solve the surrogate as it is shipped, and evaluate its answer by the objectives that it stands for."""
+    """Solve the shipped surrogate, and evaluate its solution by the objectives that it replaces."""
     study = load_study(find_study("fourbar_surrogate"))
     algorithm, settings = settings_of(study)
     problem = problem_of(study, Screened(study, Evaluator(study)))

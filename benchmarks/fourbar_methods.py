@@ -3,7 +3,7 @@
 Every method solves `fourbar_jitter` with three objectives, each within the same number of evaluations.
 The optima are scored again where they were not searched: ten other start angles, and the search's own at a ten times
 tighter tolerance. Writes docs/fourbar_methods.md after each objective, and the best design by the patent's objective
-into docs/replication/designs/. Runs that docs/replication/measured/ holds are made again only ``--anew``.
+into docs/replication/designs/. Runs in docs/replication/measured/ are repeated only with the option.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ objectives along a line, and the influence of the lost bounds.
 
 
 class Objective(NamedTuple):
-    """A study, what it minimises, how many designs a method may run, and the step of its differences."""
+    """A study, its objective, the number of designs of a method, and the step of its differences."""
 
     study: str
     meaning: str
@@ -121,7 +121,7 @@ def score(study: Study, designs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def measure(found: dict[str, dict]) -> None:
-    """Make the runs that are not among those found, then score what was found; by "study/method/seed"."""
+    """Make the missing runs, then score all results; by "study/method/seed"."""
     for objective in OBJECTIVES:
         study = load_study(find_study(objective.study))
         keys = []
@@ -186,7 +186,7 @@ def page(found: dict[str, dict]) -> str:
 
 
 def cells(row: dict[str, Any], lengths: Iterable[float]) -> list[str]:
-    """Write what was reached as the tables have it below `HEADINGS`."""
+    """Write the results as rows of the tables below `HEADINGS`."""
     scores = (f"{100 * x:.1f} %" for x in (1.0 - row["value"], row["unseen"], row["tighter"]))
     return [*scores, ", ".join(f"{x:.2f}" for x in lengths)]
 

@@ -114,7 +114,7 @@ def main():
 
 
 def registered_laws(table):
-    """Print what laws of the user's own cost beside the same ones built in."""
+    """Print the cost of user-defined laws against the same built-in ones."""
 
     def lankarani_nikravesh(delta, ddelta, ddelta0, joint):
         ratio = min(max(ddelta / max(ddelta0, 1e-6), -joint.damping_limit), joint.damping_limit)

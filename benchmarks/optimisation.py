@@ -1,7 +1,7 @@
 """Costs of an optimisation: ``python benchmarks/optimisation.py [engine] [store] [cluster]``, default all.
 
 engine: evaluations per second of the press against threads, and as a ratio to one thread; the best of three rounds;
-store: microseconds that the store adds to an evaluation, populations of 30, beside the same without a store;
+store: microseconds that the store adds to an evaluation, populations of 30, against the same without a store;
 cluster: microseconds that Dask adds to an evaluation, two worker processes on this computer, by designs per request.
 """
 
@@ -57,7 +57,7 @@ def walk(problem: Problem, progress, generations: int = 200) -> Result:
 
 
 def store() -> None:
-    """Print what the store adds to an evaluation."""
+    """Print the additional time of the store per evaluation."""
     n = 6
     names = tuple(f"x{k}" for k in range(n))
 

@@ -29,7 +29,7 @@ CASES = {
     "flexible slider-crank": ("slider_crank_flexible", {}, "joints.B.clearance", (150, 300)),
 }
 
-# Each change moves the slider to a place of its own, and waits until the curves of some reply are drawn.
+# Each change moves the slider to a new place, and waits until the curves of some reply are drawn.
 CHANGES = """
 const [path, count, done] = arguments, root = document.querySelector("main");
 const slider = document.querySelector(`[data-path="${path}"] [type=range]`);
@@ -85,7 +85,7 @@ def main() -> None:
             server = LiveServer(Answers(session, controls(system), Path(".")))
             threading.Thread(target=server.serve_forever, daemon=True).start()
             browser.get(server.address)
-            browser.execute_async_script(CHANGES, path, 5)  # compiles what is not compiled yet
+            browser.execute_async_script(CHANGES, path, 5)  # compiles missing kernels
             times = np.array(browser.execute_async_script(CHANGES, path, options.changes))
             took = [1e3 * session.compute({path: system.value(path) * (1.0 + 0.01 * k)})["took"] for k in range(20)]
             dragged = browser.execute_async_script(DRAG, path, 4)

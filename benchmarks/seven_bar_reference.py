@@ -1,4 +1,4 @@
-"""What benchmarks of the seven-bar share: its right-hand side, compiled; a reference solution; the orbit error."""
+"""Common part of the seven-bar benchmarks: its right-hand side, compiled; a reference solution; the orbit error."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class FreeMotion(NamedTuple):
     rates: Callable[[float, Array], Array]
     #: y at the start.
     start: Array
-    #: ``eccentricities(t, y)`` gives those of the clearance joints (nj, 2) [m].
+    #: ``eccentricities(t, y)`` gives the clearance joints' eccentricities (nj, 2) [m].
     eccentricities: Callable[[float, Array], Array]
 
 
 def free_motion(system: System) -> FreeMotion:
     """Set up the equations of motion and compile them.
 
-    What it takes is a constant of the compiled function, or a reference: arrays given as arguments would cost more than
+    Its data are constants of the compiled function, or a reference: array arguments would cost more than
     the dynamics.
     """
     tree, assembly = system.tree, system.assembly

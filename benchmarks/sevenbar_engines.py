@@ -131,7 +131,7 @@ def kernel_lines(system):
 
 
 def exudyn_lines(system):
-    import exudyn  # noqa: F401  (the reason to skip it is said here)
+    import exudyn  # noqa: F401  (raises the reason to skip it)
     from sevenbar_exudyn import Model
 
     def run(steps):
@@ -164,7 +164,7 @@ def all_lines(lines) -> list[list[str]]:
 
 
 def equal_errors(lines) -> list[list[str]]:
-    """Rows of the table of wall times at equal error, and how often those of the first code."""
+    """Return the rows of wall times at equal error, with ratios to the first code."""
     codes = {line.code: [other for other in lines if other.code == line.code] for line in lines}
     walls = {code: np.array([wall_at(error, own) for error in EQUAL]) for code, own in codes.items()}
     first = next(iter(walls.values()))

@@ -1,4 +1,4 @@
-"""Simeon's slider-crank beside Exudyn's floating frame: ``python benchmarks/slider_crank_exudyn.py``.
+"""Compare Simeon's slider-crank with Exudyn's floating frame: ``python benchmarks/slider_crank_exudyn.py``.
 
 Needs ``pip install exudyn ngsolve``. The rod is of steel, pinned at both ends, damped in proportion to its stiffness
 and straight at t = 0 (B. Simeon, Mathematical Modelling of Systems 2, 1996, 1-18); the run lasts 0.1 s, 2.4
@@ -7,8 +7,8 @@ stretching, and linear strain: Exudyn knows no other for such bodies. Exudyn (J.
 60, 2024, 533-561): solid finite elements by NGSolve, modes of Hurty, Craig and Bampton, implicit trapezoidal rule at
 index 2 with a modified Newton method, range checks off.
 
-Each code's error is that of the deflection at mid-span against its own converged solution, in parts of the largest;
-how far these two lie apart is printed too. Times are CPU times, medians of the repeated turns, without set-up.
+Each code's error is the error of the mid-span deflection against its converged solution, over the largest deflection;
+the difference of both solutions is printed too. Times are CPU times, medians of the repeated turns, without set-up.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SPEED, DURATION, DAMPING = 150.0, 0.1, 1.5e-5  # rad/s, s, s: damping over stiff
 BENDING, MODES = 4, 5
 FIRST_MODE = 1276.7  # rad/s, of the pinned rod: its damping ratio is DAMPING times half of it
 TIMES = np.linspace(0.0, DURATION, 201)
-WIDER = 2.0  # so much wider, of less dense and softer material, is Exudyn's rod: modes in the plane stand apart then
+WIDER = 2.0  # width factor of Exudyn's rod, with less dense and softer material: separates the modes in the plane
 MESH = 0.02  # m
 NEWTON = 1e-8
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)

@@ -1,8 +1,8 @@
-"""Stated errors of peaks against true ones, on random machines: ``python benchmarks/stated_errors.py``.
+"""Compare stated errors of peaks with true ones, on random mechanisms: ``python benchmarks/stated_errors.py``.
 
 Draws random experiments: slider-cranks, four-bars, five-bars and six-bars of random lengths, the shipped press, a rod
-that bends, double pendulums; ideal, dry, lubricated and mixed joints; random clearances, viscosities, speeds, frictions
-and accuracies. Each stated error is compared with the true one: the distance of the peak from that of a run of the
+with flexible shape, double pendulums; ideal, dry, lubricated and mixed joints; random clearances, viscosities, speeds,
+frictions and accuracies. Each stated error is compared with the true one: the difference of the peak from a run of the
 compiled engine at an accuracy of 1e-12. A stated error fails if it is less than half of the true one, and the true one
 exceeds 1e-6 of the peak. Errors that are null are counted. The exit status is 1 if a stated error fails.
 
@@ -220,7 +220,7 @@ def rows(system: System, engine: str) -> list[Row] | None:
 
 
 def main() -> int:
-    """Judge random experiments and print what is found."""
+    """Check random experiments and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--engine", choices=("compiled", "drake"), default="compiled")

@@ -1,4 +1,4 @@
-"""Kernels ask for no index out of bounds: compiled with checks (NUMBA_BOUNDSCHECK=1) they report none."""
+"""Kernels use no index out of bounds: compiled with checks (NUMBA_BOUNDSCHECK=1) they report none."""
 
 import os
 import subprocess

@@ -165,7 +165,7 @@ for constant in (1, 2):
 
 
 def test_compilation_is_announced_once(tmp_path):
-    """In a separate process, because a command of another test may have announced it here."""
+    """Runs in a separate process, because another test may have announced it here."""
     empty = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     done = subprocess.run([sys.executable, "-c", ANNOUNCED], env=empty, capture_output=True, text=True, check=True)
     assert done.stderr == "compiling, once after an installation: about 15 s ...\n"

@@ -98,7 +98,7 @@ def test_threads_may_meet_a_lazy_kernel_at_once():
     scope["slow"] = made(scope)
     exec("def call(n):\n    return slow(n) + slow(n + 1) if n else 0", scope)
     call = kernel(scope["call"])
-    assert call(0) == 0  # the caller is compiled, what it calls is not
+    assert call(0) == 0  # the caller is compiled, its callee is not
     with ThreadPoolExecutor(8) as pool:
         found = list(pool.map(call, [1000] * 64))
     assert set(found) == {call.py_func(1000)}

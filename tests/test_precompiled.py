@@ -1,4 +1,4 @@
-"""Processes beside that compile on an empty cache: what they do, when there are none, and that none is left over."""
+"""Background processes that compile on an empty cache: their work, when there are none, and that none remains."""
 
 import os
 import signal
@@ -47,7 +47,7 @@ WAITING = KERNELS.replace("late(wanted)", "time.sleep(60)")
 
 @pytest.fixture
 def start(tmp_path):
-    """Start a script, with nothing in it that keeps it from running when it is imported; its cache is of its own."""
+    """Start a script, with nothing in it that keeps it from running when it is imported; it has a separate cache."""
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache")}
 
     def start(processors: int, script: str = SCRIPT, kernels: str = KERNELS) -> subprocess.Popen:
@@ -124,7 +124,7 @@ def test_no_process_is_left_over(start, number):
 
 
 def _runs(pid: int) -> bool:
-    """Whether a process runs: an ended one that nobody has asked for its status does not."""
+    """Check whether a process runs; an ended process without collected status does not run."""
     try:
         with open(f"/proc/{pid}/stat") as stat:
             return stat.read().rpartition(")")[2].split()[0] != "Z"
@@ -152,7 +152,7 @@ run = linkages.simulate(system, "{}")
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "settings"), [("compiled", "True"), ("drake", "")])
 def test_plans_name_what_a_run_needs(engine, settings):
-    """A run of the press needs hardly a kernel that its engine's plan does not compile, nor the plan one more.
+    """A run of the press needs few kernels outside its engine's plan, and the plan has few others.
 
     What differs are laws (of the film, of the contact) and the search for extremes.
     """

@@ -44,8 +44,8 @@ def run(options: argparse.Namespace) -> int:
     width = max(len(name) for name, _ in (*keys, *outputs))
     _show(keys, width)
     print(
-        "\nOutputs of a run; the key `outputs` of an experiment allows those with POINT (a link or frame),"
-        " and positions of JOINTs:\n"
+        "\nOutputs of a run; the key `outputs` of an experiment allows outputs of POINTs (links or frames),"
+        " also positions of JOINTs:\n"
     )
     _show(outputs, width)
     return 0

@@ -265,7 +265,7 @@ def checked(case: BearingCase) -> BearingCase:
     Raises
     ------
     InputError
-        One line that names the value, what is wrong and what is allowed.
+        If a value is invalid: one line with the value, the reason and the allowed range.
     """
 
     def fault(where: str, problem: str) -> InputError:

@@ -1,4 +1,4 @@
-"""The server of the live page lets in its own page and nobody else."""
+"""The server of the live page accepts requests of its page only."""
 
 import http.client
 import json
@@ -67,7 +67,7 @@ def test_a_run_is_answered(serve):
 def test_a_request_from_elsewhere_is_refused(serve, status, changes):
     server = serve()
     assert ask(server, **changes)[0] == status
-    assert ask(server)[0] == 200  # the page goes on
+    assert ask(server)[0] == 200  # the page continues
 
 
 def test_the_names_of_this_machine_are_its_own(serve):

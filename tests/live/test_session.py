@@ -68,7 +68,7 @@ def test_a_saved_file_gives_the_numbers_of_the_page(answers, tmp_path, name, val
 
 
 def test_the_steady_motion_is_the_end_of_a_long_run(answers):
-    """The motion after several short runs, each from the end of the one before, is that of one run of ten periods."""
+    """Several short runs, each from the end of the previous one, give the motion of one run of ten periods."""
     reply = settled(answers("seven_bar"), {})
     long = linkages.simulate(loaded("seven_bar", duration=20.0), "compiled")
     last = long.within(19.0, 20.0)

@@ -1,4 +1,4 @@
-"""The answers of the live page's tutorial are those that the page gives."""
+"""The answers of the live page's tutorial agree with the page."""
 
 import pytest
 
