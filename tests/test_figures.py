@@ -104,7 +104,7 @@ def test_the_figures_of_a_run(name, drawn, tmp_path):
     write_figures(linkages.study(system, "compiled", error_estimate=False), tmp_path)
     assert "joint_forces.png" in drawn
     assert ("orbits.png" in drawn) == bool(system.tree.journals)
-    assert ("links.png" in drawn) == bool(system.tree.bent)
+    assert ("links.png" in drawn) == bool(system.tree.substructures)
     for file, figure in drawn.items():
         check(figure, f"{name}/{file}")
 

@@ -12,7 +12,7 @@ from linkages.explore.modes import Modes
 from linkages.model.skeleton import skeleton
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_positions, body_velocities
-from linkages.system.flexible_link import BentLink
+from linkages.system.flexible_link import FlexibleLink
 
 _SAMPLES = 25  # number of samples of a flexible link, or of a substructure
 
@@ -76,8 +76,8 @@ class ModeShapes:
         tree, mechanism = self._system.tree, self._system.mechanism
         for link in mechanism.links:
             shape = skeleton(mechanism, link, tree.extent)
-            if link.name in tree.pieces:
-                yield from (self._beam(link.name, shape.color, piece) for piece in tree.pieces[link.name])
+            if link.name in tree.flexible:
+                yield from (self._beam(link.name, shape.color, part) for part in tree.flexible[link.name])
                 continue
             body = tree.index[link.name]
             arms = _turned(self._pose[body, 2], shape.places - tree.drawn[body])
@@ -85,13 +85,13 @@ class ModeShapes:
             for bar in shape.bars or ((0, 0),):
                 yield ModeLine(link.name, shape.color, places[list(bar)], ways[:, list(bar)])
 
-    def _beam(self, link: str, color: str, piece: BentLink) -> ModeLine:
+    def _beam(self, link: str, color: str, part: FlexibleLink) -> ModeLine:
         """Sample a beam, or a substructure."""
-        tree, body = self._system.tree, self._system.tree.index[piece.name]
-        s = np.linspace(*piece.ends, _SAMPLES)
-        along, across = piece.modes.shapes(s)
-        eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(piece.modes.names))
-        angle, still = self._pose[body, 2] + np.arctan2(*piece.direction[::-1]), self._system.assembly.q[eta]
+        tree, body = self._system.tree, self._system.tree.index[part.name]
+        s = np.linspace(*part.ends, _SAMPLES)
+        along, across = part.modes.shapes(s)
+        eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(part.modes.names))
+        angle, still = self._pose[body, 2] + np.arctan2(*part.direction[::-1]), self._system.assembly.q[eta]
         arms = _turned(angle, np.column_stack([s + along @ still, across @ still]))
         own = np.stack([self._changes[eta].T @ along.T, self._changes[eta].T @ across.T], axis=-1)
         return ModeLine(link, color, self._pose[body, :2] + arms, self._displaced(body, arms) + _turned(angle, own))

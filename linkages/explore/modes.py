@@ -21,7 +21,7 @@ from linkages.errors import InputError
 from linkages.flexible.modes import ModesAt, track
 from linkages.planar.bodies import ELASTIC, STIFFNESS
 from linkages.system import System
-from linkages.system.static_system import Standing, standing
+from linkages.system.static_system import StaticSystem, static_systems
 
 _ZERO = 1e-13  # relative to the largest eigenvalue: a smaller one belongs to a free motion
 _SYMMETRIC = 1e-6  # relative asymmetry below which the stiffness matrix counts as symmetric
@@ -35,7 +35,7 @@ class Modes:
 
     Attributes
     ----------
-    system : Standing
+    system : StaticSystem
         The linkage in its pose.
     squares : (m,) array
         Squares p^2 of the angular frequencies [(rad/s)^2], of the undamped linkage: zero for a free motion, negative if
@@ -53,7 +53,7 @@ class Modes:
         Whether the pose is an equilibrium.
     """
 
-    system: Standing
+    system: StaticSystem
     squares: Array
     damping: Array
     shapes: Array
@@ -78,11 +78,11 @@ class Modes:
         """Return each flexible link's share of the total strain energy in each mode (m,)."""
         tree, full = self.system.tree, self.full()
         energy = {}
-        for name, pieces in tree.pieces.items():
+        for name, substructures in tree.flexible.items():
             energy[name] = np.zeros(full.shape[1])
-            for piece in pieces:
-                body = tree.index[piece.name]
-                eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(piece.modes.names))
+            for part in substructures:
+                body = tree.index[part.name]
+                eta = int(tree.bodies.records[body]["eta"]) + np.arange(len(part.modes.names))
                 stiffness = tree.bodies.shapes[body, ELASTIC, : len(eta), STIFFNESS]
                 energy[name] += 0.5 * stiffness @ full[eta] ** 2
         total = sum(energy.values(), np.zeros(full.shape[1]))
@@ -137,7 +137,7 @@ def modes(system: System, time: float = 0.0) -> Modes:
     >>> found.frequencies[:2].round(1)  # Hz
     array([203.2, 813.3])
     """
-    return _modes(standing(system, [time])[0])
+    return _modes(static_systems(system, [time])[0])
 
 
 def modes_over(
@@ -166,22 +166,22 @@ def modes_over(
         See `modes`.
     """
 
-    def at(pose: Standing) -> ModesAt:
+    def at(pose: StaticSystem) -> ModesAt:
         found = _modes(pose)
         kept = slice(0, count + _SPARE)
         return ModesAt(pose.time, found.frequencies[kept], found.shapes[:, kept], found.mass)
 
     def found() -> Iterator[ModesAt]:
-        for k, pose in enumerate(standing(system, times)):
+        for k, pose in enumerate(static_systems(system, times)):
             yield at(pose)
             if progress is not None:
                 progress((k + 1) / len(times))
 
-    values, _, mac = track(found(), lambda time: at(standing(system, [time])[0]), count)
+    values, _, mac = track(found(), lambda time: at(static_systems(system, [time])[0]), count)
     return ModesOver(np.array(times), values.astype(np.float64), mac.astype(np.float64))
 
 
-def _modes(pose: Standing) -> Modes:
+def _modes(pose: StaticSystem) -> Modes:
     matrices = linearised(Runner(pose), pose.time)
     if not matrices.ways.size:
         problem = "has no modes: no link is flexible, and its drives fix all joints"

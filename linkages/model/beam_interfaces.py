@@ -56,7 +56,7 @@ def interfaces(mechanism: Mechanism, experiment: Experiment, name: str) -> tuple
     return tuple(places[apart].tolist())
 
 
-class Piece(NamedTuple):
+class Substructure(NamedTuple):
     """A substructure of a flexible link: name, start, end and interfaces [m]."""
 
     name: str
@@ -65,16 +65,16 @@ class Piece(NamedTuple):
     held: tuple[float, ...]
 
 
-def pieces(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Piece]:
+def substructures(mechanism: Mechanism, experiment: Experiment, name: str) -> list[Substructure]:
     """Divide a link with a beam into substructures, from its start; if divided, cuts are interfaces too."""
     beam, count = mechanism.link[name].beam, experiment.links[name].pieces
     assert beam is not None
     near, edges = _SAME * beam.length, np.linspace(0.0, beam.length, count + 1).tolist()
     held = np.sort([*interfaces(mechanism, experiment, name), *(edges if count > 1 else [])])
     held = held[np.diff(held, prepend=-beam.length) > near]
-    names = [f"{name}/piece{k + 1}" for k in range(count)] if count > 1 else [name]
+    names = [f"{name}/one{k + 1}" for k in range(count)] if count > 1 else [name]
     return [
-        Piece(own, a, b, tuple(held[(held > a - near) & (held < b + near)].tolist()))
+        Substructure(own, a, b, tuple(held[(held > a - near) & (held < b + near)].tolist()))
         for own, (a, b) in zip(names, pairwise(edges), strict=True)
     ]
 
@@ -106,7 +106,7 @@ def check_links(mechanism: Mechanism, experiment: Experiment) -> None:
         if mechanism.link[name].beam is None:
             place = f'<link name="{name}"> of {mechanism.source.name}'
             raise InputError(experiment.source, f"{where}.model", f'"flexible" needs a <linkages:beam> in {place}')
-        others = max(len(piece.held) for piece in pieces(mechanism, experiment, name)) - 1
+        others = max(len(one.held) for one in substructures(mechanism, experiment, name)) - 1
         what = "joints and loads" if model.pieces == 1 else "joints, loads and ends of a substructure"
         for key, least in (("bending", 2 * others), ("axial", others)):
             count = getattr(model, key)

@@ -38,7 +38,7 @@ _SAME = 1e-9  # distance below which a frame coincides with a joint [m]
 OWN_WINDOWS = ("whole", "report", "steady", "later")
 
 
-def unbent(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
+def without_deformation(mechanism: Mechanism, experiment: Experiment, replaced: Iterable[str]) -> Experiment:
     """Remove the deformation outputs of links that became rigid by values replaced at these paths."""
     tables = {path.partition(".")[0] for path in replaced}
     rigid = {name for name, link in experiment.links.items() if not link.bends}

@@ -31,7 +31,7 @@ _SAME = 1e-9  # relative to a beam's length: closer places coincide
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class SegmentChain:
     """The chain of rigid segments of a flexible link.
 
     Attributes
@@ -81,7 +81,7 @@ class Row:
         return self.model.bending_damping(self.beam.elastic().pinned_frequency)
 
     @property
-    def pieces(self) -> list[str]:
+    def segments(self) -> list[str]:
         """Return the names of the n + 1 segments, as links."""
         return [f"{self.link.name}/piece{k}" for k in range(len(self.nodes))]
 
@@ -101,7 +101,7 @@ class Row:
 
     def carrier(self, point: Array) -> str:
         """Return the name of the segment that carries a reference point on the link."""
-        return self.pieces[int(np.searchsorted(self.hinges, self.along(point)))]
+        return self.segments[int(np.searchsorted(self.hinges, self.along(point)))]
 
     def stations(self) -> tuple[Array, Array]:
         """Return places (ns,) [m], and the factors (ns, n) that interpolate values at the hinges there.
@@ -120,7 +120,7 @@ class Row:
         return np.concatenate(places), np.concatenate(factors)
 
 
-def rows(mechanism: Mechanism, experiment: Experiment) -> dict[str, Row]:
+def chains(mechanism: Mechanism, experiment: Experiment) -> dict[str, SegmentChain]:
     """Make the segment chains of all flexible links, by name."""
     found = {}
     for name in experiment.flexible:
@@ -128,7 +128,7 @@ def rows(mechanism: Mechanism, experiment: Experiment) -> dict[str, Row]:
         assert link.beam is not None  # `linkages.model.check` saw to it
         places = np.array(sorted({0.0, *interfaces(mechanism, experiment, name), link.beam.length}))
         apart = np.diff(places, append=2.0 * link.beam.length) > _SAME * link.beam.length
-        found[name] = Row(link, experiment.links[name], places[apart])
+        found[name] = SegmentChain(link, experiment.links[name], places[apart])
     return found
 
 
@@ -137,13 +137,13 @@ def segmented(mechanism: Mechanism, experiment: Experiment) -> tuple[Mechanism, 
 
     Frames, joints and loads keep their names; the name of a link becomes a frame on one of its segments.
     """
-    cut = rows(mechanism, experiment)
+    cut = chains(mechanism, experiment)
     links = [
         part
         for link in mechanism.links
-        for part in (_pieces(cut[link.name], mechanism) if link.name in cut else [link])
+        for part in (_segments(cut[link.name], mechanism) if link.name in cut else [link])
     ]
-    hinges = [hinge for row in cut.values() for hinge in _hinges(row, mechanism)]
+    hinges = [hinge for chain in cut.values() for hinge in _hinges(chain, mechanism)]
     frames = [*mechanism.frames, *(mechanism.point[name] for name in cut)]
     machine = replace(
         mechanism,
@@ -151,25 +151,25 @@ def segmented(mechanism: Mechanism, experiment: Experiment) -> tuple[Mechanism, 
         joints=(*hinges, *(_carried(joint, cut) for joint in mechanism.joints)),  # hinges are never cut
         frames=tuple(replace(f, link=cut[f.link].carrier(f.origin)) if f.link in cut else f for f in frames),
     )
-    return machine, _done_with(machine, experiment, cut)
+    return machine, _experiment_of(machine, experiment, cut)
 
 
-def _pieces(row: Row, mechanism: Mechanism) -> Iterator[Link]:
-    for part in parts(mechanism, row.link, row.pieces, [0.0, *row.hinges, row.beam.length]):
+def _segments(chain: SegmentChain, mechanism: Mechanism) -> Iterator[Link]:
+    for part in parts(mechanism, chain.link, chain.segments, [0.0, *chain.hinges, chain.beam.length]):
         yield replace(part, beam=None)
 
 
-def _hinges(row: Row, mechanism: Mechanism) -> Iterator[Joint]:
-    beam, basis = row.beam, mechanism.basis
-    depth = basis[:, 2] * (basis[:, 2] @ row.link.translation)
-    for name, s, parent, child in zip(row.joints, row.hinges, row.pieces[:-1], row.pieces[1:], strict=True):
+def _hinges(chain: SegmentChain, mechanism: Mechanism) -> Iterator[Joint]:
+    beam, basis = chain.beam, mechanism.basis
+    depth = basis[:, 2] * (basis[:, 2] @ chain.link.translation)
+    for name, s, parent, child in zip(chain.joints, chain.hinges, chain.segments[:-1], chain.segments[1:], strict=True):
         at = beam.start + s / beam.length * (beam.end - beam.start)
         place = basis[:, :2] @ at + depth
         normal, none = basis[:, 2], np.zeros(2)
         yield Joint(name, "revolute", parent, child, normal, place, place, None, None, at, at, 1.0, none)
 
 
-def _carried(joint: Joint, cut: dict[str, Row]) -> Joint:
+def _carried(joint: Joint, cut: dict[str, SegmentChain]) -> Joint:
     """Return a joint between the segments that carry it."""
     on_parent = joint.on_child if joint.type == "fixed" else joint.on_parent
     parent = cut[joint.parent].carrier(on_parent) if joint.parent in cut else joint.parent
@@ -177,7 +177,7 @@ def _carried(joint: Joint, cut: dict[str, Row]) -> Joint:
     return replace(joint, parent=parent, child=child)
 
 
-def _done_with(machine: Mechanism, experiment: Experiment, cut: dict[str, Row]) -> Experiment:
+def _experiment_of(machine: Mechanism, experiment: Experiment, cut: dict[str, SegmentChain]) -> Experiment:
     own: dict[str, Frame] = {frame.name: frame for frame in machine.frames}
 
     def carrier(link: str) -> str:
@@ -193,8 +193,8 @@ def _done_with(machine: Mechanism, experiment: Experiment, cut: dict[str, Row]) 
     for spring in springs.values():
         if spring.get("links") is not None:
             spring["links"] = [carrier(link) for link in spring["links"]]
-    for row in cut.values():
-        for name, joint, stiffness in zip(row.springs, row.joints, row.stiffnesses.tolist(), strict=True):
-            values = {"stiffness": stiffness, "damping": row.damping * stiffness, "free_angle": 0.0}
+    for chain in cut.values():
+        for name, joint, stiffness in zip(chain.springs, chain.joints, chain.stiffnesses.tolist(), strict=True):
+            values = {"stiffness": stiffness, "damping": chain.damping * stiffness, "free_angle": 0.0}
             springs[name] = {"joint": joint, **values}
     return experiment_of(experiment.source, data, experiment.sources)

@@ -153,8 +153,8 @@ def _deflection(system: System, name: str) -> tuple[Any, ...]:
 
 
 def _within(system: System, name: str) -> tuple[Any, ...]:
-    link = system.tree.pieces[name]
-    first = list(system.tree.bent).index(link[0].name)
+    link = system.tree.flexible[name]
+    first = list(system.tree.substructures).index(link[0].name)
     return first, first + len(link), _NOWHERE, 0.0
 
 
@@ -306,10 +306,10 @@ OWNERS = (
     ),
     Owner(
         BEND, "FRAME (flexible link)", False,
-        lambda s: [frame.name for frame in s.mechanism.frames if frame.link in s.tree.pieces],
+        lambda s: [frame.name for frame in s.mechanism.frames if frame.link in s.tree.flexible],
         _deflection, _described(FRAME_BENDING),
     ),
-    Owner(WITHIN, "LINK (flexible)", False, lambda s: s.tree.pieces, _within, _described(LINK_BENDING)),
+    Owner(WITHIN, "LINK (flexible)", False, lambda s: s.tree.flexible, _within, _described(LINK_BENDING)),
     Owner(COORDINATE, "q", False, lambda s: (), lambda s, name: (), {}),
     Owner(
         LINKAGE, "", False, lambda s: ("",), lambda s, name: (0, 0, _NOWHERE, 0.0),
@@ -371,7 +371,7 @@ def unit(system: System, name: str) -> str:
     if name.removeprefix(IDEAL).endswith(f".{TURNING}"):
         return "rad/s"
     plain = name.removeprefix(IDEAL).removesuffix(JITTER)
-    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.pieces:  # of a run with rigid segments
+    if plain.removeprefix("q.").partition(HINGE)[0] in system.tree.flexible:  # of a run with rigid segments
         return "rad"
     owner, quantity, thing = _look_up(system, plain, ideal=name.startswith(IDEAL))
     joint = system.mechanism.joint.get(thing)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from linkages.kernel import Array
-from linkages.model.segment_model import Row
+from linkages.model.segment_model import SegmentChain
 from linkages.outputs.registry import names
 from linkages.system.rigid_segments import Segmented
 
@@ -37,52 +37,52 @@ def whole_columns(system: Segmented, ideal: bool, tabulated: Callable[[Sequence[
     table = tabulated(own)
     found = {name: table[name] for name in ("time", *kept)}
     found["strain_energy"], found["damping_power"] = np.zeros((2, len(table["time"])))
-    for row in system.rows.values():
+    for chain in system.chains.values():
         for frame in system.whole.mechanism.frames:
-            if frame.link == row.link.name:
-                found[f"{frame.name}.deflection"] = _deflection(row, frame.name, frame.origin, table)
-        found |= _within(row, table) | _largest_deflection(row, table)
-        turns = np.array([table[f"q.{name}"] for name in row.joints])
-        rates = np.diff([table[f"{name}.omega"] for name in row.pieces], axis=0)
-        found["strain_energy"] = found["strain_energy"] + 0.5 * row.stiffnesses @ turns**2
-        found["damping_power"] = found["damping_power"] + row.damping * row.stiffnesses @ rates**2
+            if frame.link == chain.link.name:
+                found[f"{frame.name}.deflection"] = _deflection(chain, frame.name, frame.origin, table)
+        found |= _within(chain, table) | _largest_deflection(chain, table)
+        turns = np.array([table[f"q.{name}"] for name in chain.joints])
+        rates = np.diff([table[f"{name}.omega"] for name in chain.segments], axis=0)
+        found["strain_energy"] = found["strain_energy"] + 0.5 * chain.stiffnesses @ turns**2
+        found["damping_power"] = found["damping_power"] + chain.damping * chain.stiffnesses @ rates**2
     return found
 
 
-def _deflection(row: Row, name: str, drawn: Array, table: Columns) -> Array:
+def _deflection(chain: SegmentChain, name: str, drawn: Array, table: Columns) -> Array:
     """Compute the change of a frame's distance from the beam's chord due to deformation."""
-    (x, y), (x0, y0), (x1, y1) = ((table[f"{at}.x"], table[f"{at}.y"]) for at in (name, *row.beam.frames))
+    (x, y), (x0, y0), (x1, y1) = ((table[f"{at}.x"], table[f"{at}.y"]) for at in (name, *chain.beam.frames))
     dx, dy = x1 - x0, y1 - y0
-    (ux, uy), (rx, ry) = (row.beam.end - row.beam.start) / row.beam.length, drawn - row.beam.start
+    (ux, uy), (rx, ry) = (chain.beam.end - chain.beam.start) / chain.beam.length, drawn - chain.beam.start
     distance: Array = (dx * (y - y0) - dy * (x - x0)) / np.hypot(dx, dy) - (ux * ry - uy * rx)
     return distance
 
 
-def _largest_deflection(row: Row, table: Columns) -> Columns:
+def _largest_deflection(chain: SegmentChain, table: Columns) -> Columns:
     """Compute the largest distance of a hinge from the beam's chord, and its place."""
-    edges = np.array([0.0, *row.hinges, row.beam.length])
-    angles, lengths = np.array([table[f"{name}.angle"] for name in row.pieces]), np.diff(edges)[:, None]
+    edges = np.array([0.0, *chain.hinges, chain.beam.length])
+    angles, lengths = np.array([table[f"{name}.angle"] for name in chain.segments]), np.diff(edges)[:, None]
     x, y = np.cumsum(lengths * np.cos(angles), axis=0), np.cumsum(lengths * np.sin(angles), axis=0)
     distances = np.abs(x[-1] * y - y[-1] * x) / np.hypot(x[-1], y[-1])
-    name = row.link.name
+    name = chain.link.name
     return {
         f"{name}.deflection": distances.max(axis=0),
         f"{name}.deflection_place": edges[1 + distances.argmax(axis=0)],
     }
 
 
-def _within(row: Row, table: Columns) -> Columns:
+def _within(chain: SegmentChain, table: Columns) -> Columns:
     """Compute largest bending moment, normal stress and compression from the hinges' springs and forces."""
-    beam, (places, factors) = row.beam, row.stations()
-    moments = factors @ np.array([table[f"{name}.torque"] for name in row.springs])
-    way = np.arctan2(*(beam.end - beam.start)[::-1]) - row.link.angle
+    beam, (places, factors) = chain.beam, chain.stations()
+    moments = factors @ np.array([table[f"{name}.torque"] for name in chain.springs])
+    way = np.arctan2(*(beam.end - beam.start)[::-1]) - chain.link.angle
     pulls = []
-    for name, inner, outer in zip(row.joints, row.pieces[:-1], row.pieces[1:], strict=True):
+    for name, inner, outer in zip(chain.joints, chain.segments[:-1], chain.segments[1:], strict=True):
         angle = way + 0.5 * (table[f"{inner}.angle"] + table[f"{outer}.angle"])
         pulls.append(-np.cos(angle) * table[f"{name}.fx"] - np.sin(angle) * table[f"{name}.fy"])
     force = factors @ np.array(pulls)
     stress = np.abs(force) / beam.area + np.abs(moments) * 0.5 * beam.height / beam.second_moment
-    name = row.link.name
+    name = chain.link.name
     return {
         f"{name}.bending": np.abs(moments).max(axis=0),
         f"{name}.stress": stress.max(axis=0),

@@ -68,7 +68,7 @@ def write_figures(study: Study, folder: Path) -> list[Path]:
         figures["guides"] = guides_figure
     if study.contacts:
         figures["impacts"] = contacts_figure
-    if study.system.tree.bent:
+    if study.system.tree.flexible:
         figures["links"] = links_figure
     figures["joint_forces"] = forces_figure
     if study.system.experiment.drives:
@@ -144,13 +144,13 @@ def _shown(study: Study, name: str, values: np.ndarray) -> tuple[str, float]:
 
 
 def _ideal_label(study: Study) -> str:
-    return "ideal joints, rigid links" if study.system.tree.bent else "ideal joints"
+    return "ideal joints, rigid links" if study.system.tree.flexible else "ideal joints"
 
 
 def _run_label(study: Study) -> str:
     """Return the label of the run: its differences from the ideal motion."""
     parts = ["clearance"] if study.system.experiment.play else []
-    parts += ["flexible links"] if study.system.tree.bent else []
+    parts += ["flexible links"] if study.system.tree.flexible else []
     return f"with {' and '.join(parts)}" if parts else "integrated"
 
 

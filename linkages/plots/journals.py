@@ -192,16 +192,16 @@ def finely(study: Study, name: str) -> tuple[Array, NDArray[np.int64]]:
     run, phase = study.run, phases(study.run, name)
     e = np.column_stack([run[f"{name}.ex"], run[f"{name}.ey"]])
     chord = _CHORD * (study.system.experiment.joints[name].clearance or np.inf)
-    pieces = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
-    extra = int(np.sum(pieces - 1))
+    counts = np.ceil(np.hypot(*np.diff(e, axis=0).T) / chord).astype(int).clip(1, _MOST_SEGMENTS)
+    extra = int(np.sum(counts - 1))
     if run.evaluate is None or not 0 < extra <= _MOST_SEGMENTS:
         return e, phase
-    cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], pieces, strict=False)]
+    cuts = [np.linspace(a, b, n + 1)[1:-1] for a, b, n in zip(run.time, run.time[1:], counts, strict=False)]
     times = np.concatenate(cuts)
     between = run.evaluate(times)
     order = np.argsort(np.concatenate([run.time, times]), kind="stable")
     added = np.column_stack([between[f"{name}.ex"], between[f"{name}.ey"]])
-    return np.concatenate([e, added])[order], np.repeat(phase, pieces)
+    return np.concatenate([e, added])[order], np.repeat(phase, counts)
 
 
 def _draw_wall(axis: Axes, path: Array, clearance: float, phase: NDArray[np.int64]) -> None:

@@ -15,7 +15,7 @@ def links_figure(study: Study) -> Figure:
     Next to each stress is its place along the link at each time.
     """
     system, run = study.system, study.run
-    names = list(system.tree.pieces)
+    names = list(system.tree.flexible)
     figure = Figure(figsize=(6.3, 0.8 + 3.2 * len(names) + 1.4), layout="constrained")
     grid = figure.add_gridspec(2 * len(names) + 1, 2, width_ratios=[3, 1])
     strain = figure.add_subplot(grid[-1, 0])
@@ -36,7 +36,7 @@ def links_figure(study: Study) -> Figure:
         stress.plot(run.time, factor * values, color=COLORS[0], lw=0.9)
         stress.set_ylabel(axis_label("largest\nstress", unit))
         where = figure.add_subplot(grid[2 * k + 1, 1], sharey=stress)
-        length = sum(piece.beam.length for piece in system.tree.pieces[name])
+        length = sum(piece.beam.length for piece in system.tree.flexible[name])
         along, scale = engineering("m", length)
         where.plot(scale * place, factor * values, ".", color=COLORS[0], ms=1.5)
         top = int(values.argmax())

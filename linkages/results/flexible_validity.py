@@ -1,4 +1,4 @@
-"""Validity of the flexible-link model in a run: rules in `BENT_RULES`."""
+"""Validity of the flexible-link model in a run: rules in `FLEXIBLE_RULES`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import Finding, Rule
 from linkages.system import System
-from linkages.system.flexible_link import BentLink
+from linkages.system.flexible_link import FlexibleLink
 
 #: Slope against the frame's axis with a stiffness error of 1 % (half the squared slope) [rad].
 SLOPE = math.sqrt(2.0 * 0.01)
@@ -28,24 +28,24 @@ ABOVE = 10.0
 _SAMPLES = 101  # number of samples along the beam
 
 
-class BentCase(NamedTuple):
+class FlexibleCase(NamedTuple):
     """A flexible link in one run, with the impacts of the contacts on it."""
 
     link: str
-    pieces: Sequence[BentLink]
+    substructures: Sequence[FlexibleLink]
     run: Trajectory
     impacts: Sequence[Impact]
     drives: Sequence[str]  # drives of revolute joints
 
 
-def bent_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[tuple[str, BentCase]]:
+def flexible_cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[tuple[str, FlexibleCase]]:
     """Yield the flexible links with the data of the rules; none for runs with other link models."""
     carried = _carriers(system)
     drives = [name for name in system.tree.driven if system.mechanism.joint[name].type == "revolute"]
     return [
-        (name, BentCase(name, pieces, run, [hit for hit in impacts if name in carried[hit.joint]], drives))
-        for name, pieces in system.tree.pieces.items()
-        if f"q.{pieces[0].coordinates[0]}" in run.columns
+        (name, FlexibleCase(name, substructures, run, [hit for hit in impacts if name in carried[hit.joint]], drives))
+        for name, substructures in system.tree.flexible.items()
+        if f"q.{substructures[0].coordinates[0]}" in run.columns
     ]
 
 
@@ -54,7 +54,7 @@ def _carriers(system: System) -> dict[str, set[str]]:
     tree = system.tree
     records, names = (
         tree.bodies.records,
-        {tree.index[p.name]: link for link, found in tree.pieces.items() for p in found},
+        {tree.index[p.name]: link for link, found in tree.flexible.items() for p in found},
     )
     found: dict[str, set[str]] = {}
     for (_, label), end in zip(system.contacts, system.ends, strict=True):
@@ -64,11 +64,11 @@ def _carriers(system: System) -> dict[str, set[str]]:
     return found
 
 
-def _slope(case: BentCase) -> Finding | None:
+def _slope(case: FlexibleCase) -> Finding | None:
     largest = np.zeros(len(case.run.time))
-    for piece in case.pieces:
-        eta = np.array([case.run[f"q.{name}"] for name in piece.coordinates])
-        slopes = piece.modes.shapes(np.linspace(*piece.ends, _SAMPLES), 1)[1] @ eta
+    for part in case.substructures:
+        eta = np.array([case.run[f"q.{name}"] for name in part.coordinates])
+        slopes = part.modes.shapes(np.linspace(*part.ends, _SAMPLES), 1)[1] @ eta
         largest = np.maximum(largest, np.max(np.abs(slopes), axis=0))
     worst = int(np.argmax(largest))
     value = float(largest[worst])
@@ -76,35 +76,35 @@ def _slope(case: BentCase) -> Finding | None:
     return Finding(value, float(case.run.time[worst]), text) if value > SLOPE else None
 
 
-def _strut(case: BentCase) -> Finding | None:
+def _strut(case: FlexibleCase) -> Finding | None:
     force = case.run[f"{case.link}.compression"]
-    worst, elastic = int(np.argmax(force)), case.pieces[0].beam.elastic()
+    worst, elastic = int(np.argmax(force)), case.substructures[0].beam.elastic()
     euler = math.pi**2 * elastic.bending / elastic.length**2
     value = float(force[worst]) / euler
     text = f"half doubles the deflection; the Euler load with pinned ends is {euler:.3g} N"
     return Finding(value, float(case.run.time[worst]), text) if value > BUCKLING else None
 
 
-def _wave(case: BentCase) -> Finding | None:
-    count = sum(len(piece.modes.names) - piece.modes.bending for piece in case.pieces)
+def _wave(case: FlexibleCase) -> Finding | None:
+    count = sum(len(part.modes.names) - part.modes.bending for part in case.substructures)
     if count >= AXIAL or not case.impacts:
         return None
     return Finding(count, min(hit.start for hit in case.impacts), f"{AXIAL} or more")
 
 
-def _blow(case: BentCase) -> Finding | None:
+def _impact(case: FlexibleCase) -> Finding | None:
     shortest = min(case.impacts, key=lambda hit: hit.duration, default=None)
     if shortest is None or not shortest.duration > 0.0:
         return None
-    highest = max(float(np.max(piece.modes.frequencies)) for piece in case.pieces) / (2.0 * math.pi)
+    highest = max(float(np.max(part.modes.frequencies)) for part in case.substructures) / (2.0 * math.pi)
     value = highest * shortest.duration
     text = f"at least 1; a contact lasts {shortest.duration:.3g} s, the fastest mode has {highest:.3g} Hz"
     return Finding(value, shortest.start, text) if value < 1.0 else None
 
 
-def _drive(case: BentCase) -> Finding | None:
+def _drive(case: FlexibleCase) -> Finding | None:
     rates = [np.abs(case.run[f"{name}.rate"]) for name in case.drives]
-    bending = [piece.modes.frequencies[: piece.modes.bending] for piece in case.pieces if piece.modes.bending]
+    bending = [part.modes.frequencies[: part.modes.bending] for part in case.substructures if part.modes.bending]
     if not rates or not bending:
         return None
     fastest = np.max(rates, axis=0)
@@ -115,7 +115,7 @@ def _drive(case: BentCase) -> Finding | None:
     return Finding(value, float(case.run.time[worst]), f"{ABOVE:g} or more") if value < ABOVE else None
 
 
-BENT_RULES = (
+FLEXIBLE_RULES = (
     Rule(
         "flexible",
         "the deflection of a link exceeds the validity of its model: its largest slope is",
@@ -133,7 +133,7 @@ BENT_RULES = (
         "flexible",
         "a contact is shorter than one period of the fastest mode of a link: ratio",
         "keep more modes, axial ones first, until the peaks converge",
-        _blow,
+        _impact,
     ),
     Rule(
         "flexible",

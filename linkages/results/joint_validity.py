@@ -20,7 +20,7 @@ from linkages.laws.viscosity import DENSITY_15, density
 from linkages.model.experiment_tables import Contact, JointModel
 from linkages.model.mechanism import Joint
 from linkages.results.film_error import film_error
-from linkages.results.flexible_validity import BENT_RULES, bent_cases
+from linkages.results.flexible_validity import FLEXIBLE_RULES, flexible_cases
 from linkages.results.impacts import Impact
 from linkages.results.trajectory import Trajectory
 from linkages.results.validity import Finding, Rule, broken
@@ -87,7 +87,11 @@ def outside(system: System, run: Trajectory, impacts: Sequence[Impact]) -> list[
     """
     cases = [(case.joint.name, case) for case in _cases(system, run, impacts)]
     touches = list(_touches(system, run))
-    return [*broken(RULES, cases), *broken(DEPTH_RULES, touches), *broken(BENT_RULES, bent_cases(system, run, impacts))]
+    return [
+        *broken(RULES, cases),
+        *broken(DEPTH_RULES, touches),
+        *broken(FLEXIBLE_RULES, flexible_cases(system, run, impacts)),
+    ]
 
 
 def _cases(system: System, run: Trajectory, impacts: Sequence[Impact]) -> Iterator[Case]:

@@ -62,10 +62,10 @@ class _Finder:
         self.system, self.tree, self.rows = system, tree, tree.closure_rows
         owned = {
             tree.coordinates.index(name): link
-            for link, pieces in tree.pieces.items()
-            for piece in pieces
-            for name in piece.coordinates
-            if piece.model.start == "quasi-static"
+            for link, substructures in tree.flexible.items()
+            for part in substructures
+            for name in part.coordinates
+            if part.model.start == "quasi-static"
         }
         self.modes, self.links = np.array(list(owned), np.int64), list(owned.values())
         self.free = np.setdiff1d(tree.closing_dofs, tree.powered_dofs)
@@ -139,7 +139,7 @@ class _Finder:
         tau[tree.powered_dofs] = system.torques(np.array([t]))[0][0]
         a[tree.driven_dofs] = system.motions(np.array([t]))[2][0]
         constrained_dynamics(
-            tree.unbent_bodies, self.rows, self.rank, tree.extent, 0.0, system.gravity,
+            tree.undeforming_bodies, self.rows, self.rank, tree.extent, 0.0, system.gravity,
             q, v, work.wrench, tau, a, reaction, np.zeros(n),
         )  # fmt: skip
         a[len(tree.joint_dofs) :] = 0.0

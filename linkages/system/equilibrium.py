@@ -68,7 +68,7 @@ def _passed(system: Unassembled, start: Assembly) -> tuple[Array, Array, Array]:
     acceleration[tree.driven_dofs] = system.motions(np.zeros(1))[2][0]
     rank = independent(tree, rows, start.q, tree.closing_dofs)
     constrained_dynamics(
-        tree.unbent_bodies, rows, rank, tree.extent, 0.0, system.gravity,
+        tree.undeforming_bodies, rows, rank, tree.extent, 0.0, system.gravity,
         start.q, start.v, wrench, tau, acceleration, reaction, np.zeros(n),
     )  # fmt: skip
     return reaction[: 2 * len(tree.play)], pose, vel

@@ -12,7 +12,7 @@ import numpy as np
 from linkages.arrays import Array, Records
 from linkages.files.raw_model import LinkBeam
 from linkages.flexible.component_modes import ComponentModes, component_modes
-from linkages.model.beam_interfaces import parts, pieces
+from linkages.model.beam_interfaces import parts, substructures
 from linkages.model.experiment import Experiment
 from linkages.model.mechanism import Joint, Link, Mechanism
 from linkages.planar.bodies import DAMPING, ELASTIC, MATRIX, SHAPE, STIFFNESS
@@ -28,7 +28,7 @@ _POINTS = 8  # number of Gauss points between stations
 
 
 @dataclass(frozen=True)
-class BentLink:
+class FlexibleLink:
     """A flexible link, or one of its substructures.
 
     Attributes
@@ -147,7 +147,9 @@ class BentLink:
         return stations, at_modes
 
 
-def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: Joint | None) -> tuple[BentLink, ...]:
+def flexible_link(
+    mechanism: Mechanism, experiment: Experiment, name: str, carrier: Joint | None
+) -> tuple[FlexibleLink, ...]:
     """Divide a flexible link into substructures, each listed after its carrier; `carrier` None: the link floats.
 
     The frame's axis passes through the farthest joint of the link if the carrying joint leaves the rotation free.
@@ -166,7 +168,7 @@ def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: 
     def along(point: Array) -> float:
         return float((point - whole.start) @ direction)
 
-    named, cells = _named(experiment), pieces(mechanism, experiment, name)
+    named, cells = _named(experiment), substructures(mechanism, experiment, name)
     points = {point.name: along(point.origin) for point in mechanism.point.values() if point.link == name}
     joints = {
         joint.name: along(place)
@@ -177,18 +179,18 @@ def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: 
     carried = joints[carrier.name] if carrier else min(joints.values())
     free = carrier is None or (carrier.type == "revolute" and carrier.name not in experiment.drives)
 
-    def piece_at(s: float) -> int:
+    def index_at(s: float) -> int:
         return int(np.searchsorted([cell.end for cell in cells[:-1]], s))
 
     edges = [0.0, *(cell.end for cell in cells)]
     rods = parts(mechanism, link, [cell.name for cell in cells], edges) if len(cells) > 1 else [link]
-    root, found = piece_at(carried), []
+    root, found = index_at(carried), []
     for k in (*range(root, len(cells)), *reversed(range(root))):
         _, a, b, held = cells[k]
         inner = k - 1 if k > root else k + 1
         origin = carried if k == root else (a if k > root else b)
         cuts = [s for s in (a, b) if 0.0 < s < length]
-        own, frames = ({one: s for one, s in of.items() if piece_at(s) == k} for of in (joints, points))
+        own, frames = ({one: s for one, s in of.items() if index_at(s) == k} for of in (joints, points))
         sections = _distinct([*own.values(), *frames.values(), *cuts], origin, a, b)
         used = [s for joint, s in own.items() if carrier is None or joint != carrier.name or joint in named]
         used += [s for point, s in frames.items() if point in named] + cuts
@@ -204,7 +206,7 @@ def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: 
             model.stiffening,
         )
         found.append(
-            BentLink(
+            FlexibleLink(
                 name=cells[k].name,
                 model=model,
                 part=rods[k],
@@ -223,15 +225,15 @@ def bent_link(mechanism: Mechanism, experiment: Experiment, name: str, carrier: 
     return tuple(found)
 
 
-def section_at(link: Sequence[BentLink], point: Array) -> tuple[str, float]:
+def section_at(link: Sequence[FlexibleLink], point: Array) -> tuple[str, float]:
     """Return the substructure's name and section's abscissa that carry a joint or frame at a reference point."""
 
-    def beyond(piece: BentLink) -> float:
-        s = float((point - piece.origin) @ piece.direction)
-        return max(piece.ends[0] - s, s - piece.ends[1])
+    def beyond(part: FlexibleLink) -> float:
+        s = float((point - part.origin) @ part.direction)
+        return max(part.ends[0] - s, s - part.ends[1])
 
-    piece = min(link, key=beyond)
-    return piece.name, piece.abscissa(point)
+    part = min(link, key=beyond)
+    return part.name, part.abscissa(point)
 
 
 def _named(experiment: Experiment) -> set[str]:

@@ -67,7 +67,7 @@ class IdealMotion:
         self.system = system
         self.status = Status.OK
         self._scale = coordinate_scale(system.tree)
-        count = int(np.clip(np.ceil(system.drive_way / _GRID), _FEWEST, _MANY))
+        count = int(np.clip(np.ceil(system.drive_travel / _GRID), _FEWEST, _MANY))
         self.times = np.linspace(0.0, system.experiment.duration, count + 1)
         self._follow_branch()
 
@@ -220,9 +220,9 @@ def check_duration(system: System) -> None:
         If the fastest drive moves more than 20,000 rad or m; an oscillation counts as 2 pi rad.
     """
     most = _MANY * _COARSEST
-    if system.drive_way > most:
-        asked, followed = (way / (2.0 * np.pi) for way in (system.drive_way, most))
-        longest = system.experiment.duration * most / system.drive_way
+    if system.drive_travel > most:
+        asked, followed = (way / (2.0 * np.pi) for way in (system.drive_travel, most))
+        longest = system.experiment.duration * most / system.drive_travel
         problem = (
             f"is {asked:.0f} revolutions (or oscillations) of the fastest drive; the ideal linkage supports at most "
             f"{followed:.0f}: give {longest:.4g} s or less, or slow the drive"

@@ -11,7 +11,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, Status
-from linkages.model.segment_model import Row, rows
+from linkages.model.segment_model import SegmentChain, chains
 from linkages.model.segment_model import segmented as cut
 from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
@@ -30,12 +30,12 @@ class Segmented(System):
     ----------
     whole : System
         The equivalent linkage with flexible links.
-    rows : dict of Row
+    chains : dict of SegmentChain
         The segments of each flexible link, by name.
     """
 
     whole: System = field(kw_only=True)
-    rows: Mapping[str, Row] = field(kw_only=True)
+    chains: Mapping[str, SegmentChain] = field(kw_only=True)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the linkage with flexible links."""
@@ -44,7 +44,7 @@ class Segmented(System):
     @cached_property
     def tree(self) -> Tree:
         """Return the spanning tree; loop closure keeps its hinge angles fixed, like modal coordinates."""
-        names = frozenset(name for row in self.rows.values() for name in row.joints)
+        names = frozenset(name for chain in self.chains.values() for name in chain.joints)
         hinges = tuple(name for name in super().tree.coordinates if name in names)
         return replace(super().tree, hinges=hinges)
 
@@ -83,30 +83,30 @@ class Segmented(System):
         place = {name: k for k, name in enumerate(tree.coordinates)}
         for k, name in enumerate(whole.coordinates):
             link, _, part = name.rpartition(".")
-            name = f"{self.rows[link].pieces[0]}.{part}" if link in self.rows else name
+            name = f"{self.chains[link].segments[0]}.{part}" if link in self.chains else name
             if name in place:
                 result[..., place[name]] = q[..., k]
-        for link, row in self.rows.items():
-            turns = _section_turns(whole, link, row.nodes, q)
-            for k, name in enumerate(row.joints):
+        for link, chain in self.chains.items():
+            turns = _section_turns(whole, link, chain.nodes, q)
+            for k, name in enumerate(chain.joints):
                 result[..., place[name]] = turns[..., k + 1] - turns[..., k]
-            carried, at = whole.edges.get(link), row.pieces[0]
+            carried, at = whole.edges.get(link), chain.segments[0]
             if carried is not None:
                 at = next(link for link, edge in tree.edges.items() if edge.joint == carried.joint)
-            turn = turns[..., row.pieces.index(at)]
+            turn = turns[..., chain.segments.index(at)]
             name = f"{at}.angle" if carried is None else carried.joint
-            if whole.pieces[link][0].is_chord and name in place:
+            if whole.flexible[link][0].is_chord and name in place:
                 result[..., place[name]] += float(whole.bodies.records[whole.index[link]]["sign"]) * turn
         return result
 
     def largest_deflection(self, q: Array) -> float:
         """Compute the largest distance [m] of a hinge from its beam's chord, at coordinates (nt, n)."""
         found = 0.0
-        for row in self.rows.values():
-            turns = q[:, [self.tree.coordinates.index(name) for name in row.joints]].cumsum(axis=1)
-            edges = np.array([*row.hinges, row.beam.length])
+        for chain in self.chains.values():
+            turns = q[:, [self.tree.coordinates.index(name) for name in chain.joints]].cumsum(axis=1)
+            edges = np.array([*chain.hinges, chain.beam.length])
             across = np.hstack([np.zeros((len(q), 1)), (turns * np.diff(edges)).cumsum(axis=1)])
-            part = (edges - row.hinges[0]) / np.ptp(edges)
+            part = (edges - chain.hinges[0]) / np.ptp(edges)
             found = max(found, float(np.abs(across - np.outer(across[:, -1], part)).max()))
         return found
 
@@ -118,11 +118,11 @@ def _section_turns(tree: Tree, link: str, places: Array, q: Array) -> Array:
     """
     found = np.zeros((*q.shape[:-1], len(places)))
     ends: dict[tuple[str, float], Array] = {}
-    for piece in tree.pieces[link]:
+    for piece in tree.flexible[link]:
         s, near = places - piece.first, _SAME * piece.beam.length
         eta = int(tree.bodies.records[tree.index[piece.name]]["eta"]) + np.arange(len(piece.modes.names))
         frame = ends[piece.carrier, piece.first] if piece.carrier else 0.0
-        cuts = [other.first for other in tree.pieces[link] if other.carrier == piece.name]
+        cuts = [other.first for other in tree.flexible[link] if other.carrier == piece.name]
         own = np.flatnonzero((s > piece.ends[0] - near) & (s < piece.ends[1] + near))
         slopes = piece.modes.shapes(np.concatenate([s[own], np.array(cuts) - piece.first]), 1)[1]
         turns = q[..., eta] @ slopes.T + frame
@@ -146,12 +146,12 @@ def segmented(system: System) -> Segmented:
     >>> segmented(system).tree.coordinates == system.tree.coordinates  # no flexible link
     True
     """
-    found = rows(system.mechanism, system.experiment)
-    return Segmented(*cut(system.mechanism, system.experiment), whole=system, rows=found)
+    found = chains(system.mechanism, system.experiment)
+    return Segmented(*cut(system.mechanism, system.experiment), whole=system, chains=found)
 
 
 def system_of(system: System, columns: Collection[str]) -> System:
     """Return the system whose coordinates are among a run's columns: with rigid segments if the run used them."""
-    if any(f"q.{name}" not in columns for link in system.tree.bent.values() for name in link.coordinates):
+    if any(f"q.{name}" not in columns for link in system.tree.substructures.values() for name in link.coordinates):
         return segmented(system)
     return system

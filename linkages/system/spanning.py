@@ -14,7 +14,7 @@ from linkages.kernel.by_reference import packed
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import STRAIGHT, Bodies, make_shapes
-from linkages.system.flexible_link import BentLink, section_at
+from linkages.system.flexible_link import FlexibleLink, section_at
 from linkages.system.tree import TYPES, Edge, Tree
 
 _NAMES = list(types.BODY.names or ())
@@ -26,7 +26,7 @@ def spanning_tree(
     play: Collection[str] = (),
     driven: Sequence[str] = (),
     powered: Sequence[str] = (),
-    bend: Mapping[str, Callable[[Joint | None], Sequence[BentLink]]] | None = None,
+    bend: Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]] | None = None,
 ) -> Tree:
     """Build the tree: clearance joints are cut first, then the fewest ideal joints that open all loops.
 
@@ -70,7 +70,7 @@ def spanning_tree(
         tuple(name for name in mechanism.joint if name in loops),
         tuple(driven),
         tuple(powered),
-        builder.pieces,
+        builder.flexible,
         builder.sections,
         builder.acting,
     )
@@ -84,14 +84,14 @@ class _Builder:
         mechanism: Mechanism,
         driven: tuple[str, ...],
         joints: Sequence[Joint],
-        bend: Mapping[str, Callable[[Joint | None], Sequence[BentLink]]],
+        bend: Mapping[str, Callable[[Joint | None], Sequence[FlexibleLink]]],
     ) -> None:
         self.mechanism = mechanism
         self.driven = driven
         self.joints = joints
         self.bend = bend
-        self.pieces: dict[str, Sequence[BentLink]] = {}
-        self.bent: dict[str, BentLink] = {}
+        self.flexible: dict[str, Sequence[FlexibleLink]] = {}
+        self.substructures: dict[str, FlexibleLink] = {}
         self.sections: dict[tuple[str, float], int] = {}
         self.rows: list[list[Any]] = []
         self.acting = 0
@@ -122,11 +122,11 @@ class _Builder:
         self._add(f"{name}.y", x_slide, types.PRISMATIC, 1.0, none, np.array([0.0, 1.0]), com, "")
         self._add(f"{name}.angle", y_slide, types.REVOLUTE, 1.0, none, none, com, name)
 
-    def _cut(self, link: str, carrier: Joint | None) -> BentLink:
+    def _cut(self, link: str, carrier: Joint | None) -> FlexibleLink:
         """Divide a flexible link into substructures; return the one that the joint carries."""
-        self.pieces[link] = self.bend[link](carrier)
-        self.bent |= {piece.name: piece for piece in self.pieces[link]} | {link: self.pieces[link][0]}
-        return self.bent[link]
+        self.flexible[link] = self.bend[link](carrier)
+        self.substructures |= {part.name: part for part in self.flexible[link]} | {link: self.flexible[link][0]}
+        return self.substructures[link]
 
     def _attach(self, joint: Joint, inner: str, outer: str) -> None:
         backwards = inner == joint.child
@@ -134,8 +134,8 @@ class _Builder:
         on_outer = joint.on_parent if backwards and joint.type != "fixed" else joint.on_child
         on_inner = joint.on_parent if not backwards and joint.type != "fixed" else joint.on_child
         sign, parent = -1.0 if backwards else 1.0, self.index[inner]
-        if inner in self.pieces:
-            parent = self.sections[section_at(self.pieces[inner], on_inner)]
+        if inner in self.flexible:
+            parent = self.sections[section_at(self.flexible[inner], on_inner)]
         if outer in self.bend:
             self._cut(outer, joint)
         at, axis = on_inner - self.drawn[parent], sign * joint.direction
@@ -151,36 +151,36 @@ class _Builder:
             self.coordinates.append(name)
         motion = self.driven.index(name) if name in self.driven else -1
         moving = bool(self.rows[parent][_MOVING]) or (dof >= 0 and motion < 0)
-        mass, com, inertia, bent = 0.0, np.zeros(2), 0.0, self.bent.get(link)
+        mass, com, inertia, flexible = 0.0, np.zeros(2), 0.0, self.substructures.get(link)
         if link:
-            body = bent.part if bent else self.mechanism.link[link]
+            body = flexible.part if flexible else self.mechanism.link[link]
             mass, com, inertia = body.mass, body.com - drawn, body.inertia
             self.index[link] = len(self.rows)
         modes, bends, beam = (
-            (len(bent.modes.names), bent.modes.bending, bent.direction) if bent else (0, 0, np.zeros(2))
+            (len(flexible.modes.names), flexible.modes.bending, flexible.direction) if flexible else (0, 0, np.zeros(2))
         )
         moving = moving or modes > 0
         self._row(parent, at, kind, dof, motion, moving, sign, axis, modes, bends, beam, mass, com, inertia)
         self.drawn.append(np.array(drawn))
-        if bent:
-            self._add_sections(bent)
-        for piece in self.pieces.get(link, ())[1:]:  # fixed to the ends of their carriers
-            parent = self.sections[section_at([self.bent[piece.carrier]], piece.origin)]
-            at = piece.origin - self.drawn[parent]
-            self._add("", parent, types.FIXED, 1.0, at, np.zeros(2), piece.origin, piece.name)
+        if flexible:
+            self._add_sections(flexible)
+        for part in self.flexible.get(link, ())[1:]:  # fixed to the ends of their carriers
+            parent = self.sections[section_at([self.substructures[part.carrier]], part.origin)]
+            at = part.origin - self.drawn[parent]
+            self._add("", parent, types.FIXED, 1.0, at, np.zeros(2), part.origin, part.name)
 
-    def _add_sections(self, bent: BentLink) -> None:
+    def _add_sections(self, flexible: FlexibleLink) -> None:
         """Add the loaded massless sections of a substructure; `bodies` adds the others."""
-        self.index[bent.name] = len(self.rows) - 1
-        for s in bent.abscissas:
-            self.sections[bent.name, s] = self.index[bent.name]
-            if s in bent.acting and bent.moves(s):
-                self._add_section(bent, s)
+        self.index[flexible.name] = len(self.rows) - 1
+        for s in flexible.abscissas:
+            self.sections[flexible.name, s] = self.index[flexible.name]
+            if s in flexible.acting and flexible.moves(s):
+                self._add_section(flexible, s)
 
-    def _add_section(self, bent: BentLink, s: float) -> None:
-        self.sections[bent.name, s] = len(self.rows)
-        self._row(self.index[bent.name], s * bent.direction, types.SECTION, moving=1, axis=bent.direction)
-        self.drawn.append(bent.origin + s * bent.direction)
+    def _add_section(self, flexible: FlexibleLink, s: float) -> None:
+        self.sections[flexible.name, s] = len(self.rows)
+        self._row(self.index[flexible.name], s * flexible.direction, types.SECTION, moving=1, axis=flexible.direction)
+        self.drawn.append(flexible.origin + s * flexible.direction)
 
     def _row(
         self,
@@ -214,21 +214,21 @@ class _Builder:
         """
         self.acting = len(self.rows)
         for name, s in list(self.sections):
-            if s not in self.bent[name].acting and self.bent[name].moves(s):
-                self._add_section(self.bent[name], s)
+            if s not in self.substructures[name].acting and self.substructures[name].moves(s):
+                self._add_section(self.substructures[name], s)
                 self.rows[-1][_DETACHED] = 1
-        pieces = [piece for link in self.pieces.values() for piece in link]
-        nm = max((len(bent.modes.names) for bent in pieces), default=0)
+        substructures = [part for link in self.flexible.values() for part in link]
+        nm = max((len(flexible.modes.names) for flexible in substructures), default=0)
         shapes = make_shapes(len(self.rows), nm)
-        for bent in pieces:
-            body = self.index[bent.name]
+        for flexible in substructures:
+            body = self.index[flexible.name]
             self.rows[body][_ETA] = len(self.coordinates)
-            self.coordinates += bent.coordinates
-            bent.fill(shapes[body])
+            self.coordinates += flexible.coordinates
+            flexible.fill(shapes[body])
             ex, ey, mass, cx, cy, inertia = self.rows[body][-6:]
             shapes[body, STRAIGHT, 0] = cx * ex + cy * ey, 0.0, np.sqrt(inertia / mass), 0.0
-            for s in bent.abscissas:
-                if self.sections[bent.name, s] != body:
-                    bent.fill_section(s, shapes[self.sections[bent.name, s]])
+            for s in flexible.abscissas:
+                if self.sections[flexible.name, s] != body:
+                    flexible.fill_section(s, shapes[self.sections[flexible.name, s]])
         records: Records = np.array([tuple(row) for row in self.rows], types.BODY)
         return packed(Bodies(records, shapes))

@@ -20,8 +20,8 @@ LEFT_OUT = ("frictions", "stops", "contacts")
 
 
 @dataclass(frozen=True, eq=False)
-class Standing(System):
-    """A linkage held in a pose; made by `standing`.
+class StaticSystem(System):
+    """A linkage held in a pose; made by `static_systems`.
 
     Attributes
     ----------
@@ -43,10 +43,10 @@ class Standing(System):
         InputError
             If the loads exceed the buckling load of a link.
         """
-        return deflected(self, self.pose, self.time) if self.tree.bent else self.pose
+        return deflected(self, self.pose, self.time) if self.tree.flexible else self.pose
 
 
-def standing(system: System, times: Sequence[float]) -> list[Standing]:
+def static_systems(system: System, times: Sequence[float]) -> list[StaticSystem]:
     """Hold a linkage in the poses of its drives at some times.
 
     Joints with clearance become ideal, flexible links stay flexible, and loads are evaluated at these times. Friction,
@@ -80,7 +80,7 @@ def standing(system: System, times: Sequence[float]) -> list[Standing]:
     return [_held(ideal, q, float(t)) for q, t in zip(poses, at, strict=True)]
 
 
-def _held(ideal: System, q: Array, time: float) -> Standing:
+def _held(ideal: System, q: Array, time: float) -> StaticSystem:
     """Return a linkage with ideal joints held at coordinates (n,)."""
     tree, start = ideal.tree, ideal.assembly
     still = {
@@ -89,4 +89,4 @@ def _held(ideal: System, q: Array, time: float) -> Standing:
     }
     held = ideal.replaced(still)
     pose = Assembly(q, np.zeros(len(q)), start.mobility, start.quality)
-    return Standing(held.mechanism, held.experiment, pose=pose, time=time)
+    return StaticSystem(held.mechanism, held.experiment, pose=pose, time=time)

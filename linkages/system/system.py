@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Records
 from linkages.laws import Registered, registered, restore
-from linkages.model.check import unbent
+from linkages.model.check import without_deformation
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
 from linkages.model.mechanism import Mechanism, faults_of_values, load_mechanism
 from linkages.planar.arrays import Arrays
@@ -99,7 +99,7 @@ class System(Unassembled):
             else:
                 mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
-        experiment = unbent(mechanism, experiment, values)
+        experiment = without_deformation(mechanism, experiment, values)
         same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
         same_start = same_start and not experiment.flexible
         return System(mechanism, experiment, (self._twin or self) if same_start else None)
@@ -163,7 +163,7 @@ class System(Unassembled):
         whole = partial(assemble, self.tree, self.experiment, self.motions, self.loads)
         resting = self.experiment.start == "equilibrium" and self.tree.play
         straight = whole(resting_offsets(self, whole)) if resting else whole()
-        return deflected(self, straight) if self.tree.bent else straight
+        return deflected(self, straight) if self.tree.flexible else straight
 
     @property
     def determinate(self) -> bool:
@@ -197,13 +197,13 @@ class System(Unassembled):
         """Substructures of flexible links, their stations, and the modes at these."""
         nm = self.tree.bodies.shapes.shape[2]
         records, stations, modes = [], [np.zeros(0, STATION)], [np.zeros((0, nm), STATION_MODE)]
-        for link, pieces in self.tree.pieces.items():
+        for link, substructures in self.tree.flexible.items():
             ends = self.tree.beam_ends(link)
-            for piece in pieces:
-                beam, (own, of_modes), first = piece.beam, piece.stations(nm), sum(map(len, stations))
+            for part in substructures:
+                beam, (own, of_modes), first = part.beam, part.stations(nm), sum(map(len, stations))
                 leverage = 0.5 * beam.height / beam.second_moment
-                start = self.tree.sections[piece.name, piece.nearest(piece.ends[0])]
-                whole = self.tree.index[piece.name], first, len(own), beam.area, leverage, piece.first
+                start = self.tree.sections[part.name, part.nearest(part.ends[0])]
+                whole = self.tree.index[part.name], first, len(own), beam.area, leverage, part.first
                 records.append((*whole, start, *ends))
                 stations.append(own)
                 modes.append(of_modes)
@@ -221,7 +221,7 @@ class System(Unassembled):
     @property
     def stiff(self) -> bool:
         """Check whether films, bristles or modes make the equations stiff; dry contact does not."""
-        return any(model.has_film for model in self.models) or len(self.bristles) > 0 or bool(self.tree.bent)
+        return any(model.has_film for model in self.models) or len(self.bristles) > 0 or bool(self.tree.flexible)
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: str = ARGUMENT) -> System:
@@ -255,7 +255,7 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None, origin: s
     experiment = load_experiment(path, overrides, origin)
     with faults_of_values(experiment):
         mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
-    return System(mechanism, unbent(mechanism, experiment, overrides or ()))
+    return System(mechanism, without_deformation(mechanism, experiment, overrides or ()))
 
 
 def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Registered, ...]) -> System:

@@ -18,13 +18,13 @@ from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
 from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies
-from linkages.system.flexible_link import BentLink, section_at
+from linkages.system.flexible_link import FlexibleLink, section_at
 
 #: Closure rows of a cut joint.
 ROWS = {"fixed": 3, "revolute": 2, "prismatic": 2}
 #: Types of joints in records of bodies.
 TYPES = {"fixed": types.FIXED, "revolute": types.REVOLUTE, "prismatic": types.PRISMATIC}
-_UNBENT = 1e30  # mass that immobilises a mode [kg]
+_IMMOBILE = 1e30  # mass that immobilises a mode [kg]
 #: Corners of a block, along and across its slot, relative to half its sides.
 CORNERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))
 
@@ -63,7 +63,7 @@ class Tree:
         Joints with a prescribed motion.
     powered : tuple of str
         Joints with an applied torque.
-    pieces : dict
+    flexible : dict
         Substructures of the flexible links, by link; one for a link that is not divided. In `index` the link's name
         is the body that its joint carries; the names of the other substructures follow.
     sections : dict
@@ -86,7 +86,7 @@ class Tree:
     loops: tuple[str, ...]
     driven: tuple[str, ...]
     powered: tuple[str, ...]
-    pieces: Mapping[str, Sequence[BentLink]]
+    flexible: Mapping[str, Sequence[FlexibleLink]]
     sections: Mapping[tuple[str, float], int]
     acting: int
     gears: tuple[Gear, ...] = ()
@@ -98,9 +98,9 @@ class Tree:
         return len(self.coordinates)
 
     @cached_property
-    def bent(self) -> dict[str, BentLink]:
+    def substructures(self) -> dict[str, FlexibleLink]:
         """Return the substructures of all flexible links, by name (the link's name if it is not divided)."""
-        return {piece.name: piece for link in self.pieces.values() for piece in link}
+        return {part.name: part for link in self.flexible.values() for part in link}
 
     @cached_property
     def play_rows(self) -> Records:
@@ -209,7 +209,7 @@ class Tree:
     @cached_property
     def joint_dofs(self) -> NDArray[np.int64]:
         """Return the coordinates of joints and floating links, without modes and hinges."""
-        count = self.size - sum(len(link.modes.names) for link in self.bent.values())
+        count = self.size - sum(len(link.modes.names) for link in self.substructures.values())
         return np.array([k for k in range(count) if self.coordinates[k] not in self.hinges], dtype=np.int64)
 
     @cached_property
@@ -227,9 +227,9 @@ class Tree:
         return packed(Bodies(bodies.records[: self.acting], bodies.shapes[: self.acting].view(LaneArray)))
 
     @cached_property
-    def unbent_bodies(self) -> Bodies:
+    def undeforming_bodies(self) -> Bodies:
         """Return the bodies with immobile modes."""
-        return self._with_modal_masses(lambda stiffnesses: _UNBENT)
+        return self._with_modal_masses(lambda stiffnesses: _IMMOBILE)
 
     def stiff_bodies(self, rate: float) -> Bodies:
         """Return the bodies with modal masses increased by stiffness over the square of a rate [rad/s].
@@ -268,8 +268,8 @@ class Tree:
         On a flexible link the section at the point carries it.
         """
         body = self.index[link]
-        if link in self.pieces:
-            body = self.sections[section_at(self.pieces[link], point)]
+        if link in self.flexible:
+            body = self.sections[section_at(self.flexible[link], point)]
         x, y = point + beside - self.drawn[body]
         return body, float(x), float(y)
 

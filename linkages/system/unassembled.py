@@ -18,12 +18,12 @@ from linkages.model.mechanism import Mechanism
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import WORN
-from linkages.system.flexible_link import bent_link
+from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
 from linkages.system.load_records import pack_loads
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
-from linkages.system.unilateral_contacts import touch_ends, touch_models
+from linkages.system.unilateral_contacts import unilateral_ends, unilateral_models
 
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
 
@@ -61,7 +61,7 @@ class Unassembled(Brief):
             self.experiment.play,
             tuple(name for name, drive in drives.items() if drive.prescribed),
             tuple(name for name, drive in drives.items() if not drive.prescribed),
-            {name: partial(bent_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
+            {name: partial(flexible_link, self.mechanism, self.experiment, name) for name in self.experiment.flexible},
         )
         return replace(tree, gears=tuple(self.experiment.gears.values()))
 
@@ -77,7 +77,7 @@ class Unassembled(Brief):
         return max((drive.largest_rate(self.experiment.duration) for drive in drives), default=0.0)
 
     @cached_property
-    def drive_way(self) -> float:
+    def drive_travel(self) -> float:
         """Compute the fastest drive's travel at its largest rate [rad or m]; an oscillation counts as 2 pi.
 
         The number of oscillations follows from the total variation of the rate: four times its largest value in each.
@@ -121,7 +121,7 @@ class Unassembled(Brief):
     def models(self) -> tuple[JointModel, ...]:
         """Return the joint model of each contact."""
         play = tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
-        return (*play, *touch_models(self.tree, self.experiment))
+        return (*play, *unilateral_models(self.tree, self.experiment))
 
     @property
     def _bearings(self) -> tuple[Bearing | None, ...]:
@@ -142,7 +142,7 @@ class Unassembled(Brief):
     @cached_property
     def ends(self) -> Records:
         """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
-        ends = np.concatenate([self.tree.ends, touch_ends(self.tree, self.experiment)])
+        ends = np.concatenate([self.tree.ends, unilateral_ends(self.tree, self.experiment)])
         ends["kind"][[model.is_worn for model in self.models]] = WORN
         return ends
 

@@ -20,7 +20,7 @@ from linkages.system.tree import Tree
 REACH = 1e-3
 
 
-def touch_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
+def unilateral_models(tree: Tree, experiment: Experiment) -> tuple[JointModel, ...]:
     """Return dry joint models for each stop, then for each point at a line."""
     models = [
         _dry(REACH * (1.0 if _turns(tree, stop.joint) else tree.extent), stop.contact, None)
@@ -35,7 +35,7 @@ def _dry(clearance: float, contact: Contact, friction: Friction | None) -> Joint
     return JointModel.model_validate(values)
 
 
-def touch_ends(tree: Tree, experiment: Experiment) -> Records:
+def unilateral_ends(tree: Tree, experiment: Experiment) -> Records:
     """Make the records of the two ends of each contact, in the same order."""
     records: list[tuple[Any, ...]] = []
     for stop in experiment.stops.values():

@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from bent_machines import bent_machine
+from flexible_machines import bent_machine
 from machines import PLANES, bar, four_bar, joint, model
 from shipped import shipped
 

@@ -15,7 +15,7 @@ from linkages.engines.compiled.runner import Runner
 from linkages.explore.mode_shapes import ModeShapes
 from linkages.explore.modes import modes_over
 from linkages.kernel.by_reference import packed
-from linkages.system.static_system import standing
+from linkages.system.static_system import static_systems
 
 LENGTH = 0.4
 DENSITY, STIFFNESS = 7870.0 * 6.4e-5, 2e11 * 0.008**4 / 12  # rho A, E I of the bars
@@ -139,7 +139,7 @@ damping = 0.02
 @pytest.mark.parametrize("start", ["quasi-static", "undeformed"])
 def test_the_linear_equations_are_those_of_accelerations_by_differences(system_of, drive, start):
     """M^-1 K and M^-1 C along the ways in which closed loops move; with weight, springs, loads, a damper; driven and free."""
-    pose = standing(system_of(elastic_four_bar(), LOADED.format(drive, start)), [0.0])[0]
+    pose = static_systems(system_of(elastic_four_bar(), LOADED.format(drive, start)), [0.0])[0]
     runner = Runner(pose)
     found, n = linearised(runner, 0.0), len(runner.model.free)
     equations = packed(runner.aside())

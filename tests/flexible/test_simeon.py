@@ -80,7 +80,7 @@ accuracy = 1e-9
     eta[2:], rate[2:] = np.linalg.solve(turn["axial"], eta[2:]), np.linalg.solve(turn["axial"], rate[2:])
     values = {
         f"rod.{name}": pair
-        for name, pair in zip(tree.bent["rod"].modes.names, zip(eta, rate, strict=True), strict=True)
+        for name, pair in zip(tree.substructures["rod"].modes.names, zip(eta, rate, strict=True), strict=True)
     }
     values |= {"A": (ANGLE, RATE - 150.0), "B": (-ANGLE, -RATE), "guide": (ELASTIC[3], ELASTIC_RATE[3])}
     free = [tree.coordinates[i] for i in runner.model.free]

@@ -13,7 +13,7 @@ from operator import getitem
 
 import numpy as np
 import pytest
-from bent_machines import bent_machine
+from flexible_machines import bent_machine
 
 from linkages import InputError, study, summarize
 from linkages.cli.main import main

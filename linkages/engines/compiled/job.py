@@ -121,6 +121,6 @@ def make_job(given: Given) -> Job:
 def _longest(system: System) -> float:
     """Longest step [s]: a prescribed motion needs no steps, but extremes are searched for between them."""
     duration = system.experiment.duration
-    if not system.determinate or system.tree.play or system.tree.bent:
+    if not system.determinate or system.tree.play or system.tree.flexible:
         return duration
-    return min(duration / _FEWEST, _TRAVEL * duration / system.drive_way if system.drive_way > 0.0 else np.inf)
+    return min(duration / _FEWEST, _TRAVEL * duration / system.drive_travel if system.drive_travel > 0.0 else np.inf)

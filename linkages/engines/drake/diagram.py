@@ -118,7 +118,7 @@ def add_linkage(
     InputError
         If a flexible link has settings that rigid segments do not support.
     """
-    system = _in_segments(system) if system.tree.bent else system
+    system = _in_segments(system) if system.tree.flexible else system
     system.assembly  # noqa: B018 (raises before anything is added)
     tree = system.tree
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)

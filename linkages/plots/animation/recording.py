@@ -61,7 +61,7 @@ def write_animation(study: Study, path: Path, exaggerate: float | None = None) -
 
 
 def _page(study: Study, exaggerate: float | None) -> str:
-    shown = segmented(study.system) if study.system.tree.bent else study.system
+    shown = segmented(study.system) if study.system.tree.flexible else study.system
     tree = shown.tree
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(time_step=0.0), builder)
@@ -218,7 +218,7 @@ def _captioned(
         "Magnified views: the largest force on journal or block within each frame (arrow; its length is proportional to"
         f" the square root), the point of contact (spot), the orbit of the journal's centre (line). {scales}"
     )
-    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if study.system.tree.bent else ""
+    bent = f"Deflections of links are magnified {rounded(magnified)} times. " if study.system.tree.flexible else ""
     drawn = curves(
         columns(study.system.experiment.outputs, study.system.tree.play, study.system.experiment.drives),
         study.run,

@@ -1,4 +1,4 @@
-"""Time of runs with flexible links against rigid ones: ``python benchmarks/bent_links.py [--machine seven_bar]``.
+"""Time of runs with flexible links against rigid ones: ``python benchmarks/flexible_links.py [--machine seven_bar]``.
 
 Simeon's slider-crank with a lubricated joint at the slider, or the press with seven links and two lubricated joints, of
 which three links are flexible steel bars, 10 mm high. For each model the error of an orbit is the error of the

@@ -24,7 +24,9 @@ def machine(**overrides):
 
 def found(system, impacts=(), speed=150.0, compression=0.0, **eta):
     """Warnings of a run of two steps; in the second, modes of the rod, its load and the drive have these values."""
-    modes = {f"q.rod.{name}": np.array([0.0, eta.get(name, 0.0)]) for name in system.tree.bent["rod"].modes.names}
+    modes = {
+        f"q.rod.{name}": np.array([0.0, eta.get(name, 0.0)]) for name in system.tree.substructures["rod"].modes.names
+    }
     turning = {f"{name}.omega": np.zeros(2) for name in system.mechanism.link} | {"O.rate": np.array([0.0, -speed])}
     rest = {"B.eccentricity_ratio": np.full(2, 0.5), "B.penetration": np.full(2, -2.5e-5)}
     rest["rod.compression"] = np.array([0.0, compression])
@@ -73,7 +75,7 @@ def test_blows_need_four_stretching_modes(axial, count):
 def test_the_shortest_contact_lasts_as_long_as_a_swing_of_the_fastest_mode(part, count):
     """Of four modes with one end held, as rods have them: 7/4 waves of sqrt(E/rho) in its length, 6 % more in this space."""
     system = machine(**{"joints.B": DRY}, **FINE)
-    fastest = system.tree.bent["rod"].modes.frequencies.max() / (2.0 * pi)
+    fastest = system.tree.substructures["rod"].modes.frequencies.max() / (2.0 * pi)
     assert 1.0 < fastest / (7.0 / 4.0 * sqrt(2e11 / 7870.0) / LENGTH) < 1.2
     entries = found(system, [hit(1.0), hit(part / fastest)])
     assert [(entry["kind"], entry["time"]) for entry in entries] == [("flexible", 0.125)] * count
@@ -89,6 +91,6 @@ def test_contacts_of_other_links_do_not_count():
 @pytest.mark.parametrize(("part", "count"), [(0.98, 0), (1.02, 1)])
 def test_drives_are_ten_times_slower_than_the_fastest_bending_mode(part, count):
     system = machine(**FINE)
-    entries = found(system, speed=part * system.tree.bent["rod"].modes.frequencies[3] / 10.0)
+    entries = found(system, speed=part * system.tree.substructures["rod"].modes.frequencies[3] / 10.0)
     assert [(entry["kind"], entry["time"]) for entry in entries] == [("flexible", 0.25)] * count
     assert all(f"{10 / part:.3g} in rod at 0.25 s (10 or more)" in entry["what"] for entry in entries)

@@ -4,7 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
-from bent_machines import MACHINES, bent_machine
+from flexible_machines import MACHINES, bent_machine
 
 import linkages
 from linkages.engines import engine
@@ -22,7 +22,7 @@ every_machine = pytest.mark.parametrize(
 every_law = pytest.mark.parametrize("law", ["ideal", "lubricated", "dry"])
 
 
-def in_pieces(system, count):
+def in_segments(system, count):
     """Return the system with a number of cells in each flexible link."""
     return segmented(system.replaced({f"links.{name}.segments": count for name in system.experiment.flexible}))
 
@@ -49,7 +49,7 @@ def test_pieces_tend_to_the_modes_with_the_square_of_their_length(tmp_path, name
     system = bent_machine(tmp_path, name, law, duration)
     times = np.linspace(0.0, duration, 401)
     exact = moved(system)(times)
-    coarse, fine = (moved(in_pieces(system, n))(times) for n in ((8, 16) if law == "dry" else (4, 8)))
+    coarse, fine = (moved(in_segments(system, n))(times) for n in ((8, 16) if law == "dry" else (4, 8)))
     left = difference(coarse, exact, "middle.deflection"), difference(fine, exact, "middle.deflection")
     assert left[1] < 0.01
     assert 3.5 < left[0] / left[1] < 4.5
@@ -61,20 +61,20 @@ def test_pieces_of_simeons_rod_tend_to_those_of_another_code(tmp_path):
     """Equal segments by DOP853, extrapolated from 16 and 32: w(100 ms) = 0.1436662 mm; here the ends are half segments."""
     keys = 'axial = 0\nstiffness_damping = 1.5e-5\nstart = "undeformed"'
     system = bent_machine(tmp_path, "slider_crank", "ideal", 0.1, keys)
-    coarse, fine = (moved(in_pieces(system, n))(np.array([0.1]))["middle.deflection"][0] for n in (16, 32))
+    coarse, fine = (moved(in_segments(system, n))(np.array([0.1]))["middle.deflection"][0] for n in (16, 32))
     assert fine + (fine - coarse) / 3.0 == pytest.approx(0.1436662e-3, abs=1e-8)  # its own error is of h^4
 
 
 def test_no_energy_is_lost_but_in_damping(tmp_path):
     """Work of the drive minus the hinges' dissipation is the change of energy; the strain energy is in the springs."""
-    system = in_pieces(bent_machine(tmp_path, "slider_crank", keys="axial = 0"), 8)
+    system = in_segments(bent_machine(tmp_path, "slider_crank", keys="axial = 0"), 8)
     times = np.linspace(0.0, 0.01, 4001)
     columns = moved(system)(times)
-    row = system.rows["rod"]
-    strain = sum(0.5 * k * columns[f"q.{joint}"] ** 2 for joint, k in zip(row.joints, row.stiffnesses, strict=True))
+    chain = system.chains["rod"]
+    strain = sum(0.5 * k * columns[f"q.{joint}"] ** 2 for joint, k in zip(chain.joints, chain.stiffnesses, strict=True))
     np.testing.assert_allclose(columns["strain_energy"], strain, rtol=1e-12)
-    rates = (np.gradient(columns[f"q.{joint}"], times, edge_order=2) for joint in row.joints)
-    taken = sum(row.damping * k * rate**2 for rate, k in zip(rates, row.stiffnesses, strict=True))
+    rates = (np.gradient(columns[f"q.{joint}"], times, edge_order=2) for joint in chain.joints)
+    taken = sum(chain.damping * k * rate**2 for rate, k in zip(rates, chain.stiffnesses, strict=True))
     np.testing.assert_allclose(columns["damping_power"], taken, atol=1e-3 * taken.max())
     change = sum(columns[name][-1] - columns[name][0] for name in ENERGY)
     work = np.trapezoid(columns["O.power"] - columns["damping_power"], times)
@@ -85,9 +85,9 @@ def test_the_pieces_have_the_mass_and_inertia_of_the_beam(tmp_path):
     """In sum, about the beam's middle, with one cell too."""
     whole = bent_machine(tmp_path, "four_bar")
     for count in (2, 7):
-        machine = in_pieces(whole, count).mechanism
+        machine = in_segments(whole, count).mechanism
         for name in ("coupler", "follower"):
-            parts = [machine.link[piece] for piece in in_pieces(whole, count).rows[name].pieces]
+            parts = [machine.link[piece] for piece in in_segments(whole, count).chains[name].segments]
             link = whole.mechanism.link[name]
             assert len(parts) == count + 1
             assert sum(part.mass for part in parts) == pytest.approx(link.mass, rel=1e-12)
@@ -102,10 +102,10 @@ def test_a_start_in_pieces_is_that_of_the_modes(tmp_path):
     system = bent_machine(tmp_path, "slider_crank", duration=1e-3).replaced({"drives.O.angle": 1.0})
     exact = moved(system)(np.zeros(1))["middle.deflection"][0]
     assert abs(exact) > 1e-4  # m
-    missed = [moved(in_pieces(system, n))(np.zeros(1))["middle.deflection"][0] - exact for n in (4, 8)]
+    missed = [moved(in_segments(system, n))(np.zeros(1))["middle.deflection"][0] - exact for n in (4, 8)]
     assert missed[0] / missed[1] == pytest.approx(4.0, rel=0.15)
-    again = pickle.loads(pickle.dumps(in_pieces(system, 4)))
-    np.testing.assert_array_equal(again.assembly.q, in_pieces(system, 4).assembly.q)
+    again = pickle.loads(pickle.dumps(in_segments(system, 4)))
+    np.testing.assert_array_equal(again.assembly.q, in_segments(system, 4).assembly.q)
 
 
 def test_drake_moves_the_same_pieces(tmp_path):
@@ -113,7 +113,7 @@ def test_drake_moves_the_same_pieces(tmp_path):
     whole = bent_machine(tmp_path, "slider_crank", duration=5e-4, accuracy=1e-6)
     system = whole.replaced({"links.rod.segments": 4})
     run, times = linkages.simulate(system, "drake"), np.linspace(0.0, 5e-4, 11)
-    drake, compiled = run.evaluate(times), moved(in_pieces(whole, 4))(times)
+    drake, compiled = run.evaluate(times), moved(in_segments(whole, 4))(times)
     assert drake.keys() == compiled.keys()
     for name in ("middle.deflection", "slider.x", "rod.stress", "O.torque", "B.force", "strain_energy"):
         np.testing.assert_allclose(drake[name], compiled[name], rtol=1e-4, atol=1e-6 * np.abs(compiled[name]).max())
