@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.errors import AssemblyError, InputError, Status
@@ -18,8 +21,10 @@ from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion, check_duration
 from linkages.system.rigid_segments import system_of
 
+Array = NDArray[np.float64]
+
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
-_SHORTER = 0.5  # ratio of their longest steps: common steps would hide their common errors
+_SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
 
 
 def simulate(
@@ -125,20 +130,28 @@ def study(
 def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
     """Add the run at a ten times tighter tolerance to a study whose run reached its end.
 
-    Its longest step is half as long. Flexible links get twice as many rigid segments.
+    Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at any
+    tolerance. Flexible links get twice as many rigid segments.
     """
     if study.run.status is not Status.OK:
         return study
     experiment = study.system.experiment
-    tighter: dict[str, float] = {"solver.accuracy": experiment.solver.accuracy * _TIGHTER}
-    longest = load_engine(study.engine).longest_step(study.system)
-    if longest is not None:
-        tighter["solver.max_step"] = _SHORTER * longest
+    tighter = {
+        "solver.accuracy": experiment.solver.accuracy * _TIGHTER,
+        "solver.max_step": _SHORTER * _typical_step(study.run.time),
+    }
     if system_of(study.system, study.run.columns) is not study.system:
         counts = {name: experiment.links[name].segments for name in experiment.flexible}
         tighter |= {f"links.{name}.segments": min(2 * count, MOST_SEGMENTS) for name, count in counts.items()}
     finer = study.system.replaced(tighter)
     return replace(study, tighter=simulate(finer, study.engine, stage("error estimate")))
+
+
+def _typical_step(times: Array) -> float:
+    """Median of the steps [s], weighted by their length: longer ones cover half of the time."""
+    steps = np.sort(np.diff(times))
+    covered = np.cumsum(steps)
+    return float(steps[np.searchsorted(covered, 0.5 * covered[-1])])
 
 
 def ideal(system: System, engine: str = DEFAULT) -> Trajectory:

@@ -6,7 +6,7 @@ both are wrong. Therefore other maxima of the same column are compared as well.
 | where                      | error of a peak                                                                       |
 |----------------------------|---------------------------------------------------------------------------------------|
 | the two runs stay together | `SAFETY` times the largest change among the peak and up to eight other maxima of its  |
-|                            | column that are at least half as high                                                 |
+|                            | column that are at least half as high; of heights and of values at equal times        |
 | they part (chaos)          | the same before they part, but at least the largest difference of the two columns     |
 |                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
 |                            | is a lower bound, since a larger one may follow in an equally accurate run            |
@@ -105,8 +105,11 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
         for window in windows.get(name, ()):
             inside = np.searchsorted(steps, np.arange(window.start, window.stop))
             _, height = vertex(tighter.time[window], np.abs(column[inside]))
-            _, finer = vertex(tighter.time[window], np.abs(tighter[name][window]))
-            result[name] = max(result[name], abs(height - finer))
+            values = np.abs(tighter[name][window])
+            _, finer = vertex(tighter.time[window], values)
+            # Heights may agree by chance in a transient that few steps resolve; a shift in time alone leaves one sample.
+            least = np.abs(column[inside] - tighter[name][window]).min()
+            result[name] = max(result[name], abs(height - finer), least)
     return result
 
 
