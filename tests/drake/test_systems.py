@@ -177,9 +177,10 @@ def test_a_run_whose_steps_collapse_keeps_what_it_computed(monkeypatch):
     assert np.isfinite(run["A.force"]).all()
 
 
-def test_a_visual_that_drake_refuses_is_bad_input_and_nothing_else_is_said(system_of, caplog):
+@pytest.mark.parametrize("radius", ["x1", "nan"])
+def test_a_visual_that_drake_refuses_is_bad_input_and_nothing_else_is_said(system_of, caplog, radius):
     """Drake raises and logs."""
-    sphere = '<visual name="v"><geometry><sphere><radius>x1</radius></sphere></geometry></visual>'
+    sphere = f'<visual name="v"><geometry><sphere><radius>{radius}</radius></sphere></geometry></visual>'
     text = four_bar().replace("</inertial>", f"</inertial>{sphere}", 1)
     with pytest.raises(InputError, match=r"<visual>: Drake rejects it: .*radius"):
         simulate(system_of(text, "duration = 0.1\n"), "drake")

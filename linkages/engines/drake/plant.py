@@ -89,7 +89,7 @@ def add_tree(plant: MultibodyPlant, tree: Tree) -> int:
     try:
         with _unheard(logging.ERROR):
             (instance,) = Parser(plant).AddModelsFromString(tree_sdf(tree), "sdf")
-    except RuntimeError as problem:
+    except (RuntimeError, SystemExit) as problem:  # a failed assertion of Drake is a SystemExit
         raise InputError(tree.mechanism.source, "<visual>", f"Drake rejects it: {problem}") from None
     for name in tree.index:
         if name != "world" and name not in tree.edges:
