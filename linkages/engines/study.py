@@ -130,8 +130,8 @@ def study(
 def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
     """Add the run at a ten times tighter tolerance to a study whose run reached its end.
 
-    Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at any
-    tolerance. Flexible links get twice as many rigid segments.
+    Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
+    any tolerance. Flexible links get twice as many rigid segments.
     """
     if study.run.status is not Status.OK:
         return study

@@ -107,7 +107,7 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
             _, height = vertex(tighter.time[window], np.abs(column[inside]))
             values = np.abs(tighter[name][window])
             _, finer = vertex(tighter.time[window], values)
-            # In a transient that few steps resolve heights may agree by chance; a shift in time alone leaves one sample.
+            # In a transient of few steps heights may agree by chance; a shift in time alone leaves one sample.
             least = np.abs(column[inside] - tighter[name][window]).min()
             result[name] = max(result[name], abs(height - finer), least)
     return result
