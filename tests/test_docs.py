@@ -58,6 +58,18 @@ def test_pages_use_the_terms_of_the_glossary(page):
     assert not [word for word in words if re.search(rf"\b{re.escape(word)}\b", text, re.IGNORECASE)]
 
 
+def test_every_page_is_three_links_from_the_start():
+    """Links of the texts alone, without the navigation."""
+    distances, pages = {"index.md": 0}, ["index.md"]
+    for page in pages:
+        for target in re.findall(r"\]\((\w+\.md)", (DOCS / page).read_text(encoding="utf-8")):
+            if target not in distances:
+                distances[target] = distances[page] + 1
+                pages.append(target)
+    assert set(distances) == {path.name for path in DOCS.glob("*.md")}
+    assert max(distances.values()) <= 3
+
+
 @pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda path: path.name)
 def test_every_page_names_its_reader(page):
     """The text before the first section says for whom the page is."""

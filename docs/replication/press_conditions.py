@@ -177,13 +177,13 @@ def conclusion() -> str:
     found, others = outcome(one), sorted(((fit["mismatch"], name) for name, fit in fits.items()))[1:]
     ranges = ", ".join(f"{label} {determined(name)}" for name, label in LABELS.items())
     return f"""With four fitted values and the direction of gravity {met(found)} of ten printed numbers are met within 5 % and all within
-{100.0 * np.abs(misses(found)).max():.1f} %; the next scenario ({others[0][1]}) misses by {100.0 * others[0][0]:.1f} % against {100.0 * mismatch(found):.1f} %. The accelerations at the
-start and on the rig, four numbers, are met by four fitted values: this alone is no evidence. Only the six forces can contradict
-the fit; they differ by at most 7 %. The changes from design to design, which are small differences, are not met.
-These ranges are within {LOOSE:g} times the smallest deviation: {ranges}. The magnitude of gravity is thus determined correctly; m is only known to be
-positive. A start at rest, and gravity in another direction, deviate more with as many unknowns. Speeds of equal sign deviate by
-{100.0 * fits[SAME_SENSE]["mismatch"]:.1f} %; there the largest F_A is at {_time_of_a(Conditions(*fits[SAME_SENSE]["guess"])):.2f} s, here at {_time_of_a(one):.2f} s. The time of the largest F_A, a printed speed,
-or the sign of the acceleration at the start would decide."""
+{100.0 * np.abs(misses(found)).max():.1f} %. The root mean square of the deviations is {100.0 * mismatch(found):.1f} %; the next best scenario ({others[0][1]}) has {100.0 * others[0][0]:.1f} %. Four of the
+numbers, the accelerations at the start and on the rig, are met by four fitted values: this alone is no evidence. Only the six forces can contradict
+the fit; they differ by at most 7 %. The fit does not meet the small changes of the forces from design to design.
+All unknowns with a deviation of at most {LOOSE:g} times the smallest lie in these ranges: {ranges}. The magnitude of gravity is thus determined correctly; m is only known to be
+positive. A start at rest, or gravity in another direction, gives larger deviations with as many unknowns. Speeds of equal sign give
+{100.0 * fits[SAME_SENSE]["mismatch"]:.1f} %; there the largest F_A is at {_time_of_a(Conditions(*fits[SAME_SENSE]["guess"])):.2f} s, here at {_time_of_a(one):.2f} s. Any one of three numbers would decide between the scenarios:
+the time of the largest F_A, a drive speed, or the sign of the acceleration at the start."""
 
 
 def _time_of_a(guess: Conditions) -> float:
