@@ -1,14 +1,16 @@
-"""Twelve linkages with several loops against natural coordinates: mobility, dead points, transmission angles, energy."""
+"""Twelve linkages with several loops against natural coordinates: mobility, dead points, transmission angles, horizon, energy."""
 
 import numpy as np
 import pytest
 from multi_loops import LINES, MACHINES, natural
 
-from linkages import Status, ideal, load, simulate
+from linkages import Status, horizon, ideal, load, simulate
 from linkages.cli.main import main
 from linkages.explore.range_of_motion import movable, travel
+from linkages.results.divergence import PARTED
 from linkages.results.extremes import integral
 
+STEEL = {"law": "lankarani-nikravesh", "restitution": 0.9, "youngs_modulus": 207e9, "poissons_ratio": 0.3}
 SPEED, GRAVITY = 2.0 * np.pi, 9.81  # rad/s, m/s2
 
 
@@ -106,3 +108,37 @@ def test_the_energy_of_a_run_balances(case, turning):
         energies.append(model.energy(angle, SPEED, GRAVITY))
     size = max(map(abs, energies)) + np.abs(run["kinetic_energy"]).max()
     assert work == pytest.approx(energies[1] - energies[0], abs=1e-6 * size)
+
+
+@pytest.mark.slow
+def test_runs_can_be_reproduced_up_to_the_horizon(case, turning):
+    """The run agrees with one at 1e-12 up to the horizon, and with a ten times looser one no longer beyond it."""
+    _, _, model = case
+    pin = next(one.name for one in turning.mechanism.joints if one.type == "revolute" and one.parent != "world")
+    clearance, speed = 1e-4, 5.0 * SPEED
+    dry = {
+        f"drives.{model.pivot}.speed": speed,
+        "duration": turning.experiment.duration * SPEED / speed,
+        f"joints.{pin}": {"model": "dry", "clearance": clearance, "contact": STEEL},
+    }
+    system = turning.replaced(dry)
+    period = 2.0 * np.pi / speed
+    turns = system.experiment.duration / period
+    found = horizon(system, most=turns)
+    assert horizon(system, most=0.5 * turns) == pytest.approx(min(found, 0.5 * turns), abs=1 / 200)
+    times = np.arange(1, int(200 * turns) + 1) / 200 * period
+    run, looser, exact = (
+        places(system.replaced({"solver.accuracy": accuracy}), pin, times) / clearance
+        for accuracy in (1e-7, 1e-6, 1e-12)
+    )
+    before = times <= found * period * (1.0 + 1e-9)
+    assert before.any()
+    assert np.abs(run - exact)[:, before].max() < 10.0 * PARTED  # the looser run may err alike by chance
+    if not before.all():
+        assert np.abs(run - looser)[:, ~before][:, 0].max() > PARTED
+
+
+def places(system, pin, times):
+    """Places (2, nt) of a journal in its bearing at given times [m]."""
+    columns = simulate(system, "compiled").evaluate(times)
+    return np.array([columns[f"{pin}.ex"], columns[f"{pin}.ey"]])
