@@ -1,4 +1,4 @@
-"""Batches beside single runs: ``python benchmarks/batch.py [--runs N] [--exudyn N] [--page docs/benchmarks.md]``.
+"""Compare batches with single runs: ``python benchmarks/batch.py [--runs N] [--exudyn N] [--page docs/benchmarks.md]``.
 
 Times and processor times of batches with one and two threads, and the part of their processor time in compiled code;
 of single runs with `linkages.simulate`; of a whole design study. The memory of a run, and how soon a large batch ends
@@ -161,7 +161,7 @@ def large(count):
     stopped = float(process.communicate()[0].split()[-1]) - begun
     return [
         ["large batch", ""],
-        [f"memory that {count:,} runs take beside 64", f"{1024 * (peak[1] - peak[0]) / count:.0f} bytes a run"],
+        [f"memory that {count:,} runs take more than 64", f"{1024 * (peak[1] - peak[0]) / count:.0f} bytes a run"],
         ["from Ctrl-C to `KeyboardInterrupt` in a batch of 100,000 runs", f"{stopped:.2f} s"],
     ]
 

@@ -1,4 +1,4 @@
-"""Methods on the patent's design problem: ``python benchmarks/fourbar_methods.py [--anew]``, two hours.
+"""Methods on the patent's design problem: ``python benchmarks/fourbar_methods.py [--anew]`` (two hours).
 
 Every method solves `fourbar_jitter` with three objectives, each within the same number of evaluations.
 The optima are scored again where they were not searched: ten other start angles, and the search's own at a ten times

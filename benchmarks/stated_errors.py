@@ -71,7 +71,7 @@ def _between(rng: Draw, low: float, high: float) -> float:
 
 
 def _play(rng: Draw) -> dict[str, Any]:
-    """Draw a model of a joint with play."""
+    """Draw a model of a clearance joint."""
     model = str(rng.choice(["dry", "dry", "lubricated", "lubricated", "mixed"]))
     joint: dict[str, Any] = {"model": model, "clearance": _log(rng, 3e-5, 5e-4)}
     if model != "lubricated":

@@ -2,7 +2,7 @@
 
 The unknowns are the plane coordinates of the points. A link keeps the distance of its first two points; each further point
 is a fixed combination of them. A slider keeps its point on a line of the ground, or of a link. Newton's method follows
-the points from the drawn pose.
+the points from the reference configuration.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ class Model:
         self.points, self.angle = dict(self.drawn), 0.0
 
     def equations(self, points, driven=None):
-        """Residuals of all links and slides, and of the drive at an angle from the drawn pose."""
+        """Residuals of all links and slides, and of the drive at an angle from the reference configuration."""
         out = []
         for names in self.links.values():
             start, end = (points[name] for name in names[:2])
@@ -170,12 +170,12 @@ class Model:
         return np.stack(columns, axis=1)
 
     def mobility(self):
-        """Degrees of freedom in the drawn pose: coordinates less independent equations."""
+        """Degrees of freedom in the reference configuration: coordinates minus independent equations."""
         jacobian = self.jacobian(self.drawn)
         return jacobian.shape[1] - np.linalg.matrix_rank(jacobian, tol=1e-7)
 
     def close(self, angle):
-        """Move the points to where the drive has turned by an angle from the drawn pose; False if that fails."""
+        """Move the points to a drive angle from the reference configuration; False if that fails."""
         points = dict(self.points)
         for _ in range(30):
             gap = self.equations(points, angle)
@@ -192,7 +192,7 @@ class Model:
         return True
 
     def go_to(self, angle):
-        """Move in small steps from the drawn pose."""
+        """Move in small steps from the reference configuration."""
         self.points, self.angle = dict(self.drawn), 0.0
         self.go_on(angle)
 

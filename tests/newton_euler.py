@@ -30,7 +30,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
     q, v, a : (nt, n) arrays
         Coordinates of the system's tree, their rates and accelerations.
     contacts : (nt, nc, WIDTH) array, optional
-        `linkages.planar.contacts.CLEARANCE_OUTPUTS`; without it joints with play are taken as ideal.
+        `linkages.planar.contacts.CLEARANCE_OUTPUTS`; without it clearance joints count as ideal.
     """
     tree, (nt, nb) = system.tree, (len(times), len(system.tree.bodies.records))
     pose, vel, acc, applied = (np.zeros((nt, nb, width)) for width in (5, 3, 3, 3))
@@ -44,7 +44,7 @@ def free_bodies(system: System, times: Array, q: Array, v: Array, a: Array, cont
 
 
 def _of_contacts(tree: Tree, name: str, pose: Array, contacts: Array) -> tuple[Array, Array]:
-    """Force (nt, 2) and couple (nt,) of a joint with play on its child, at the joint on the child."""
+    """Force (nt, 2) and moment (nt,) of a clearance joint on its child, at the joint on the child."""
     fx, fy, couple = (CLEARANCE_OUTPUTS.index(what) for what in ("fx", "fy", "couple"))
     joint = tree.mechanism.joint[name]
     child, *at = tree.marker(joint.child, joint.on_child)

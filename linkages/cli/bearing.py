@@ -56,7 +56,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--inlet", type=float, metavar="T", help="temperature of the oil that enters [degC]")
     parser.add_argument("--conductance", type=float, default=0.0, metavar="G", help="into the surroundings [W/K]")
     parser.add_argument(
-        "--surroundings", type=float, metavar="T", help="their temperature; default: that of the inlet [degC]"
+        "--surroundings", type=float, metavar="T", help="their temperature; default: the inlet's [degC]"
     )
     parser.add_argument("--film", default="finite", metavar="NAME", help="film law; default: finite")
     parser.add_argument(

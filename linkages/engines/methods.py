@@ -1,4 +1,4 @@
-"""Integration methods: those of each engine, and the method of a run."""
+"""Integration methods of each engine, and the method of a run."""
 
 from __future__ import annotations
 

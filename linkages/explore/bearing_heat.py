@@ -38,7 +38,7 @@ class Heat:
     conductance : float
         G, into the surroundings [W/K].
     surroundings : float or None
-        Their temperature [degC]; None: that of the inlet.
+        Temperature of the surroundings [degC]; None: the inlet's.
     specific_heat : float
         c_p of the oil [J/(kg K)].
     density_15 : float
@@ -77,7 +77,7 @@ class WarmBearing:
 
     @property
     def content(self) -> dict[str, Any]:
-        """Numbers of ``bearing.json``: those of the bearing, and the heat balance."""
+        """Return the numbers of ``bearing.json``: the bearing's, and the heat balance."""
         content = self.bearing.content
         by_flow, by_conduction = self.heat.removed(self.temperature, content["flow"])
         return content | {

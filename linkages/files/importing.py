@@ -198,7 +198,7 @@ def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
         ground = RawJoint(f"{link.name} to world", "fixed", "world", link.name, nowhere, nowhere, nowhere, None, None)
         chains.join(ground)
         joints.append(ground)
-        notes.append(f"link {link.name} was not connected to the world: fixed to it in its drawn pose")
+        notes.append(f"link {link.name} was not connected to the world: fixed to it in the file's pose")
     return replace(model, joints=tuple(joints))
 
 

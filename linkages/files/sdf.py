@@ -62,12 +62,12 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
 def _flat_model(path: Path, text: bytes) -> ET.Element:
-    """Make the model, without models in it, of the text of a file; it must stay as it is."""
+    """Make the model without nested models from a file's text; callers must not change it."""
     return flattened(path, find_model(path, parse_xml(path, text)))
 
 
 def _changeable(element: ET.Element) -> ET.Element:
-    """Copy an element; elements for pictures, in which no value is replaced, are those of the original."""
+    """Copy an element; elements for pictures, without replaceable values, are shared with the original."""
     result = ET.Element(element.tag, element.attrib)
     result.text, result.tail = element.text, element.tail
     result.extend([part if part.tag in ("visual", "collision") else _changeable(part) for part in element])
@@ -98,7 +98,7 @@ def read_model(path: Path, model: ET.Element, overrides: Mapping[str, float] | N
 
 @lru_cache(maxsize=256)
 def _with_pose(visual: ET.Element, pose: str) -> str:
-    """Write a <visual> with a pose instead of its own."""
+    """Write a <visual> with another pose."""
     visual = copy.deepcopy(visual)
     if (own := visual.find("pose")) is not None:
         visual.remove(own)

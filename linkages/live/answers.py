@@ -100,7 +100,7 @@ class Answers:
         return {"written": str(written), "command": f"linkages simulate {written}"}
 
     def _export(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
-        """Save the file, and let ``linkages simulate`` write its folder: what it writes is the same by construction."""
+        """Save the file, and let ``linkages simulate`` write its folder: the files are the same by construction."""
         target = self._target(request, ".toml")
         save(self.session.system.experiment, self._ran(request), target, request.get("replace") is True)
         out = target.with_suffix("")

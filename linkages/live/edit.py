@@ -25,7 +25,7 @@ def edited(experiment: Experiment, values: Mapping[str, Any], target: Path, orig
     values : mapping
         Values by dotted path; strings are read as TOML values.
     target : Path
-        The file that the text is for: its machine is named relative to it if it lies beside it or below.
+        File of the text; the mechanism's path is relative if it is in the same folder or below.
     origin : str
         Where the values come from: the comment of each, with the value in the file before.
 

@@ -46,7 +46,7 @@ class LiveServer(ThreadingHTTPServer):
     port : int
         0 takes a free one.
     hosts : sequence of str
-        Further host names under which the page may be asked for, as behind a proxy.
+        Further allowed host names of requests, for example behind a proxy.
     """
 
     daemon_threads = True
@@ -56,7 +56,7 @@ class LiveServer(ThreadingHTTPServer):
         super().__init__((HOST, port), _Handler)
         self.answers, self.hosts = answers, (*_OWN_NAMES, *hosts)
         self.token = secrets.token_urlsafe(24)
-        self.said = ""  # what the computation is at
+        self.said = ""  # stage of the computation
         self._computing = threading.Lock()
         self._counting = threading.Lock()
         self._latest = 0

@@ -1,7 +1,7 @@
 """One machine that is changed again and again: the motion for the values of a request.
 
 Where the drives repeat their motion, a lubricated machine is run for two periods, from where the journals were at the
-end of the run before: a small change settles within a few of these runs, and the page asks for the next one until the
+end of the run before: a small change settles within a few of these runs, and the page requests the next one until the
 motion is periodic. Machines that can touch are run from their own start for `_REVOLUTIONS` periods, since their motion
 may not repeat at all. Without a common period of the drives the whole experiment is run.
 """
@@ -37,7 +37,7 @@ _WORDS = ("model", "film", "start")  # ends of paths of choices
 
 
 class OutdatedError(Exception):
-    """Raised within a run whose answer nobody waits for any more."""
+    """Raised within a run with an outdated request."""
 
 
 class TimeLimitError(Exception):
@@ -58,12 +58,12 @@ class Session:
     def __init__(self, system: System, limit: float = 20.0) -> None:
         self.system, self.limit = system, limit
         self._ratios: dict[str, tuple[float, float]] = {}
-        self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values asked for last, values of that run
+        self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
         self._drawings: dict[tuple[Any, ...], tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
 
     def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values with which the session runs a machine: those asked for, the duration, the journals' start.
+        """Return the values of a run: the requested ones, the duration, the journals' start.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class Session:
         return {**values, **started}
 
     def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
-        """Run the machine with changed values, and return what the page draws.
+        """Run the mechanism with changed values, and return the content of the page.
 
         Parameters
         ----------
@@ -109,7 +109,7 @@ class Session:
         """
         begun = clock.perf_counter()
 
-        integrating: list[float] = []  # when the first steps were done: what is compiled before does not count
+        integrating: list[float] = []  # start of the integration, without the time of compilation
 
         def watch(_: float) -> None:
             integrating.append(clock.perf_counter())

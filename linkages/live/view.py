@@ -61,7 +61,7 @@ def shown_part(study: Study, period: float | None) -> tuple[float, float]:
 
 
 def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: Drawing) -> dict[str, Any]:
-    """Return what the page draws of a run.
+    """Return the content of the page for a run.
 
     Parameters
     ----------

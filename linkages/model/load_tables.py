@@ -87,7 +87,7 @@ class Force(Function):
 class Torque(Function):
     """A torque on a link, positive counter-clockwise about the plane's normal, or in a joint, positive about its axis.
 
-    Constant, or a function of time, position or speed. In a joint it acts on the child, reversed on the parent.
+    Constant, or a function of time, position or speed. A joint torque acts on the child, reversed on the parent.
     """
 
     link: str | None = Field(None, description="link on which it acts")

@@ -73,7 +73,9 @@ def seen(time: Array, values: Array, intervals: int = _INTERVALS) -> NDArray[np.
     """
     piece = np.searchsorted(np.linspace(time[0], time[-1], intervals + 1)[1:-1], time, side="right")
     starts = np.flatnonzero(np.diff(piece, prepend=-1))
-    by_value = np.lexsort((np.nan_to_num(values), piece))  # within each piece of time from the least to the largest
+    by_value = np.lexsort(
+        (np.nan_to_num(values), piece)
+    )  # within each interval of time from the smallest to the largest
     ends = np.append(starts[1:], len(time)) - 1
     return np.unique(np.concatenate([[0, len(time) - 1], starts, by_value[starts], by_value[ends]]))
 

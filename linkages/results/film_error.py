@@ -1,4 +1,4 @@
-"""Error of a closed-form film in a run: its force and eccentricity beside those of the film of finite length."""
+"""Error of a closed-form film in a run: its force and eccentricity against the film of finite length."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class FilmError(NamedTuple):
 
 
 def film_error(record: Any, slenderness: float, e: Array, force: Array) -> FilmError | None:
-    """Estimate what a film of finite length (Guembel's condition) would change in a run.
+    """Estimate the effect of a film of finite length (Guembel's condition) on a run.
 
     Parameters
     ----------

@@ -109,7 +109,7 @@ def test_a_motor_with_a_falling_characteristic_runs_up_as_its_closed_form(run, a
 )
 @pytest.mark.parametrize("axis", ["0 0 1", "0 0 -1"])
 def test_a_torsion_pendulum_oscillates_as_its_closed_form(run, axis, where):
-    """Released at its drawn pose; in a joint the angle is the joint's, between links the second's from the first."""
+    """Released in the reference configuration; in a joint the angle is the joint's, between links the second's from the first."""
     sdf = model("arm", bar("arm", 0.4, "__model__", mass=1.5) + joint("O", "world", "arm", axis=axis))
     spring = f"[torsion_springs.T]\n{where}\nfree_angle = 0.3\ndamping = 0.02\n"
     spring += "" if "stiffness" in where else "stiffness = 3.0\n"

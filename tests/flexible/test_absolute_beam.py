@@ -59,8 +59,8 @@ def test_a_cantilever_bends_into_the_elastica_at_fourth_order() -> None:
 def test_an_elastic_rod_moves_as_another_code_of_such_beams_found() -> None:
     """Slider-crank of the test set for initial value problems, its rod straight at first, damped by 1.5e-5 s.
 
-    The numbers, mid-span deflection [mm] and slider [m], come from a code with the same elements that was written
-    apart and integrated by another method; they differ from 16 elements by 1.2e-4 mm at most.
+    The numbers, mid-span deflection [mm] and slider [m], come from an independent code with the same elements and
+    another integration method; they differ from 16 elements by 1.2e-4 mm at most.
     """
     beam = AbsoluteBeam(ROD, 1.28e7, 2e11 * 0.008**4 / 12, 0.50368, 8, 1.5e-5)
     q = beam.straight(np.array([CRANK, 0.0]))

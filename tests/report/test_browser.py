@@ -45,9 +45,9 @@ point("pointerup", PointerEvent, 0.75);
 told.push(viewer.animator.actions[0].time / viewer.animator.duration);
 point("wheel", WheelEvent, 0.5, {deltaY: -800});
 told.push(whole, ticks());
-const beside = frame.contentDocument.querySelector("#plot");
+const plot = frame.contentDocument.querySelector("#plot");
 const result = {
-  beside: [beside.querySelectorAll("path.curve").length, beside.querySelector("figcaption").textContent,
+  plot: [plot.querySelectorAll("path.curve").length, plot.querySelector("figcaption").textContent,
     [...frame.contentDocument.querySelectorAll("#notes option")].map((option) => option.textContent)],
   told, curves: [...document.querySelectorAll("#curves figcaption")].length,
   bar, figures: [...document.querySelectorAll("figure img")].map((image) => [image.naturalWidth, image.naturalHeight]),
@@ -72,7 +72,7 @@ def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
     """The animation goes where a curve is clicked; after zooming in, the axis ends earlier."""
     read, part, whole, zoomed = page.seen["told"]
     run = load_trajectory(results_folder / "trajectory.npz")
-    assert page.seen["curves"] == 5  # two outputs, two joints with play, a drive
+    assert page.seen["curves"] == 5  # two outputs, two clearance joints, a drive
     assert read.startswith("follower.omega [rad/s]: ")
     value, time = (float(read.split(": ")[1].replace("−", "-").split()[k]) for k in (0, 3))
     assert value == pytest.approx(np.interp(time, run.time, run["follower.omega"]), rel=1e-3)
@@ -82,7 +82,7 @@ def test_curves_tell_values_zoom_and_lead_the_animation(page, results_folder):
 
 def test_a_curve_goes_with_the_animation(page):
     """Tables of the run and of ideal joints, by selection."""
-    lines, told, choices = page.seen["beside"]
+    lines, told, choices = page.seen["plot"]
     assert lines == 2
     assert told.startswith("follower.omega [rad/s]: ")  # a value: it has been moved
     assert choices == ["follower.omega", "coupler.ax", "A.force", "B.force", "O.torque"]
