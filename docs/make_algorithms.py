@@ -108,13 +108,13 @@ shifts it by the cube root of t. *Vertex*: the active constraints leave no freed
 
 ## Genetic algorithms
 
-pygad supplies generations, simulated binary crossover, polynomial mutation and separate random generators; the generators of NumPy and Python are unaffected. This package replaces survival and the choice of
-parents, because pygad orders designs by one finite fitness, has no constraints, and its NSGA-II lets parents and children not compete. Probabilities:
+pygad supplies selection by tournament, simulated binary crossover, polynomial mutation, elitism, non-dominated sorting and crowding, with its own random generators; those of NumPy and
+Python are unaffected. This package gives it a fitness in which an infeasible design is below every feasible one, in order of its violation, and a faster sort for several objectives.
 
-- Crossover: the probability that a child is crossed; otherwise it is a copy of its first parent. (In pygad it is the probability of a parent to be eligible, so nearly every child is crossed.)
-- Mutation: the probability of each variable, as in pygad. Chen et al. (2025) print 0.6 without a definition.
-
-`elites` is the number of parents that compete with the children. By default it equals the population: only better designs displace the best ones.
+- `population` is the number of children of a generation. The best `elites` designs of elites and children are kept. With as many elites as children, as in `nsga2` and by default in `ga`,
+  only better designs displace the best ones. The first generation contains children and elites.
+- `crossover` is the probability of each parent to take part in the crossover of a child. Two of these parents are drawn, so nearly every child is crossed.
+- `mutation` is the probability of each variable. Chen et al. (2025) print 0.6 without a definition.
 
 The [Pareto front](glossary.md#pareto-front) contains all evaluated designs. `optim.hypervolume` measures it; `optim.knee` finds the design farthest from the plane through the extremes, with each objective divided by
 its range.

@@ -1,39 +1,22 @@
-"""Several objectives: domination, fronts, hypervolume, knee."""
+"""Several objectives: domination, Pareto front, hypervolume, knee."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from optim.algorithms.nlp import Array, Indices, Values
 
 
-def dominates(values: Values, tolerance: float = 0.0) -> NDArray[np.bool_]:
-    """Which design is better than which, (m, m): True at [i, j] where i dominates j.
+def ranks(objectives: Array) -> Indices:
+    """Sort designs (m, no) into fronts, (m,): 0 for designs that no other dominates, 1 without front 0, and so on.
 
-    Constrained domination: a feasible design dominates an infeasible one, of two infeasible ones that which
-    violates the constraints less; of two feasible ones that which is nowhere worse and somewhere better
-    (K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Transactions on
-    Evolutionary Computation 6 (2002) 182-197, definition 1).
-
-    Parameters
-    ----------
-    values : Values
-        Objectives of m designs.
-    tolerance : float
-        Violation up to which a constraint counts as satisfied.
+    K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Transactions on Evolutionary
+    Computation 6 (2002) 182-197, section III A.
     """
-    f, feasible = values.objectives, values.feasible(tolerance)
-    better = np.all(f[:, None] <= f, axis=2) & np.any(f[:, None] < f, axis=2)
-    violation = np.where(feasible, -1.0, values.violation)  # of two feasible ones none is less
-    return (violation[:, None] < violation) | (feasible[:, None] & feasible & better)
-
-
-def ranks(values: Values, tolerance: float = 0.0) -> Indices:
-    """Sort designs into fronts, (m,): 0 what nothing dominates, 1 what only front 0 dominates, ..."""
-    better = dominates(values, tolerance)
+    f = objectives
+    better = np.all(f[:, None] <= f, axis=2) & np.any(f[:, None] < f, axis=2)  # whether [i] dominates [j]
     dominators = better.sum(axis=0)
-    rank = np.full(len(values), -1, dtype=np.intp)
+    rank = np.full(len(f), -1, dtype=np.intp)
     level = 0
     while np.any(rank < 0):
         front = (rank < 0) & (dominators == 0)
@@ -43,34 +26,11 @@ def ranks(values: Values, tolerance: float = 0.0) -> Indices:
     return rank
 
 
-def crowding(objectives: Array) -> Array:
-    """Crowding distance of designs of one front, (m,): infinite at the ends (Deb et al. 2002, section III B)."""
-    distance = np.zeros(len(objectives))
-    if not np.all(np.isfinite(objectives)):
-        return distance  # failed evaluations: none is better than another
-    for column in objectives.T:
-        order = np.argsort(column, kind="stable")
-        span = column[order[-1]] - column[order[0]]
-        distance[order[[0, -1]]] = np.inf
-        if span > 0.0:
-            distance[order[1:-1]] += (column[order[2:]] - column[order[:-2]]) / span
-    return distance
+def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
+    """Find the Pareto front: rows of the feasible designs that no other dominates, by the first objective.
 
-
-def by_domination(values: Values, tolerance: float = 0.0) -> Indices:
-    """Sort designs: by front, within a front the less crowded first; equal ones in their order."""
-    rank = ranks(values, tolerance)
-    distance = np.zeros(len(values))
-    for level in range(int(rank.max(initial=-1)) + 1):
-        members = rank == level
-        distance[members] = crowding(values.objectives[members])
-    return np.lexsort((-distance, rank))
-
-
-def front(values: Values, tolerance: float = 0.0) -> Indices:
-    """Rows of the designs that nothing dominates, feasible ones if there are any, by the first objective.
-
-    The first of several designs with equal objectives stands for all.
+    Of designs with equal objectives only the first is taken; without a feasible design, the one that violates the
+    constraints least.
     """
     if len(values) == 0:
         return np.empty(0, dtype=np.intp)

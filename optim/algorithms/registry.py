@@ -37,6 +37,8 @@ class Algorithm(NamedTuple):
         Searches from a start; its settings have a key `starts`.
     several : bool
         Takes several objectives.
+    revision : int
+        Larger if it evaluates other designs than earlier versions did for the same seed: their stores are refused.
     """
 
     module: str
@@ -45,6 +47,7 @@ class Algorithm(NamedTuple):
     summary: str
     local: bool = False
     several: bool = False
+    revision: int = 1
 
     @property
     def table(self) -> type[Table]:
@@ -58,13 +61,14 @@ class Algorithm(NamedTuple):
 
 
 ALGORITHMS = {
-    "ga": Algorithm("optim.algorithms.ga", "genetic", "Genetic", "genetic algorithm with elitism, on pygad"),
+    "ga": Algorithm("optim.algorithms.ga", "genetic", "Genetic", "genetic algorithm of pygad", revision=2),
     "nsga2": Algorithm(
         "optim.algorithms.ga",
         "nondominated_sorting",
         "NondominatedSorting",
-        "genetic algorithm for several objectives, on pygad",
+        "genetic algorithm of pygad for several objectives",
         several=True,
+        revision=2,
     ),
     "grg": Algorithm(
         "optim.algorithms.gradient", "reduced_gradient", "ReducedGradient", "generalised reduced gradient", local=True

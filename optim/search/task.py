@@ -62,8 +62,10 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
     """
     name, settings = settings_of(study)
     given = None if start is None else start.tolist()
+    description = {"algorithm": described(study), "seed": seed, "start": given, **study.description()}
+    revision = ALGORITHMS[name].revision
     return Task(
-        {"algorithm": described(study), "seed": seed, "start": given, **study.description()},
+        description | ({"revision": revision} if revision > 1 else {}),
         versions("pygad"),
         study.paths,
         tuple(study.file.objectives),

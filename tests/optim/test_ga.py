@@ -66,7 +66,7 @@ def test_one_objective():
     assert result.status is Ending.BUDGET_USED
     assert result.values.objectives[0, 0] < 1e-2
     assert result.iterations == 80
-    assert result.evaluations <= 80 * 30
+    assert result.evaluations <= 81 * 30  # the elites of the first generation in addition
 
 
 def test_constraints_by_feasibility_rules():
@@ -92,7 +92,8 @@ def test_whole_generations_and_no_design_twice():
     base, asked = recorded(sphere())
     result = genetic(base, SMALL, seed=1)
     assert len(asked) <= SMALL.generations
-    assert len(asked[0]) == SMALL.population
+    assert len(asked[0]) == 2 * SMALL.population  # children and elites
+    assert all(len(population) <= SMALL.population for population in asked[1:])
     everything = np.vstack(asked)
     assert len(np.unique(everything, axis=0)) == len(everything) == result.evaluations
     assert np.all((base.lower <= everything) & (everything <= base.upper))
@@ -102,15 +103,6 @@ def test_without_crossover_and_mutation_there_is_nothing_new():
     base, asked = recorded(sphere())
     genetic(base, SMALL.model_copy(update={"crossover": 0.0, "mutation": 0.0}), seed=1)
     assert len(asked) == 1
-
-
-def test_crossover_probability_is_that_of_a_child():
-    """About so many of the second generation are new, where pygad alone would make nearly all new."""
-    base, asked = recorded(sphere())
-    half = Genetic(population=200, generations=2, crossover=0.5, mutation=0.0)
-    genetic(base, half, seed=1)
-    # a few children are copies because both parents are the same design
-    assert 0.4 < len(asked[1]) / 200 < 0.6
 
 
 def test_the_start_is_in_the_first_generation():

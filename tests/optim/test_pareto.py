@@ -1,4 +1,4 @@
-"""Domination, fronts, hypervolume and knee."""
+"""Domination, Pareto fronts, hypervolume and knee."""
 
 import itertools
 
@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from optim.algorithms.archive import by_feasibility
+from optim.algorithms.ga import fitness_of
 from optim.algorithms.nlp import Values
-from optim.algorithms.pareto import by_domination, crowding, dominates, front, hypervolume, knee, ranks
+from optim.algorithms.pareto import hypervolume, knee, pareto_front, ranks
 
 
 def values(objectives, inequalities=None, failed=None):
@@ -37,31 +39,25 @@ def test_ranks_by_definition(f):
         }  # fmt: skip
         expected[list(best)] = level
         left, level = left - best, level + 1
-    assert np.array_equal(ranks(values(f)), expected)
-    rows = front(values(f))
+    assert np.array_equal(ranks(f), expected)
+    rows = pareto_front(values(f))
     assert {tuple(row) for row in f[rows]} == {tuple(row) for row in f[expected == 0]}
     assert len({tuple(row) for row in f[rows]}) == len(rows)
 
 
-@given(small)
-def test_domination_is_a_strict_partial_order(f):
-    better = dominates(values(f, f[:, :1] - 2.0))
-    assert not np.any(better & better.T)
-    assert not np.any((better.astype(int) @ better.astype(int) > 0) & ~better)
-
-
 def test_constrained_domination():
-    """Feasible before less infeasible before more infeasible before failed, whatever the objectives."""
+    """Feasible before less infeasible before more infeasible before failed, for any objectives."""
     v = values([[9, 9], [0, 0], [0, 0], [0, 0]], [[-1.0], [0.5], [2.0], [np.inf]], [False, False, False, True])
-    assert np.array_equal(ranks(v), [0, 1, 2, 3])
-    assert np.array_equal(front(v), [0])
-    assert np.array_equal(front(v.take([3, 2, 1])), [2])
-    assert np.array_equal(by_domination(v.take([2, 0, 3, 1])), [1, 3, 0, 2])
+    assert np.array_equal(ranks(-fitness_of(v, np.zeros(2), np.ones(2), 1e-6)), [0, 1, 2, 3])
+    assert np.array_equal(pareto_front(v), [0])
+    assert np.array_equal(pareto_front(v.take([3, 2, 1])), [2])
 
 
-def test_crowding_of_a_line():
-    f = np.array([[0.0, 4.0], [1.0, 3.0], [3.0, 1.0], [4.0, 0.0]])
-    assert crowding(f) == pytest.approx([np.inf, 1.5, 1.5, np.inf])
+def test_one_fitness_orders_by_the_rules_of_feasibility():
+    v = values([[3], [1], [2], [np.inf], [0]], [[-1.0], [0.5], [0.0], [7.0], [np.inf]], [False] * 4 + [True])
+    fitness = fitness_of(v, np.zeros(1), np.ones(1), 1e-6)
+    assert np.array_equal(np.argsort(-fitness), by_feasibility(v, 1e-6))
+    assert np.array_equal(by_feasibility(v, 1e-6), [2, 0, 1, 3, 4])
 
 
 @given(small)

@@ -11,8 +11,10 @@ import toy_optimisation as toy
 
 from linkages import InputError, RunError
 from linkages.files.lock import locked
+from optim import ALGORITHMS, Evaluator, find_study, load_study
 from optim.evaluate.evaluations import Evaluations
 from optim.search.run import Stopped, run
+from optim.search.task import task_of
 from optim.store import store as study
 from optim.store.sqlite import SCHEMA, UNSEALED
 
@@ -247,3 +249,13 @@ def test_no_pickle(begun):
             }
             assert not (isinstance(node, ast.Name) and node.id in ("eval", "exec"))
     assert b"\x80\x04\x95" not in begun.read_bytes()
+
+
+def test_a_store_of_an_earlier_revision_of_an_algorithm_is_refused(tmp_path, monkeypatch):
+    path, press = tmp_path / "study.sqlite", load_study(find_study("sevenbar_force"))
+    monkeypatch.setitem(ALGORITHMS, "ga", ALGORITHMS["ga"]._replace(revision=1))
+    with pytest.raises(Stopped):
+        run(task_of(press, 1, Evaluator(press)), path, stop=lambda: True)
+    monkeypatch.undo()
+    line = refused(task_of(press, 1, Evaluator(press)), path)
+    assert "revision: belongs to another study: there nothing, here 2; give another --out" in line
