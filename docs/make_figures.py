@@ -52,7 +52,7 @@ def joint(path: Path) -> None:
         (0, 0),
         arrowprops={"arrowstyle": "->", "color": "0.4"},
     )
-    axes.text(0.83, -0.24, r"$R$", color="0.3", fontsize=12)
+    axes.text(0.72, -0.21, r"$R$", color="0.3", fontsize=12)
     axes.annotate("", e + journal * np.array([0.0, -1.0]), e, arrowprops={"arrowstyle": "->", "color": "0.4"})
     axes.text(e[0] + 0.03, e[1] - 0.45, r"$R_j = R - c$", color="0.3", fontsize=12)
     gap = bearing * np.array([math.cos(down - 0.6), math.sin(down - 0.6)])
@@ -67,7 +67,7 @@ def joint(path: Path) -> None:
     axes.text(e[0] - 0.02, e[1] + 0.5, r"journal (child), $\omega_j$", ha="center", fontsize=10)
     axes.set(xlim=(-1.3, 1.3), ylim=(-1.3, 1.3), aspect="equal")
     axes.axis("off")
-    figure.savefig(path, dpi=130)
+    figure.savefig(path, dpi=90)
 
 
 def data_flow(path: Path) -> None:

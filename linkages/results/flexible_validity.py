@@ -20,7 +20,7 @@ SLOPE = math.sqrt(2.0 * 0.01)
 #: Compressive force over the pinned beam's Euler load that doubles the deflections [1].
 BUCKLING = 0.5
 #: Number of axial modes for accurate impact peaks. Errors for a 0.3 m steel rod when its dry joint closes: a third with
-#: one mode, 10 % with two, 0.1 % with four (docs/flexible.md, Limits).
+#: one mode, 10 % with two, 0.1 % with four (docs/flexible_theory.md, Limits).
 AXIAL = 4
 #: Smallest ratio of the highest kept bending frequency to the excitation frequency [1].
 ABOVE = 10.0
