@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from linkages.outputs.registry import names
 from linkages.system import System
 
@@ -12,6 +14,7 @@ MOST, ROOM = 5_000_000, 2**30
 WINDOW, _HOPELESS = 20_000, 1000.0
 
 
+@lru_cache(maxsize=8)  # a run asks twice
 def most(system: System) -> int:
     """Return the largest number of steps of a run of a system."""
     return min(MOST, ROOM // (8 * (1 + len(names(system)))))
