@@ -2,7 +2,7 @@
 
 Each folder imports only from those above it (`algorithms` and `problem` do not know each other):
 
-| folder     | what lives there                                                              |
+| folder     | content                                                                       |
 |------------|-------------------------------------------------------------------------------|
 | algorithms | mathematical optimisation: bounds and a function of populations               |
 | problem    | study files, checked                                                          |
@@ -12,8 +12,25 @@ Each folder imports only from those above it (`algorithms` and `problem` do not 
 | report     | text, tables, figures                                                         |
 | cli        | ``linkages optimise`` and ``linkages study``                                  |
 
-A *study* is what a study file says; a *problem* is what an algorithm sees of it; a *design* is a value of every
-variable, (n,). `linkages` never imports this package; its commands reach the command line through entry points.
+The path of ``optimise(study)``, in the order of the first calls. It returns to `search` three times: from the store,
+from the evaluations (``run``, step 3), and for the result:
+
+1. ``search.optimise.optimise``: steps 2 and 3, then the result
+2. ``search.task.task_of``: study, algorithm with checked settings, and seed as a task
+3. ``search.run.run``: opens the store, evaluates the nominal design, makes the problem, runs the algorithm
+4. ``store.store.create``: the file of the study; an existing one is opened
+5. ``search.run._Recorder.evaluate``: designs from the store, or else by 6, each once
+6. ``evaluate.screen.Screened.__call__``: leaves out designs that formulas exclude
+7. ``evaluate.evaluator.Evaluator.__call__``: runs at each operating point; objectives and constraints from them
+8. ``evaluate.requests.run_compiled``: a batch of runs of the engine
+9. ``evaluate.limits.problem_of``: the mathematical problem
+10. ``algorithms.registry.minimise``: the algorithm by its name
+11. ``algorithms.ga.genetic``: generations
+12. ``algorithms.archive.Archive.__call__``: new designs of a generation, evaluated by 5
+13. ``search.optimise._summarized``: the content of ``result.json``
+
+A *study* is the content of a study file; a *problem* is its mathematical form for an algorithm; a *design* is a value
+of every variable, (n,). `linkages` never imports this package; entry points add its commands to the command line.
 """
 
 from __future__ import annotations

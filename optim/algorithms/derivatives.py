@@ -48,7 +48,7 @@ def jacobian(
     rows = np.arange(len(moving))
     moved = np.tile(x, (2, len(moving), 1))
     moved[:, rows, moving] += offsets[:, moving]
-    offsets = moved[:, rows, moving] - x[moving]  # as they are after rounding
+    offsets = moved[:, rows, moving] - x[moving]  # after rounding
     designs = np.vstack([x, *moved])
     values = evaluate(designs)
     if values.failed[0]:

@@ -37,7 +37,7 @@ class DifferentialEvolution(Table):
 def evolve(problem: Problem, settings: DifferentialEvolution, seed: int = 0, progress: Report | None = None) -> Result:
     """Minimise one objective; whole generations are evaluated in one call.
 
-    Parameters are those of `optim.minimise`. The first generation is a Latin hypercube, with the problem's start among
+    Parameters as in `optim.minimise`. The first generation is a Latin hypercube, with the problem's start among
     it; `progress` is called after each generation from the second on, with the state of the random generator.
     """
     archive = Archive(problem)

@@ -34,7 +34,7 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 _TOURNAMENT = 4  # designs of a tournament, drawn from elites and children
 _WORST = 1e5  # scaled objective that no feasible design exceeds
-_VIOLATION = 1e9  # violation that no infeasible design exceeds, and half of that of a failed one
+_VIOLATION = 1e9  # violation that no infeasible design exceeds, half of the value for a failed one
 
 # pygad logs exceptions; callers get the exceptions themselves
 _silent = logging.getLogger("optim.algorithms.ga")
@@ -81,7 +81,7 @@ class NondominatedSorting(_Generations):
 def genetic(problem: Problem, settings: Genetic, seed: int = 0, progress: Report | None = None) -> Result:
     """Minimise one objective.
 
-    Parameters are those of `optim.minimise`. The problem's start is a member of the first generation; `progress` is
+    Parameters as in `optim.minimise`. The problem's start is a member of the first generation; `progress` is
     called after each generation, with the states of the random generators.
 
     Returns
@@ -97,7 +97,7 @@ def nondominated_sorting(
 ) -> Result:
     """Find the Pareto front of several objectives by NSGA-II.
 
-    Parameters are those of `genetic`.
+    Parameters as in `genetic`.
 
     Returns
     -------

@@ -41,7 +41,7 @@ FIRST_SOFTNESS, SOFTNESS = 1e-3, (1e-6, 1e3)
 WORST_CONDITION = 1e14
 #: Step, relative to the scales, off a point where the violation seems least: it may be a saddle.
 PUSH = 1e-2
-#: The objective stands still if it falls by less than this, relatively, in so many iterations.
+#: The objective has converged if it falls by less than this, relatively, in so many iterations.
 STANDSTILL, PATIENCE = 1e-12, 5
 
 
@@ -60,7 +60,7 @@ def reduced_gradient(
 ) -> Result:
     """Minimise the first objective from the problem's start (the middle of the bounds if it has none).
 
-    Parameters are those of `optim.minimise`; the seed is not used: the method draws no random numbers.
+    Parameters as in `optim.minimise`; the seed is not used: the method draws no random numbers.
     """
     run = _Search(problem, settings)
     status = Ending.INTERRUPTED
@@ -173,7 +173,7 @@ class _Search:
                 return None
             if self.fresh:
                 break
-            self.hessian = None  # what was learnt about the curvature may be wrong: once more without it
+            self.hessian = None  # the curvature of the model may be wrong: repeat without it
         return Ending.INFEASIBLE if phase.first else Ending.NO_PROGRESS
 
     def _tangents(self, slopes: Slopes, phase: Phase) -> Array:
@@ -187,7 +187,7 @@ class _Search:
             return self.point.partition.tangents(slopes.A)
 
     def _model(self, Z: Array, r: Array, phase: Phase) -> Array:
-        """Hessian of the model: in phase I soft, so that the step reaches the bounds; else what was learnt.
+        """Hessian of the model: in phase I soft, so that the step reaches the bounds; else the quasi-Newton update.
 
         What nothing is known about is steepest descent in the space of the scaled variables.
         """
@@ -222,7 +222,7 @@ class _Search:
             self.hessian = None
 
     def _move(self, point: Restored, trials: int, Z: Array, r: Array) -> None:
-        """Go to a new point; what was learnt goes over to the nonbasic variables of its partition."""
+        """Go to a new point; the curvature is transferred to the nonbasic variables of its partition."""
         nonbasic = point.partition.nonbasic
         T = np.linalg.inv(Z[nonbasic])
         if self.hessian is not None:

@@ -23,7 +23,7 @@ SMALLEST_PIVOT = 1e-9
 class Restored(NamedTuple):
     """A point on the constraints.
 
-    Its variables and slacks (n + m,), the objective, what the equations lack, within the tolerance, (m,), and the
+    Its variables and slacks (n + m,), the objective, the residual of the equations, within the tolerance, (m,), and the
     partition that it was reached with.
     """
 

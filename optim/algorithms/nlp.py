@@ -1,4 +1,4 @@
-"""`Problem`, what an algorithm sees: bounds and a function of populations; `Result`, what it returns."""
+"""`Problem`, the input of an algorithm: bounds and a function of populations; `Result`, its output."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Ending(enum.StrEnum):
 
     @property
     def words(self) -> str:
-        """The value as a reader is told it."""
+        """Text for readers."""
         return _WORDS[self]
 
     @property
     def remedy(self) -> str:
-        """What the user can try, in one sentence."""
+        """Advice for the user, in one sentence."""
         return _REMEDY[self]
 
 
@@ -145,14 +145,14 @@ class Problem:
 
 @dataclass(frozen=True)
 class Progress:
-    """Where an algorithm stands after an iteration (a generation, a line search).
+    """State of an algorithm after an iteration (a generation, a line search).
 
     Attributes
     ----------
     iteration, iterations : int
         Number of this iteration, the first being 1, and how many there are at most.
     best : (k, n) array
-        The best design so far; of several objectives, the front.
+        The best design so far; of several objectives, the Pareto front.
     values : Values
         Values of these designs.
     state : dict
@@ -173,12 +173,12 @@ Report = Callable[[Progress], None]
 
 @dataclass(frozen=True)
 class Result:
-    """What an algorithm found.
+    """Output of an algorithm.
 
     Attributes
     ----------
     x : (k, n) array
-        The best design; of several objectives, the front.
+        The best design; of several objectives, the Pareto front.
     values : Values
         Values of these designs.
     status : Ending

@@ -38,7 +38,7 @@ def pareto_front(values: Values, tolerance: float = 0.0) -> Indices:
     if len(feasible) == 0:
         return np.array([np.argmin(values.violation)])
     f = values.objectives[feasible]
-    # the first of a lexicographic order is dominated by none: take it, drop what it dominates or equals, and so on
+    # no design dominates the first of a lexicographic order: take it, drop those it dominates or equals, and repeat
     members: list[int] = []
     left = np.lexsort(f.T[::-1])
     while len(left):

@@ -1,7 +1,7 @@
 """All algorithms by name, with their settings: `minimise`.
 
 An algorithm is a function ``(problem, settings, seed, progress) -> Result`` that depends on nothing else: run again
-with the same arguments it asks for the same designs in the same order. So a run that was stopped is resumed by
+with the same arguments it evaluates the same designs in the same order. So a run that was stopped is resumed by
 running it again on the stored values.
 """
 
@@ -90,7 +90,7 @@ def read_settings(name: str, data: Mapping[str, Any], source: Path | str = "sett
     name : str
         Key of `ALGORITHMS`.
     data : mapping
-        What is not in it has its default.
+        Missing keys have their default.
     source : Path or str
         Named in errors.
 
@@ -118,7 +118,7 @@ def minimise(
     problem : Problem
         With finite bounds; a local method with a single start can do with `Problem.start` instead.
     settings : Table or mapping, optional
-        Settings of this algorithm; what is left out has its default.
+        Settings of this algorithm; missing keys have their default.
     seed : int
         Not negative.
     progress : callable, optional
@@ -187,7 +187,7 @@ def _multistart(
 
 
 def _report(progress: Report, runs: list[Result], starts: int) -> Report:
-    """Progress of the next start as that of all: the best of all, iterations as parts of all starts' budgets."""
+    """Progress of all starts during the next one: the best of all, iterations as parts of all budgets."""
 
     def report(step: Progress) -> None:
         values = Values.join([*(run.values for run in runs), step.values])

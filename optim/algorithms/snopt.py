@@ -40,8 +40,8 @@ def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | N
 
     Variables and constraints are scaled, and derivatives taken, as by the reduced gradient method.
 
-    Parameters are those of `optim.minimise`; the seed is not used: the method draws no random numbers. `progress` is
-    called after each new point at which SNOPT asks for derivatives, which are its iterations.
+    Parameters as in `optim.minimise`; the seed is not used: the method draws no random numbers. `progress` is
+    called after each new point at which SNOPT needs derivatives, which are its iterations.
     """
     search = _Search(problem, settings, progress)
     with search.archive.interruptible():
@@ -50,7 +50,7 @@ def snopt(problem: Problem, settings: Snopt, seed: int = 0, progress: Report | N
 
 
 class _Search:
-    """One call of SNOPT, and the values and slopes that it asked for."""
+    """One call of SNOPT, and its values and slopes."""
 
     def __init__(self, problem: Problem, settings: Snopt, progress: Report | None) -> None:
         self.problem, self.settings, self.progress = problem, settings, progress
@@ -84,7 +84,7 @@ class _Search:
         program.AddBoundingBoxConstraint(form.lower[:n], form.upper[:n], x)
         program.AddCost(lambda at: weight * self._evaluate(at, slice(0, 1))[0], x)
         if m:
-            low = -form.upper[n:]  # what the slacks may make up for
+            low = -form.upper[n:]  # range of the slacks
             program.AddConstraint(lambda at: self._evaluate(at, slice(1, None)), low, np.zeros(m), x)
         options = SolverOptions()
         for name, value in (

@@ -54,7 +54,7 @@ class Phase(NamedTuple):
 class StandardForm:
     """Minimise f(x) subject to ``c(x) + s = 0`` and ``lower <= (x, s) <= upper``.
 
-    The slack of an inequality lies in [0, inf), that of an equality in [0, 0]. A variable is measured by the
+    The slack of an inequality lies in [0, inf), the slack of an equality in [0, 0]. A variable is measured by the
     distance of its bounds (by its own start where they are infinite), the objective and each constraint by their
     largest change over such a distance, to first order at the start.
 
@@ -106,7 +106,7 @@ class StandardForm:
     def evaluate(self, x: Array) -> tuple[float, Array]:
         """Scaled objective and constraints (m,) of scaled variables.
 
-        Both are infinite where the evaluation failed, the objective alone where it was not asked for: constraints
+        Both are infinite where the evaluation failed, the objective alone where it was not evaluated: constraints
         are violated.
         """
         values = self.archive(self.design(x)[None, :])

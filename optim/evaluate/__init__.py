@@ -1,4 +1,4 @@
-"""Designs and what they are worth: runs through the engines of `linkages`, objectives, constraints, explicit failures.
+"""Evaluation of designs: runs through the engines of `linkages`, objectives, constraints, explicit failures.
 
 | module      | responsibility                                                                     |
 |-------------|------------------------------------------------------------------------------------|

@@ -112,7 +112,7 @@ class Evaluator:
         return Request(point, values, self.outputs, windows, self.threads)
 
     def _rows(self, term: Term, point: OperatingPoint) -> slice:
-        """Windows of a term among those of a request."""
+        """Windows of a term in a request."""
         counts = [len(point.windows[name]) for name in self._used]
         k = self._used.index(term.window)
         start = sum(counts[:k])

@@ -15,7 +15,7 @@ from linkages.outputs.registry import IDEAL, TURNING
 from optim.evaluate.requests import STATISTICS, Request, Statistics, run_each, statistics_of, trapezia
 from optim.problem.study import Array
 
-#: Samples of a window; extremes are those of the samples, so windows should not be much longer than a revolution.
+#: Samples of a window; extremes are taken from the samples, so windows should not be much longer than a revolution.
 SAMPLES = 2001
 
 
@@ -29,7 +29,7 @@ def _statistics(request: Request, system: System) -> Array:
     motion = ideal(system, "compiled")
     if motion.status is not Status.OK:
         raise AssemblyError(motion.status, f"ended at t = {motion.time[-1]:.6g} s")
-    assert motion.evaluate is not None  # what an engine returns has it
+    assert motion.evaluate is not None  # set by every engine
     found = np.empty((len(STATISTICS), len(request.windows), len(request.outputs)))
     for w, (start, end) in enumerate(request.windows):
         times = np.linspace(start, end, SAMPLES)

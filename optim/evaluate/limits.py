@@ -54,7 +54,7 @@ def problem_of(
 
 
 def values_of(study: Study, found: Evaluations, nominal: Evaluations) -> Values:
-    """Make of evaluations what an algorithm sees: objectives to minimise, limits as g <= 0 and h = 0.
+    """Convert evaluations for an algorithm: objectives to minimise, limits as g <= 0 and h = 0.
 
     Relative quantities are divided by the nominal design's. A limit L of a value f becomes (f - L)/|L|, or f if
     L = 0, so that violations of different constraints can be summed.

@@ -14,8 +14,8 @@ from linkages import AssemblyError, InputError, RunError, Status, System
 from optim.evaluate.evaluations import NO_VALUE, OK
 from optim.problem.study import Array, OperatingPoint
 
-#: What functionals are made of, in this order: the compiled engine's by their names, those of other runs from samples y
-#: of an output in a window, the weights of its mean over time, and its extremes.
+#: Statistics for functionals, in this order. The compiled engine has them by name; other runs compute them from samples
+#: y of an output in a window, the weights of its mean over time, and its extremes.
 STATISTICS: dict[str, Callable[[Array, Array, float, float], Any]] = {
     "minimum": lambda y, weights, low, high: low,
     "maximum": lambda y, weights, low, high: high,
@@ -29,7 +29,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True)
 class Request:
-    """Runs of some designs at one operating point: what one process is asked for.
+    """Runs of some designs at one operating point: the work of one process.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def run_parts(engines: Mapping[str, Engine], request: Request) -> Statistics:
     Parameters
     ----------
     engines : mapping
-        By what the names of their outputs begin with; "": of all others.
+        By the prefix of the names of their outputs; "": of all others.
     request : Request
     """
     others = [prefix for prefix in engines if prefix]

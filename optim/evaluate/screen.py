@@ -12,7 +12,7 @@ from optim.problem.study import Array, Study
 
 
 class Screened:
-    """Evaluates designs of a study, but runs only those that satisfy its constraints as far as formulas tell.
+    """Evaluates designs of a study, but runs only designs that satisfy its constraints as far as formulas tell.
 
     By the rules of feasibility an infeasible design is judged by its violation alone, and runs of linkages that
     cannot turn are slow. The nominal design is run in any case: others are measured by it.
@@ -70,7 +70,7 @@ class Screened:
         return INFEASIBLE, f"violates {violated[0]}"
 
     def _near(self, design: Array, violated: list[str]) -> bool:
-        """Whether differences at a feasible design may ask for one that violates some limits."""
+        """Whether a difference step from a feasible design may reach a design that violates these limits."""
         hard = any(self.study.file.constraints[key.rpartition(".")[0]].hard for key in violated)
         return not hard and any(not self._violated(self._values(design + step)) for step in self._steps)
 

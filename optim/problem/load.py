@@ -1,6 +1,6 @@
 """Reads a study file: variables, bounds, operating points, objectives and constraints, each checked.
 
-Values keep their units (SI). The comment beside a value of the file is its source, as in experiments.
+Values keep their units (SI). The comment after a value in the file is its source, as in experiments.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def load_study(path: str | Path) -> Study:
 
 @contextmanager
 def _within(path: Path, where: str) -> Iterator[None]:
-    """Name the study, and the place in it, before what is wrong with its experiment."""
+    """Put the study and the key before an error of its experiment."""
     try:
         yield
     except InputError as problem:
@@ -214,7 +214,7 @@ def _check_quantities(study: Study) -> None:
 
 
 def _check_life(study: Study, where: str, term: Term) -> None:
-    """Check that there is the life that a term names, and what it ends by."""
+    """Check the service life that a term names, and its limiting quantity."""
     from linkages.explore.wear.stages import check_life
 
     name, lives = term.output.removeprefix(LIFE), study.file.lives

@@ -29,6 +29,6 @@ def find_study(name: str | Path) -> Path:
 
 
 def find_experiment(name: str, study: Path) -> Path:
-    """Return the experiment of a study: beside it, else a shipped one."""
+    """Return the experiment of a study: in the same folder, else a shipped one."""
     beside = study.parent / name
     return beside if os.path.exists(beside) else find_file(name)

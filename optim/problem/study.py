@@ -26,7 +26,7 @@ class OperatingPoint:
     system : System
         Before a design is put in.
     paths : tuple of str
-        What a design sets: the variables, then what is linked to them; of equal ones the last counts.
+        Paths that a design sets: the variables, then the linked values; of equal ones the last counts.
     links : tuple of Formula
         Formulas of the linked paths.
     windows : dict of (nw, 2) arrays
@@ -49,9 +49,9 @@ class Study(Brief):
     source : Path
         The file.
     file : StudyFile
-        What it says.
+        Its content.
     sources : dict
-        The comment beside each value, by dotted path.
+        The comment after each value, by dotted path.
     names, paths : tuples of str
         Names and paths of the n design variables.
     lower, upper, nominal : (n,) arrays

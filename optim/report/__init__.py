@@ -5,5 +5,5 @@
 | result  | ``result.json``, and the same as text; several results as a table  |
 | export  | a store as text, CSV or Parquet                                    |
 | observe | progress bar and convergence while an algorithm runs               |
-| figures | convergence, front, Sobol's indices, one variable at a time        |
+| figures | convergence, Pareto front, Sobol's indices, one variable at a time |
 """

@@ -17,7 +17,7 @@ from optim.store.store import Store
 
 
 def format_store(store: Store) -> str:
-    """Format what a store holds: the study, how far it has come, what failed."""
+    """Format the content of a store: study, progress, failures."""
     task = store.meta("task")
     count, failures = store.count()
     unrun = failures.pop(INFEASIBLE, 0)

@@ -38,7 +38,7 @@ def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
 def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Array, path: Path) -> None:
     """Draw the best value of each objective over the evaluations; replaces the figure before.
 
-    The nominal design's objectives (no,) are those that the algorithm minimises.
+    The objectives (no,) of the nominal design are minimised ones.
     """
     names = list(study.file.objectives)
     with _png(path, 5.5, 1.2 + 2.0 * len(names)) as figure:
@@ -58,9 +58,9 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
 
 
 def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
-    """Draw the front of several objectives, two at a time, as a PNG file.
+    """Draw the Pareto front of several objectives, two at a time, as a PNG file.
 
-    The knee (of a front without one, the compromise), the nominal and the reference designs are marked.
+    The knee (of a Pareto front without one, the compromise), the nominal and the reference designs are marked.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     front = _objectives(result["front"], names)
     marked = "compromise" if pareto.knee(front * study.signs) is None else "knee"
     points = [
-        ("front", front, {"marker": "o", "color": _BEST, "s": 12, "alpha": 0.7, "linewidths": 0}),
+        ("Pareto front", front, {"marker": "o", "color": _BEST, "s": 12, "alpha": 0.7, "linewidths": 0}),
         (marked, _objectives([result["best"]], names), {"marker": "*", "color": _KNEE, "s": 110}),
         ("nominal", _objectives([result["nominal"]], names), {"marker": "D", "color": _NOMINAL, "s": 32}),
     ]
@@ -99,7 +99,7 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
         for ax, (i, j) in zip(axes, pairs, strict=False):
             for which, at, look in points:
-                ax.scatter(at[:, i], at[:, j], label=which, zorder=2 if which == "front" else 3, **look)
+                ax.scatter(at[:, i], at[:, j], label=which, zorder=2 if which == "Pareto front" else 3, **look)
             for axis, k in ((ax.xaxis, i), (ax.yaxis, j)):
                 better = "larger" if study.signs[k] < 0.0 else "smaller"
                 axis.set_label_text(f"{labels[k]}, {better} is better")
@@ -162,7 +162,7 @@ def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:
 def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> None:
     """Draw every quantity over each variable between its bounds, the others nominal, as a PNG file.
 
-    Parameters are those of `write_indices`.
+    Parameters as in `write_indices`.
 
     Examples
     --------
@@ -189,7 +189,7 @@ def write_one_at_a_time(study: Study, report: Mapping[str, Any], path: Path) -> 
                 ax.margins(y=0.1)
         for ax, name, value in zip(axes[-1], study.names, study.paths, strict=True):
             unit = value_unit(value)
-            ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # beside a power of ten
+            ax.set_xlabel(axis_label(f"{name}\n", "" if unit == "1" else typeset(unit)))  # a power of ten follows
         figure.suptitle(f"{report['title']}: one variable at a time (dashed: nominal)", fontsize=10)
 
 

@@ -1,4 +1,4 @@
-"""``result.json``, and what it holds as text; several results as one table: for the terminal, and as CSV."""
+"""``result.json`` and its content as text; several results as one table, for the terminal and as CSV."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def write_json(path: Path, content: Any) -> None:
 
 
 def format_result(study: Study, result: Result) -> str:
-    """Format a result as lines of text: nominal design beside the best one.
+    """Format a result as lines of text: nominal and best design side by side.
 
     Parameters
     ----------

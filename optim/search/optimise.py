@@ -1,4 +1,4 @@
-"""`optimise`: a study solved, and what was found as the content of ``result.json``."""
+"""`optimise`: solve a study; the content of ``result.json``."""
 
 from __future__ import annotations
 
@@ -96,9 +96,9 @@ def optimise(
 
 
 def compromise(objectives: Array) -> int:
-    """Index of the design to name first in a front (k, no), whose objectives are minimised.
+    """Index of the design to name first in a Pareto front (k, no), whose objectives are minimised.
 
-    The knee, or, of a front without one, the design nearest to the ideal point, each objective measured by its range.
+    The knee, or, without one, the design nearest to the ideal point, each objective measured by its range.
     """
     if not np.isfinite(objectives).all():
         return 0

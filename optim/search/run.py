@@ -31,7 +31,7 @@ Observer = Callable[[Iteration, nlp.Values], None]
 
 @dataclass(frozen=True)
 class Task:
-    """An optimisation over a store: what is sought, and how designs are evaluated.
+    """An optimisation over a store: the problem, and the evaluation of designs.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Task:
     nominal : (n,) array
         Evaluated first: relative quantities are divided by its values.
     evaluate : callable
-        Evaluations of designs (m, n); those of a design do not depend on the others.
+        Evaluations of designs (m, n); independent of the other designs.
     problem : callable
         From a function that evaluates through the store, and the evaluations of the nominal design, to the problem
         that the algorithm sees.
@@ -70,7 +70,7 @@ class Outcome:
     Attributes
     ----------
     result : Result
-        What the algorithm found.
+        Output of the algorithm.
     found, nominal : Evaluations
         Evaluations of the designs that it found, and of the nominal design.
     evaluations : int
@@ -78,7 +78,7 @@ class Outcome:
     failures : dict
         Designs without values by status, infeasible ones that were not run among them.
     elapsed : float
-        Time spent by this process and those before [s].
+        Time spent by this process and earlier ones [s].
     """
 
     result: nlp.Result
@@ -119,7 +119,7 @@ def run(
     InputError
         If the store is in use, damaged, of another task or version, or exists without `resume`.
     RunError
-        If the disk is full, or the replay differs from what the store holds.
+        If the disk is full, or the replay differs from the store.
     Stopped
         If `stop` said so.
     """
@@ -197,7 +197,7 @@ def _leaving() -> Iterator[None]:
 
 @dataclass
 class _Recorder:
-    """Evaluates each design once, stores it, and compares the replay with what is stored."""
+    """Evaluates each design once, stores it, and compares the replay with the store."""
 
     task: Task
     store: Store
@@ -214,11 +214,11 @@ class _Recorder:
 
     @property
     def elapsed(self) -> float:
-        """Time spent on the study, by this process and those before [s]."""
+        """Time spent on the study, by this process and earlier ones [s]."""
         return time.monotonic() - self._since
 
     def evaluate(self, designs: Array) -> Evaluations:
-        """Return evaluations of designs (m, n); those that are not known are made in one population."""
+        """Return evaluations of designs (m, n); unknown ones are computed in one population."""
         designs = np.ascontiguousarray(designs, dtype=np.float64)
         keys = [design.tobytes() for design in designs]
         fresh = {key: row for key, row in zip(keys, designs, strict=True) if key not in self._known}

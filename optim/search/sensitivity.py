@@ -55,7 +55,7 @@ class Indices:
 def sobol(evaluate: Function, lower: Array, upper: Array, samples: int, seed: int) -> Indices:
     """Estimate Sobol's indices of functions of independent variables, uniform between bounds.
 
-    Designs and estimators are those of `scipy.stats.sobol_indices`, which takes no failed designs: A. Saltelli et al.,
+    Designs and estimators as in `scipy.stats.sobol_indices`, which takes no failed designs: A. Saltelli et al.,
     Variance based sensitivity analysis of model output, Computer Physics Communications 181 (2010) 259-270, table 2
     (b) and (f), on scrambled Sobol points. Confidence intervals are 1.96 standard errors, from bootstrap resampling.
 

@@ -29,7 +29,7 @@ def start_of(study: Study, path: Path, source: str = "--start") -> Array:
     Returns
     -------
     (n,) array
-        Values of this study's variables, SI units; what the other study did not vary is nominal.
+        Values of this study's variables, SI units; variables that only this study has are nominal.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from optim.evaluate.requests import Request, Statistics
 from optim.problem.schema import LIFE
 from optim.problem.study import Array, Study
 
-_TIGHTER = 0.1  # ratio of tolerances between a study's runs and those that check them
+_TIGHTER = 0.1  # tolerance of the checking runs relative to the tolerance of the study
 _PHASES = 10
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0  # its multiples are spread evenly, and are no fractions of a turn
 
@@ -91,7 +91,7 @@ def verify(
 def unseen_phases(study: Study, design: Array, threads: int | None = None) -> dict[str, Any] | None:
     """Evaluate objectives from other starts of the drives than the study's; impacts depend on where they begin.
 
-    All drives are turned by what they turn in the same time, so that the machine passes the same positions.
+    All drives start as they are at a later time, so that the machine passes the same positions.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ def guarded(path: Path) -> Iterator[None]:
     Raises
     ------
     RunError
-        If the disk is full or fails: what was committed is kept.
+        If the disk is full or fails: committed content is kept.
     InputError
         If the file is damaged.
     """
@@ -103,7 +103,7 @@ def check_content(db: sqlite3.Connection, tables: Mapping[str, str]) -> None:
     Raises
     ------
     sqlite3.DatabaseError
-        Naming what is wrong.
+        Naming the fault.
     """
     found = db.execute("PRAGMA integrity_check(1)").fetchone()[0]
     if found != "ok":

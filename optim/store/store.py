@@ -1,6 +1,6 @@
 """`Store`: an SQLite file that keeps every evaluation and every iteration of a study as they come.
 
-A population is one transaction; the file is in write-ahead mode, so that what is committed survives a killed process
+A population is one transaction; the file is in write-ahead mode, so that committed content survives a killed process
 and others can read meanwhile. Numbers are kept exactly, as little-endian float64; nothing is ever unpickled. Every row
 has a checksum, and a file with a row that does not fit its own is refused: a changed number looks like any other.
 
@@ -60,7 +60,7 @@ class Iteration:
     iteration, iterations : int
         The algorithm's own number of it, and how many there are at most.
     evaluations : int
-        Designs asked for so far.
+        Designs evaluated so far.
     best : (k, n) array
         Best designs.
     objectives : (k, no) array
@@ -135,7 +135,7 @@ class Store:
         return designs, Evaluations(objectives, constraints, tuple(status), tuple(reason))
 
     def count(self) -> tuple[int, dict[str, int]]:
-        """Count evaluations, and those that are not ok by status."""
+        """Count evaluations, and, by status, the failed ones."""
         rows = self._rows("SELECT status, COUNT(*) FROM evaluations GROUP BY status ORDER BY 1")
         return sum(n for _, n in rows), {status: n for status, n in rows if status != OK}
 
@@ -250,7 +250,7 @@ def read_store(path: Path) -> Store:
 
 
 def _how_to_read(path: Path) -> str:
-    """Readers beside a writer share a file with it; where nothing can be written, nobody writes."""
+    """Options for a reader: a shared file with the writer, unless the folder is read-only."""
     alone = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
     return "immutable=1" if alone else "mode=ro"
 

@@ -1,12 +1,14 @@
 """The page of the algorithms agrees with the code, its numbers are measured, and its example works."""
 
 import importlib.util
+import itertools
 import re
 import sys
 from pathlib import Path
 
 import pytest
 
+import optim
 from optim.algorithms import registry as algorithms
 from optim.algorithms.nlp import Ending
 from optim.algorithms.registry import Algorithm, minimise
@@ -62,3 +64,23 @@ def test_adding_an_algorithm_as_the_page_says(tmp_path, monkeypatch):
     assert result.status is Ending.BUDGET_USED
     assert result.values.feasible()[0]
     assert result.evaluations == 200
+
+
+def test_the_path_of_optimise_is_the_order_of_its_calls():
+    steps = re.findall(r"^\d+\. ``([\w.]+)``", optim.__doc__, flags=re.MULTILINE)
+    folders = [folder for folder, _ in itertools.groupby(step.partition(".")[0] for step in steps)]
+    assert len(steps) == 13
+    assert len(folders) - len(set(folders)) <= 3  # returns
+    study, called = optim.load_study(optim.find_study("sevenbar_force")), {}
+
+    def note(frame, event, _):
+        name = f"{frame.f_globals.get('__name__')}.{frame.f_code.co_qualname}"
+        if event == "call" and name.startswith("optim."):
+            called.setdefault(name.removeprefix("optim."), None)
+
+    sys.setprofile(note)
+    try:
+        optim.optimise(study, algorithm={"name": "ga", "population": 4, "generations": 1})
+    finally:
+        sys.setprofile(None)
+    assert [name for name in called if name in steps] == steps
