@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from optim.problem.shipped import find_study
     from optim.problem.study import OperatingPoint, Study
     from optim.report.export import export
-    from optim.report.figures import write_front, write_indices, write_one_at_a_time
+    from optim.report.figures import write_front, write_indices, write_one_at_a_time, write_pareto_front
     from optim.report.result import format_result
     from optim.search.optimise import optimise
     from optim.search.run import Stopped
@@ -78,7 +78,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "problem.shipped": ("find_study",),
         "problem.study": ("OperatingPoint", "Study"),
         "report.export": ("export",),
-        "report.figures": ("write_front", "write_indices", "write_one_at_a_time"),
+        "report.figures": ("write_front", "write_indices", "write_one_at_a_time", "write_pareto_front"),
         "report.result": ("format_result",),
         "search.optimise": ("optimise",),
         "search.run": ("Stopped",),

@@ -132,7 +132,7 @@ def test_the_figures_of_a_sweep_and_of_a_life(drawn, tmp_path):
 def test_the_figures_of_a_study(drawn, tmp_path):
     study = optim.load_study(optim.find_study("sevenbar_pareto"))
     result = optim.optimise(study, algorithm={"name": "nsga2", "population": 6, "generations": 2})
-    optim.write_front(study, result, tmp_path / "front.png")
+    optim.write_pareto_front(study, result, tmp_path / "front.png")
     report = optim.sensitivity(study, samples=2)
     optim.write_indices(study, report, tmp_path / "sobol.png")
     optim.write_one_at_a_time(study, report, tmp_path / "single.png")

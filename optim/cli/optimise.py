@@ -190,9 +190,9 @@ def _solve(
         )
     write_json(job.folder / RESULT, result)
     if result["front"] and not options.no_plots:
-        from optim.report.figures import write_front
+        from optim.report.figures import write_pareto_front
 
-        write_front(study, result, job.folder / FRONT)
+        write_pareto_front(study, result, job.folder / FRONT)
     print(format_result(study, result) + "\n")
     if options.verify:
         from optim.search.verification import format_verification, verify

@@ -5,7 +5,7 @@
 | evaluations | `Evaluations`: numbers of designs, or why there are none                           |
 | requests    | `Request`, runs of some designs at one operating point; `Statistics`, its answer   |
 | ideal_runs  | outputs of the linkage without clearance                                           |
-| life_runs   | service lives of designs: time until a quantity exceeds its limit                  |
+| life_runs   | service lives of designs: cycles until a quantity exceeds its limit                 |
 | drake_runs  | requests answered by Drake                                                         |
 | evaluator   | `Evaluator`: designs -> requests -> evaluations                                    |
 | limits      | evaluations -> the mathematical problem that algorithms see                        |

@@ -1,4 +1,4 @@
-"""Lives of designs (``life.`` names): how long their joints take to wear until a quantity exceeds a limit."""
+"""Service lives of designs (``life.`` names): cycles of wear until a quantity exceeds a limit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from optim.problem.study import Array
 def run_lives(request: Request, lives: Mapping[str, Life]) -> Statistics:
     """Wear the designs of a request, each by its own jumps.
 
-    A life is one number: each of `STATISTICS`, in each window.
+    A service life is one number: each of `STATISTICS`, in each window.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def run_lives(request: Request, lives: Mapping[str, Life]) -> Statistics:
     Raises
     ------
     KeyboardInterrupt
-        If a life was interrupted.
+        If a computation was interrupted.
     """
     wanted = [lives[name.removeprefix(LIFE)] for name in request.outputs]
 
@@ -38,7 +38,7 @@ def run_lives(request: Request, lives: Mapping[str, Life]) -> Statistics:
 
 
 def cycles_of(system: System, life: Life) -> float:
-    """Cycles until a life ends, at most as many as are followed.
+    """Compute the service life in cycles, at most the limit of simulated cycles.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from linkages.files.toml import Finite, NonNegative, Positive, Table
 FunctionalName = Literal["peak", "max", "min", "range", "mean", "rms", "integral"]
 Aggregate = Literal["max", "mean", "min"]
 
-#: Before the name of a life, where a term names an output.
+#: Prefix of the name of a service life in the outputs of terms.
 LIFE = "life."
 
 
@@ -56,7 +56,7 @@ class Window(Table):
 
 
 class Life(Table):
-    """How long a design lasts: cycles until a quantity of its wear exceeds a limit; the output ``life.NAME``."""
+    """Service life: cycles until a quantity of the wear exceeds a limit; the output ``life.NAME``."""
 
     until: str = Field(description="JOINT.depth, JOINT.play [m], or the mean peak in a cycle of JOINT.force, .jitter")
     limit: Positive = Field(description="in the quantity's unit")

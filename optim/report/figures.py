@@ -57,7 +57,7 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
         axes[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
+def write_pareto_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     """Draw the Pareto front of several objectives, two at a time, as a PNG file.
 
     The knee (of a Pareto front without one, the compromise), the nominal and the reference designs are marked.
@@ -76,7 +76,7 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
     >>> study = optim.load_study(optim.find_study("sevenbar_pareto"))
     >>> result = optim.optimise(study, algorithm={"name": "nsga2", "population": 6, "generations": 2})
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "front.png"
-    >>> optim.write_front(study, result, file)
+    >>> optim.write_pareto_front(study, result, file)
     >>> file.exists()
     True
     """
@@ -110,6 +110,9 @@ def write_front(study: Study, result: Mapping[str, Any], path: Path) -> None:
             ax.set_visible(False)
         figure.suptitle(f"{study.title}: {len(front)} designs", fontsize=10)
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=6)
+
+
+write_front = write_pareto_front  # its earlier name
 
 
 def write_indices(study: Study, report: Mapping[str, Any], path: Path) -> None:

@@ -58,7 +58,7 @@ def verify(
         why = "violates constraints" if best["status"] == INFEASIBLE else f"failed: {best['status']}"
         return report | {"status": f"the optimum {why}", "phases": None}
     if any(term.output.startswith(LIFE) for _, _, quantity in study.quantities for term in quantity.terms or ()):
-        return report | {"status": "a life is followed by the compiled engine alone", "phases": None}
+        return report | {"status": "only the compiled engine computes a service life", "phases": None}
     tight = study.replaced(lambda system: {"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
     design = np.array([[best["variables"][path] for path in study.paths]])
     relative = any(quantity.relative for _, _, quantity in study.quantities)
