@@ -11,10 +11,13 @@ from functools import partial
 import numpy as np
 from numba import njit
 
+import linkages
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS, register_contact, register_film, register_friction
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import CAVITATIONS, build_map, finite_film, solve_scaled
 from linkages.laws.film.films import film_force
+from linkages.laws.film.groove_map import RULES, build_groove_map
+from linkages.laws.film.surface import Groove
 from linkages.laws.journal import clearance_force
 from linkages.laws.parameters import MODELS, set_parameters
 
@@ -111,6 +114,39 @@ def main():
         (taken,) = clocked(force_pair(model, table, **laws))
         print(f"{name:40s}{taken:8.1f}")
     registered_laws(table)
+    grooved_films()
+
+
+def grooved_films():
+    """Print what a film with a groove costs: its map, its force pair, and a run of the press beside other films."""
+    groove, slenderness = Groove(0.0, math.radians(20.0), 0.8), 4.0 / 3.0
+    print(f"\n{'map with a groove':24s}{'build [s]':>12s}{'processor [s]':>15s}{'force pair [ns]':>17s}")
+    for rule in RULES:
+        start, used = time.perf_counter(), time.process_time()
+        table = build_groove_map(slenderness, groove, rule)
+        built, used = time.perf_counter() - start, time.process_time() - used
+        (taken,) = clocked(force_pair("lubricated", table, film="finite"))
+        print(f"{rule:24s}{built:12.1f}{used:15.1f}{taken:17.1f}")
+    keys = {"angle": 0.0, "extent": groove.extent, "length": groove.length}
+    films = {"long": {"film": "long"}, "finite": {"film": "finite"}}
+    films |= {rule: {"film": "finite", "cavitation": rule, "groove": keys} for rule in RULES}
+    systems = {
+        name: linkages.load(
+            linkages.find_file("seven_bar.toml"),
+            {f"joints.{joint}.{key}": value for joint in "AB" for key, value in values.items()},
+        )
+        for name, values in films.items()
+    }
+    times = {name: [] for name in systems}
+    for _ in range(6):
+        for name, system in systems.items():
+            start = time.perf_counter()
+            linkages.simulate(system, "compiled")
+            times[name].append(time.perf_counter() - start)
+    medians = {name: statistics.median(each[1:]) for name, each in times.items()}
+    print(f"\n{'run of the press, film':24s}{'[ms]':>12s}{'over the long film':>20s}")
+    for name, taken in medians.items():
+        print(f"{name:24s}{1e3 * taken:12.1f}{taken / medians['long']:20.2f}")
 
 
 def registered_laws(table):

@@ -9,7 +9,8 @@ import numpy as np
 from linkages.kernel import Array, kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
-from linkages.laws.film.films import film_force
+from linkages.laws.film.films import MAPPED, film_force
+from linkages.laws.film.groove_map import is_grooved
 from linkages.laws.friction import bristle_rate, friction_coefficient
 from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, SHEAR
@@ -32,6 +33,7 @@ def clearance_force(
     omega_j: float,
     approach: float,
     bristle: float,
+    angle: float = 0.0,
 ) -> tuple[float, float, float, float, float, float, float, float]:
     """Force and couple on the journal, and how it moves against the wall.
 
@@ -50,6 +52,8 @@ def clearance_force(
         Normal speed at which this contact began, latched at its start [m/s].
     bristle : float
         State of LuGre's bristles [m].
+    angle : float
+        Of the bearing's body, for a film with a groove [rad].
 
     Returns
     -------
@@ -71,7 +75,7 @@ def clearance_force(
     e = math.sqrt(ex * ex + ey * ey)
     if e > 0.0:
         nx, ny = ex / e, ey / e
-    else:  # the force is isotropic at the centre: any direction serves
+    else:  # the force does not depend on the direction at the centre
         nx, ny = 1.0, 0.0
     v_n = vx * nx + vy * ny
     v_t = vy * nx - vx * ny
@@ -79,7 +83,8 @@ def clearance_force(
     sliding = v_t + omega_j * radius - omega_b * (e + radius)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
     if joint.model != _DRY:
-        f_n, f_t, couple = film_action(joint, table, c, e, v_n, v_t, omega_b, omega_j)
+        alpha = math.atan2(ny, nx) - angle - joint.groove_angle if joint.film == MAPPED else 0.0
+        f_n, f_t, couple = film_action(joint, table, c, e, v_n, v_t, omega_b, omega_j, alpha)
     if joint.model != _LUBRICATED:
         extra = 0.0
         if joint.model != _DRY and joint.transition == 0.0:
@@ -142,7 +147,15 @@ def dry_force(
 
 @kernel
 def film_action(
-    joint: np.record, table: Array, c: float, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float
+    joint: np.record,
+    table: Array,
+    c: float,
+    e: float,
+    v_n: float,
+    v_t: float,
+    omega_b: float,
+    omega_j: float,
+    alpha: float = 0.0,
 ) -> tuple[float, float, float]:
     """Force (normal, tangential) and couple on the journal of the film in a clearance c.
 
@@ -158,7 +171,7 @@ def film_action(
         seen = min(eps, joint.film_limit)
     deps = v_n / c
     ew = eps * (omega_j + omega_b) - 2.0 * v_t / c
-    f_n, f_t, half_extent = film_force(joint, seen, deps, ew, 0.5 * joint.length / joint.radius, table)
+    f_n, f_t, half_extent = film_force(joint, seen, deps, ew, 0.5 * joint.length / joint.radius, table, alpha)
     scale = joint.viscosity * joint.length * joint.radius**3 / (c * c)
     if eps < joint.small_eps:  # Chen 2025 eqs. (12)-(13)
         scale *= eps**joint.small_power
@@ -166,7 +179,8 @@ def film_action(
     couple = 0.0
     if joint.shear != _NO_SHEAR:
         extent = half_extent
-        if joint.shear == _FULL_SHEAR:
+        grooved = joint.film == MAPPED and is_grooved(table)  # its extent is weighted by the film content
+        if joint.shear == _FULL_SHEAR and not grooved:
             seen = min(seen, EPS_MAX)
             extent = 2.0 * math.pi / math.sqrt(1.0 - seen * seen)
         petroff = joint.viscosity * joint.length * joint.radius**3 / c * extent * (omega_j - omega_b)

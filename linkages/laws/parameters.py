@@ -33,6 +33,7 @@ PARAMETERS = record_type(
     model="i8",  # code of the joint model: MODELS[name]
     film="i8",  # FILMS[name].address, bare_address
     film_reads_record="i8",  # 1: the film's function takes the record
+    groove_angle="f8",  # of the groove's middle in the bearing's frame [rad]
     viscosity="f8",  # dynamic viscosity mu [Pa s]
     shear="i8",  # shear torque of the film: SHEAR[name]
     small_eps="f8",  # eps_0 of Chen 2025 eqs. (12)-(13); 0: no correction

@@ -10,6 +10,8 @@ from pydantic import Field, field_validator, model_validator
 from linkages.files.table_keys import OneOf
 from linkages.files.toml import Finite, NonNegative, Positive, Table, check_history
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
+from linkages.laws.film.surface.grooves import Groove, check_grooves
+from linkages.laws.film.surface.surface_film import NoLoadError
 from linkages.laws.viscosity import ISO_VG
 from linkages.model.functions import TIME, formula, program
 from linkages.model.law_tables import LawTable
@@ -259,6 +261,19 @@ class Wear(Table):
         return bearing if any(bearing) else [], journal if any(journal) else []
 
 
+class GrooveTable(Table):
+    """A feed groove in the bearing, at ambient pressure."""
+
+    angle: Finite = Field(description="of its middle in the bearing's frame, from x_P in the reference pose [rad]")
+    extent: Positive = Field(description="angle that it extends over, at most a turn [rad]")
+    length: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="share of the bearing's length [1]")
+
+    @model_validator(mode="after")
+    def _leaves_a_film(self) -> GrooveTable:
+        check_grooves((Groove(self.angle, self.extent, self.length),), 0.0)
+        return self
+
+
 class JointModel(LawTable):
     """Model of a joint that has a bearing or a slot in the SDF file."""
 
@@ -267,7 +282,10 @@ class JointModel(LawTable):
     model: Literal["ideal", "dry", "lubricated", "mixed"] = Field(description="joint model")
     clearance: Positive | None = Field(None, description="radial clearance c [m]")
     film: FilmName = Field("finite", description="film law")
-    cavitation: Literal["guembel", "reynolds"] = Field("guembel", description="cavitation rule of the finite film")
+    cavitation: Literal["guembel", "reynolds", "mass-conserving"] = Field(
+        "guembel", description="cavitation rule of the finite film; mass-conserving needs a groove"
+    )
+    groove: GrooveTable | None = Field(None, description="lubricated: feed groove of the finite film")
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="oil, instead of a viscosity")
     contact: Contact | None = Field(None, description="dry and mixed: normal contact")
@@ -298,12 +316,25 @@ class JointModel(LawTable):
         missing = [key for key in needed if key not in given]
         if missing:
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
+        self._check_groove()
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
         if self.model == "mixed" and asperities and self.contact and self.contact.youngs_modulus is None:
             raise ValueError("greenwood-tripp needs the contact's youngs_modulus")
         return self
+
+    def _check_groove(self) -> None:
+        if not self.has_film:
+            return
+        if self.groove is None:
+            if self.cavitation == "mass-conserving" and self.film == "finite":
+                raise ValueError(str(NoLoadError(cavity_is_ambient=True)))
+            return
+        if self.model != "lubricated" or self.film != "finite":
+            raise ValueError('groove needs model "lubricated" and film "finite"')
+        if self.cavitation == "guembel":
+            raise ValueError('groove needs cavitation "reynolds" or "mass-conserving"')
 
     @property
     def laws(self) -> tuple[str, ...]:

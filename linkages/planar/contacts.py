@@ -9,7 +9,7 @@ from linkages.laws.contact.contact_forces import GRAZING
 from linkages.laws.journal import clearance_force, dry_force
 from linkages.laws.wear.force import call_worn
 from linkages.planar.markers import Arms, add_pair, both_at_b, gap, gap_rate, turned
-from linkages.planar.record_types import CORNER, STOP, WORN
+from linkages.planar.record_types import CORNER, JOURNAL, STOP, WORN
 
 #: Quantities of each contact at a state: eccentricity e [m], force [N] and couple [N m] on the journal, penetration
 #: [m], its rate and the sliding speed of the journal's surface [m/s], normal load of the contact without a film's [N],
@@ -105,7 +105,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     -------
     motion : tuple
         Vector e between the ends, its rate, angular velocities of outer and inner body; corner: normal into the wall;
-        worn, stop: angles of outer and inner body.
+        worn, grooved, stop: angles of outer and inner body.
     arms : tuple
         From the origin of the outer body's frame to its end, and of the inner's.
     """
@@ -114,7 +114,7 @@ def contact_motion(end: np.record, pose: Array, vel: Array) -> tuple[Motion, Arm
     nx, ny = 0.0, 0.0
     if end.kind == CORNER:
         nx, ny = turned(pose, end.bearing.body, end.nx, end.ny)
-    elif end.kind == WORN or end.kind == STOP:
+    elif end.kind != JOURNAL:
         nx, ny = pose[end.bearing.body, 2], pose[end.journal.body, 2]
     return (ex, ey, vx, vy, vel[end.bearing.body, 0], vel[end.journal.body, 0], nx, ny), arms
 
@@ -143,4 +143,4 @@ def contact_action(
         return 0.0, 0.0, -end.nx * load, 0.0, delta, closing, 0.0, load
     if end.kind == WORN:
         return call_worn(law.worn, (law, table, ex, ey, vx, vy, wb, wj, nx, ny, approach, bristle))
-    return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle)
+    return clearance_force(law, table, ex, ey, vx, vy, wb, wj, approach, bristle, nx)

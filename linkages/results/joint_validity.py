@@ -194,6 +194,14 @@ def _film_end(case: Case) -> Finding | None:
     return Finding(reached, float(case.run.time[worst]), limit) if reached > case.film_end else None
 
 
+def _content(case: Case) -> Finding | None:
+    """Find a film whose content a map takes as that of a steady whirl."""
+    if not case.model.has_film or case.model.groove is None or case.model.cavitation != "mass-conserving":
+        return None
+    largest = float(np.max(case.run[f"{case.joint.name}.eccentricity_ratio"]))
+    return Finding(largest, None, "its map is quasi-static")
+
+
 def _half_width(case: Case) -> Finding | None:
     contact = case.model.contact
     if contact is None or contact.stiffness is not None or CONTACTS[contact.law].conformal:
@@ -238,6 +246,13 @@ def _depth(touch: Touch) -> Finding | None:
 
 
 RULES = (
+    Rule(
+        "film",
+        "the film content of a mass-conserving film has no history, and its cavities can be emptier than real ones; "
+        "largest eccentricity ratio:",
+        'compare with cavitation = "reynolds"',
+        _content,
+    ),
     Rule(
         "film",
         "a film law is used at an L/D outside its validity",

@@ -19,7 +19,7 @@ from linkages.planar.contacts import Motion, contact_action, contact_motion
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
-from linkages.planar.record_types import WORN
+from linkages.planar.record_types import JOURNAL
 from linkages.system.assembly import Assembly, independent
 from linkages.system.unassembled import Unassembled
 
@@ -140,7 +140,7 @@ class _Joint:
         given = self.force(np.array([distance, 0.0]))
         angle = np.arctan2(wanted[1], wanted[0]) - np.arctan2(given[1], given[0])
         place = distance * np.array([np.cos(angle), np.sin(angle)])
-        if self.system.ends[self.contacts[0]]["kind"] != WORN:
+        if self.system.ends[self.contacts[0]]["kind"] == JOURNAL:
             return place
         found = root(lambda x: (self.force(x * clearance) - wanted) / size, place / clearance, tol=1e-12)
         if not found.success:

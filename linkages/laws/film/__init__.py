@@ -5,6 +5,7 @@
 | closed_form | exact half film, Pinkus-Sternlicht, short bearing                         |
 | reynolds    | the 2D Reynolds equation of a finite film, with two rules of cavitation   |
 | film_map    | the finite film as a map, evaluated by a spline                           |
+| groove_map  | the film of a bearing with a groove as a map of three parameters          |
 | map_cache   | film maps on disk                                                         |
 | surface     | films with mass conservation, grooves and tilt on a developed surface     |
 | films       | the films by name, and the evaluation of any of them                      |

@@ -103,8 +103,8 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
     j = min(int(t), nodes_y - 2)
     s -= i
     t -= j
-    x0, x1, x2, x3 = _basis(s)
-    y0, y1, y2, y3 = _basis(t)
+    x0, x1, x2, x3 = basis(s)
+    y0, y1, y2, y3 = basis(t)
     row = HEAD + _CHANNELS * (i * (nodes_y + 2) + j)
     stride = _CHANNELS * (nodes_y + 2)
     g_n, g_t, g_e = 0.0, 0.0, 0.0
@@ -118,7 +118,7 @@ def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float
 
 
 @kernel
-def _basis(s: float) -> tuple[float, float, float, float]:
+def basis(s: float) -> tuple[float, float, float, float]:
     """Cubic B-splines on a uniform grid, at s in [0, 1] of an interval."""
     r = 1.0 - s
     b1, b2 = 4.0 - 6.0 * s * s + 3.0 * s * s * s, 4.0 - 6.0 * r * r + 3.0 * r * r * r
@@ -194,8 +194,8 @@ def build_map(
         if progress is not None:
             progress((i + 1) / nodes)
     values[:, [0, -1], 1] = 0.0  # odd about both ends
-    free = np.linalg.inv(_collocation(nodes, 0))
-    even, odd = np.linalg.inv(_collocation(nodes, 1)), np.linalg.inv(_collocation(nodes, -1))
+    free = np.linalg.inv(collocation(nodes, 0))
+    even, odd = np.linalg.inv(collocation(nodes, 1)), np.linalg.inv(collocation(nodes, -1))
     padded = np.pad(values, ((1, 1), (1, 1), (0, 0)))  # end conditions have zero on the right
     along_x = np.tensordot(free, padded, axes=(1, 0))
     coefficients = np.empty_like(padded)
@@ -209,7 +209,7 @@ def map_head(slenderness: float, cavitation: str, nodes: int) -> list[float]:
     return [VERSION, slenderness, CAVITATIONS[cavitation].code, nodes, nodes, -math.log1p(-EPS_LIMIT)]
 
 
-def _collocation(nodes: int, parity: int) -> Array:
+def collocation(nodes: int, parity: int) -> Array:
     """Matrix of B-spline coefficients -> end condition, values at the nodes, end condition.
 
     The ends are mirrors (parity 1), odd (parity -1) or not-a-knot (parity 0).

@@ -20,6 +20,7 @@ from linkages.laws.film.closed_form import (
     short_bearing,
 )
 from linkages.laws.film.film_map import finite_film
+from linkages.laws.film.groove_map import grooved_film, is_grooved
 from linkages.laws.parameters import Parameter, named_record
 
 #: Stands for the address of a film that is given by a map.
@@ -79,7 +80,7 @@ FILMS = {
 
 @kernel
 def film_force(
-    joint: np.record, eps: float, deps: float, ew: float, slenderness: float, table: Array
+    joint: np.record, eps: float, deps: float, ew: float, slenderness: float, table: Array, alpha: float = 0.0
 ) -> tuple[float, float, float]:
     """Evaluate a film; eps is clipped to `EPS_MAX`.
 
@@ -90,7 +91,9 @@ def film_force(
     eps, deps, ew, slenderness : float
         State of the film and L/D, see `linkages.laws.film`.
     table : array of float
-        Map of a finite film (`linkages.laws.film.film_map`); others ignore it.
+        Map of a finite film (`linkages.laws.film.film_map`, `groove_map`); others ignore it.
+    alpha : float
+        Angle from the groove to the eccentricity, for a map with a groove [rad].
 
     Returns
     -------
@@ -101,6 +104,8 @@ def film_force(
     """
     eps = min(eps, EPS_MAX)
     if joint.film == MAPPED:
+        if is_grooved(table):
+            return grooved_film(eps, deps, ew, alpha, table)
         return finite_film(eps, deps, ew, table)
     if joint.film_reads_record:
         f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness, joint))

@@ -144,12 +144,12 @@ def _fixed(
 
 def _source(balance: Balance) -> Array:
     """Outflow of each cell at full content without pressure."""
-    out = balance.carried - np.roll(balance.carried, 1, axis=0) + balance.squeeze
+    out = balance.carried - np.roll(balance.carried, 1, axis=0) + balance.squeeze + balance.pressed
     return np.where(balance.free, out + _leak(balance), 0.0)
 
 
 def _leak(balance: Balance) -> float:
-    return _LEAK * float(np.abs(balance.carried).max())
+    return _LEAK * float(np.abs(balance.carried).max() + np.abs(balance.squeeze).max())
 
 
 def _columns(balance: Balance, conserving: bool) -> _Columns:

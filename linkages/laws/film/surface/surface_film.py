@@ -31,11 +31,11 @@ class Pressures(NamedTuple):
 class NoLoadError(ValueError):
     """A film that conserves mass, has no groove and a cavity at ambient pressure: nothing feeds it."""
 
-    def __init__(self) -> None:
+    def __init__(self, cavity_is_ambient: bool = False) -> None:
+        other = "" if cavity_is_ambient else "set a cavity pressure below 0, "
         super().__init__(
             "with mass conservation, without a groove and with the cavity at ambient pressure nothing feeds the film "
-            "and it carries no load; add a groove, set a cavity pressure below 0, or choose cavitation guembel or "
-            "reynolds"
+            f"and it carries no load; add a groove, {other}or choose cavitation guembel or reynolds"
         )
 
 
@@ -69,6 +69,7 @@ def solve_film(
     velocity: tuple[float, float] = (0.0, 0.0),
     speed: float = 0.5,
     pressures: Pressures = AMBIENT,
+    full_when_closing: bool = False,
     guess: State | None = None,
 ) -> SurfaceFilm:
     """Solve Reynolds' equation on the surface.
@@ -82,7 +83,7 @@ def solve_film(
         With their supply pressures [Pa].
     rule : str
         One of `RULES`.
-    velocity, speed
+    velocity, speed, full_when_closing
         As for `make_balance`.
     pressures : Pressures
     guess : State, optional
@@ -100,7 +101,7 @@ def solve_film(
         raise NoLoadError
     if not thickness.least(mesh.slenderness) > 0.0:
         raise ValueError("the journal touches the bearing")
-    balance = make_balance(mesh, thickness, velocity, speed)
+    balance = make_balance(mesh, thickness, velocity, speed, full_when_closing=full_when_closing)
     cavity = pressures.cavity / pressures.unit
     known = np.array([*(groove.pressure / pressures.unit for groove in grooves), 0.0]) - cavity
     boundary = Boundary(-cavity, np.where(balance.free, 0.0, known[mesh.groove]))
@@ -150,7 +151,7 @@ def _integrate(
     out = flows.around - np.roll(flows.around, 1, axis=0) + flows.along
     out[:, 1:] -= flows.along[:, :-1]
     out[:, 0] -= flows.start
-    stored = content * balance.squeeze
+    stored = content * balance.squeeze + balance.pressed
     gain = np.where(balance.free, out + stored, 0.0)
     if rule == "reynolds":  # volume appears where the film cavitates
         gain = np.where(state.deficit > 0.0, 0.0, gain)
