@@ -14,6 +14,7 @@ from linkages.laws.film.films import MAPPED
 from linkages.laws.film.groove_map import RULES, build_groove_map, grooved_film, solve_grooved
 from linkages.laws.film.surface import Groove
 from linkages.laws.journal import clearance_force
+from linkages.results.joint_validity import outside
 
 SLENDERNESS, CELLS, NODES = 4.0 / 3.0, (48, 4), (11, 24, 12)
 GROOVE = Groove(0.0, math.radians(20.0), 0.8)
@@ -132,6 +133,7 @@ def test_both_engines_move_alike():
     for name in ("A.eccentricity_ratio", "A.force"):
         peaks = [np.abs(run[name]).max() for run in runs]
         assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
+    assert any("has no history" in entry["what"] for entry in outside(system, runs[0], ()))
     plain = linkages.simulate(shipped("seven_bar", duration=0.1, **{"joints.A.film": "finite"}), "compiled")
     assert plain["A.eccentricity_ratio"].max() != pytest.approx(runs[0]["A.eccentricity_ratio"].max(), rel=0.02)
 
