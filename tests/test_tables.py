@@ -75,6 +75,13 @@ def test_each_variable_of_an_optimisation_has_its_unit(solved):
     assert "force [N]" in format_table([solved[1]] * 2)
 
 
+@pytest.mark.parametrize("feasible", [True, False])
+def test_a_nominal_design_that_is_not_feasible_is_named(solved, feasible):
+    study, result = solved
+    changed = result | {"nominal": result["nominal"] | {"feasible": feasible}}
+    assert ("the nominal design is not feasible" in optim.format_result(study, changed)) != feasible
+
+
 def test_the_ending_of_an_algorithm_is_told_in_words(solved):
     assert "budget-used" not in optim.format_result(*solved)
     assert "all iterations made: " in optim.format_result(*solved)

@@ -132,12 +132,15 @@ def read_page(path: Path) -> str | None:
     Raises
     ------
     InputError
-        If it cannot be read.
+        If it cannot be read, or ends early.
     """
     try:
-        return path.read_text(encoding="utf-8") if path.is_file() else None
+        page = path.read_text(encoding="utf-8") if path.is_file() else None
     except (OSError, ValueError) as problem:
         raise InputError(str(path), "", f"cannot be read ({problem}); remove it, or write it again") from None
+    if page is not None and not page.rstrip().endswith("</html>"):
+        raise InputError(str(path), "", "ends before </html>, so a part is missing; remove it, or write it again")
+    return page
 
 
 def _figures(folder: Path, outputs: list[str]) -> tuple[Path, ...]:

@@ -16,6 +16,8 @@ from linkages.files.writing import whole
 from linkages.model.experiment import value_unit
 from linkages.plots.style import COLORS, axis_label, figure_style, typeset
 from optim.algorithms import pareto
+from optim.algorithms.nlp import Values
+from optim.evaluate.limits import FEASIBLE
 from optim.problem.study import Array, Study
 from optim.store.store import Iteration
 
@@ -35,11 +37,12 @@ def _png(path: Path, width: float, height: float) -> Iterator[Figure]:
             figure.savefig(partial, format="png")
 
 
-def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Array, path: Path) -> None:
+def write_convergence(study: Study, title: str, iterations: Sequence[Iteration], nominal: Values, path: Path) -> None:
     """Draw the best value of each objective over the evaluations; replaces the figure before.
 
-    The objectives (no,) of the nominal design are minimised ones.
+    The values of the nominal design, one row, are those that the algorithm minimises.
     """
+    named = "nominal" if nominal.violation[0] <= FEASIBLE else "nominal, violates constraints"
     names = list(study.file.objectives)
     with _png(path, 5.5, 1.2 + 2.0 * len(names)) as figure:
         axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
@@ -47,8 +50,8 @@ def write_convergence(study: Study, title: str, iterations: Sequence[Iteration],
         best = np.array([row.best_feasible for row in iterations])
         for k, (ax, name, sign) in enumerate(zip(axes, names, study.signs, strict=True)):
             ax.step(count, sign * best[:, k], where="post", color=_BEST, label="best")
-            if np.isfinite(nominal[k]):
-                ax.axhline(sign * nominal[k], color=_NOMINAL, linestyle="--", label="nominal")
+            if np.isfinite(value := nominal.objectives[0, k]):
+                ax.axhline(sign * value, color=_NOMINAL, linestyle="--", label=named)
             ax.set_ylabel(_label(study, name))
             ax.ticklabel_format(axis="y", useOffset=False)
         axes[0].set_title(title)

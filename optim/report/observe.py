@@ -52,7 +52,7 @@ class Observer:
     def __call__(self, row: Iteration, nominal: Values) -> None:
         """Show an iteration."""
         self._rows.append(row)
-        self._nominal = nominal.objectives[0]
+        self._nominal = nominal
         self._bar.total = max(row.iterations, 1)
         self._bar.set_postfix_str(self._best(row), refresh=False)
         self._bar.update(row.iteration - self._bar.n)

@@ -70,6 +70,8 @@ def format_result(study: Study, result: Result) -> str:
             lines.append(f"{study.label(name):{first}s}{''.join(cells)}")
     if result["front"]:
         lines += ["", f"the front has {counted(len(result['front']), 'design')}"]
+    if not nominal["feasible"]:
+        lines += ["", "the nominal design is not feasible: it violates constraints or failed"]
     if not best["feasible"]:
         lines += ["", "no design satisfies all constraints; this one violates them least"]
     return "\n".join(lines)

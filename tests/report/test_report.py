@@ -207,6 +207,7 @@ BAD = {
     "a list": (lambda folder: (folder / "summary.json").write_text("[]"), "is not a JSON object"),
     "half a character": (lambda folder: (folder / "summary.json").write_text(r'{"title": "\ud800"}'), "cannot be read"),
     "no text": (lambda folder: (folder / "animation.html").write_bytes(b"<html>\xff"), "animation.html: cannot be read"),
+    "half a page": (lambda folder: (folder / "animation.html").write_text("<html><body>"), "ends before </html>"),
     "endless contact": (lambda folder: (folder / "impacts.csv").write_text('joint\n"' + 200_000 * "x"), "list of contacts"),
     "broken contacts": (lambda folder: (folder / "impacts.csv").write_text("joint,start\nB,1\n"), "list of contacts"),
 }  # fmt: skip
