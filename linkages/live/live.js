@@ -43,6 +43,7 @@ export function mount(root, send) {
     link: button("link", copyLink, "copy an address that restores all values"),
   };
   at(".buttons").append(...Object.values(buttons));
+  for (const name of ["unpin", "undo", "redo"]) buttons[name].disabled = true;
   at(".search").addEventListener("submit", (event) => {
     event.preventDefault();
     const field = at(".search input"), text = field.value.trim().toLowerCase();
@@ -271,7 +272,7 @@ export function mount(root, send) {
         tell(path);
       });
       const ends = make("span", {class: "ends"}, make("span", {}, g(control.low, 3)), make("span", {}, g(control.high, 3)));
-      row.append(field, make("span", {class: "unit"}, control.unit.replace("s2", "s²")), make("div", {class: "slider"}, slider, ends));
+      row.append(field, make("span", {class: "unit"}, control.unit === "1" ? "" : control.unit.replace("s2", "s²")), make("div", {class: "slider"}, slider, ends));
     }
     at(".rows").append(row);
     tell(path);

@@ -30,7 +30,8 @@ from linkages.system import System
 Array = NDArray[np.float64]
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
-_ORBIT = 400  # points of an orbit
+_ORBIT = 1200  # points of an orbit
+_INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
 _INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
 _DIGITS = 6  # of numbers that are only drawn
 
