@@ -1,12 +1,13 @@
 """Requests of the front end and their replies, the same for the page and for a notebook.
 
-| kind    | request                        | reply                                                                 |
-|---------|--------------------------------|-----------------------------------------------------------------------|
-| start   |                                | title, version, controls, the values given at the start               |
-| run     | values, restart                | see `linkages.live.session.Session.compute`                           |
-| picture | values                         | see `linkages.live.session.Session.picture`                           |
-| save    | values, name, replace          | the file that was written, and the command that runs it               |
-| export  | values, name, replace          | the folder that was written, by ``linkages simulate``                 |
+| kind     | request                       | reply                                                                 |
+|----------|-------------------------------|-----------------------------------------------------------------------|
+| start    |                               | title, version, controls, the values given at the start               |
+| run      | values, restart               | see `linkages.live.session.Session.compute`                           |
+| picture  | values                        | see `linkages.live.session.Session.picture`                           |
+| warnings |                               | warnings about the run that was shown last                            |
+| save     | values, name, replace         | the file that was written, and the command that runs it               |
+| export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
 
 A request that cannot be answered gets ``{"error": TEXT}``, and a request for a run that a newer one has overtaken
 ``{"outdated": true}``.
@@ -62,6 +63,7 @@ class Answers:
             Whether a newer request waits.
         """
         known = {"start": self._start, "run": self._run, "picture": self._picture}
+        known |= {"warnings": self._warnings}
         known |= {"save": self._save, "export": self._export}
         try:
             if kind not in known or not isinstance(request, dict):
@@ -93,6 +95,9 @@ class Answers:
 
     def _picture(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
         return self.session.picture(self._values(request))
+
+    def _warnings(self, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
+        return {"warnings": self.session.warnings()}
 
     def _save(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
         target = self._target(request, ".toml")

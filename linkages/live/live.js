@@ -2,6 +2,7 @@
 // mount(root, send) builds it into an element; send(kind, request) returns the promise of a reply.
 
 const RETRIES = 12; // runs after a change until the motion is steady
+const REST = 400; // time without a change after which warnings are computed [ms]
 const LOOP = 4; // time in which the shown part of the run is played at the speed 1 [s]
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -106,6 +107,7 @@ export function mount(root, send) {
   async function pump() {
     if (state.busy) return;
     state.busy = true;
+    clearTimeout(state.resting);
     root.setAttribute("aria-busy", "true");
     while (state.wanted) {
       const {restart} = state.wanted, values = {...state.values};
@@ -127,6 +129,15 @@ export function mount(root, send) {
     }
     state.busy = false;
     root.setAttribute("aria-busy", "false");
+    clearTimeout(state.resting);
+    state.resting = setTimeout(warn, REST);
+  }
+  async function warn() { // some warnings take longer than a run: they wait until nothing is changed
+    const {view} = state;
+    try {
+      const {warnings} = await send("warnings", {});
+      if (state.view === view && !state.busy) at(".said").append(...warnings.map((text) => make("li", {class: "warning"}, text)));
+    } catch { /* the run before has reported the failure */ }
   }
   async function tellSlow() {
     try {
@@ -158,7 +169,7 @@ export function mount(root, send) {
     for (const [path, value] of Object.entries(view.numbers)) tell(path, value);
     const kind = !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
     at(".state").textContent = view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${view.status}: ${view.remedy}`;
-    at(".said").replaceChildren(...[...view.motion, ...view.warnings].map((text) => make("li", {}, text)));
+    at(".said").replaceChildren(...view.motion.map((text) => make("li", {}, text)));
     drawTable();
     drawLines();
     drawOrbits();

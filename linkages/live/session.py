@@ -16,7 +16,7 @@ import numpy as np
 
 from linkages.engines.study import simulate
 from linkages.errors import InputError, Status
-from linkages.live.view import Ideal, drawing_of, ideal_of, shown_part, view
+from linkages.live.view import Ideal, columns_of, drawing_of, ideal_of, shown_part, view, warnings_for
 from linkages.plots.drawing.drawing import Drawing
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.summary import Study
@@ -59,6 +59,7 @@ class Session:
         self.system, self.limit = system, limit
         self._ratios: dict[str, tuple[float, float]] = {}
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
+        self._study: Study | None = None
         self._drawings: dict[tuple[Any, ...], tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
 
@@ -121,7 +122,7 @@ class Session:
         for _ in range(_RUNS):
             ran = self.values_to_run(values)
             system = self.system.replaced(ran)
-            run, period = simulate(system, "compiled", watch), _period(system)
+            run, period = simulate(system, "compiled", watch, columns_of(system)), _period(system)
             carried = period is not None and "duration" not in values and not system.touching.any()
             carried = carried and run.status is Status.OK
             settled = not carried or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
@@ -135,6 +136,7 @@ class Session:
         if exact is not None:
             study = Study(system, "compiled", run, exact.motion, None)
         key, (drawing, _) = self._drawing(values)
+        self._study = study
         answer = view(study, exact, part, drawing)
         texts = [path for path, value in values.items() if isinstance(value, str)]
         numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
@@ -150,6 +152,10 @@ class Session:
         """Return the values of the run that was shown for these values; a new run's, if others were shown since."""
         asked, ran = self._shown
         return dict(ran) if asked == dict(values) else self.values_to_run(values)
+
+    def warnings(self) -> list[str]:
+        """Return the warnings about the run that was shown last."""
+        return [] if self._study is None else warnings_for(self._study)
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""

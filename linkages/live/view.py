@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from linkages.engines.study import ideal
 from linkages.errors import AssemblyError, RunError, Status
+from linkages.model.experiment import QUANTITIES
+from linkages.outputs.registry import names
 from linkages.plots.curves import columns, curves
 from linkages.plots.drawing import draw, svg
 from linkages.plots.drawing.drawing import Drawing
@@ -32,7 +34,6 @@ Array = NDArray[np.float64]
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 1200  # points of an orbit
 _INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
-_INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
 _DIGITS = 6  # of numbers that are only drawn
 
 
@@ -42,6 +43,13 @@ class Ideal:
 
     motion: Trajectory
     numbers: dict[str, Any]
+
+
+def columns_of(system: System) -> list[str]:
+    """Name the columns of a run that a view needs: all but the motions of frames that nobody has asked for."""
+    shown = {f"{link.name}.{key}" for link in system.mechanism.links for key in ("x", "y", "angle", "omega")}
+    shown |= set(system.experiment.outputs)
+    return [name for name in names(system) if name in shown or name.rpartition(".")[2] not in QUANTITIES]
 
 
 def ideal_of(system: System, duration: float) -> Ideal | None:
@@ -78,13 +86,13 @@ def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: 
     Returns
     -------
     dict
-        Ready for JSON: `status`, `motion` (lines of text), `warnings`, `from` and `to` [s], `time` and `poses` of the
+        Ready for JSON: `status`, `motion` (lines of text), `from` and `to` [s], `time` and `poses` of the
         picture, `curves`, `orbits`, `table`.
     """
     system, run = study.system, study.run
     shown = run.within(*part)
     moved = _from_zero(shown)
-    names = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
+    drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
     times = np.linspace(*part, _FRAMES)
     picture = run.evaluate(times) if run.evaluate is not None else {}
     peaks = _numbers(study)
@@ -93,15 +101,20 @@ def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: 
         "remedy": "" if run.status is Status.OK else run.status.remedy,
         "motion": motion_lines(_said(study, peaks)),
         "periodic": study.motion.kind == "periodic",
-        "warnings": [line for line in format_warnings(warnings_of(system, run, study.contacts)) if line],
         "from": part[0],
         "to": part[1],
         "time": _short(times - part[0]),
         "poses": _poses(drawing, system, picture),
-        "curves": curves(names, moved, exact.motion if exact else None, _INTERVALS),
+        "curves": curves(drawn, moved, exact.motion if exact else None, _INTERVALS),
         "orbits": [_orbit(system, name, shown, picture) for name in system.tree.play if f"{name}.ex" in run.columns],
         "table": _table(study, peaks, exact, part),
     }
+
+
+def warnings_for(study: Study) -> list[str]:
+    """Return the warnings about a run as lines of text; some of them take longer than the run."""
+    found = warnings_of(study.system, study.run, study.contacts)
+    return [line for line in format_warnings(found) if line]
 
 
 def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:

@@ -205,6 +205,11 @@ def test_nothing_is_cut_off(page, width):
             assert apart
 
 
+def test_warnings_follow_when_nothing_is_changed(page):
+    page.wait(lambda: page.browser.find_elements(By.CSS_SELECTOR, ".said .warning"))
+    assert "film" in page.one(".said .warning").text
+
+
 def test_the_picture_moves(page):
     def places():
         return np.array(page.browser.execute_script(

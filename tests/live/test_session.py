@@ -141,7 +141,7 @@ def test_a_run_that_ends_early_says_why(answers):
 
 
 def test_a_run_that_takes_too_long_is_given_up(answers):
-    reply = answers("slider_crank_dry", limit=1e-9).answer("run", {"values": {}})
+    reply = answers("slider_crank_dry", limit=1e-9).answer("run", {"values": {"duration": 1.0}})
     assert "given up" in reply["error"]
 
 
