@@ -13,7 +13,6 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from linkages import InputError
-from linkages.arrays import Array
 from linkages.cli.folders import add_out, output_folder
 from linkages.cli.options import written
 from linkages.cli.progress import progress_bar
@@ -21,6 +20,7 @@ from linkages.cli.progress import progress_bar
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+    from linkages.arrays import Array
     from optim.problem.study import Study
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
