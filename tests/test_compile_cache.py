@@ -1,7 +1,9 @@
 """Compiled code on disk: several processes at once, no place for it, a disk that is full, files that are damaged."""
 
+import importlib
 import os
 import pickle
+import pkgutil
 import subprocess
 import sys
 import threading
@@ -10,8 +12,10 @@ from pathlib import Path
 
 import pytest
 
+import linkages
 from linkages.disk import keep, kept
 from linkages.kernel import kernel
+from linkages.kernel.compile import Kernel
 from linkages.kernel.fingerprint import fingerprint
 
 SCRIPT = """
@@ -201,3 +205,22 @@ def test_a_function_is_what_it_says_and_what_it_refers_to():
         made(text + " + x", call=callee, scale=2.0),
     )
     assert len({same, *map(fingerprint, changes)}) == 4
+
+
+def test_the_name_of_an_attribute_is_no_global():
+    """A module may have a function with the name of an attribute that a kernel reads."""
+    text = "def f(x):\n    return x.real"
+    assert fingerprint(made(text)) == fingerprint(made(text, real=object()))
+
+
+def test_every_kernel_of_the_package_has_a_fingerprint():
+    """Without one it would be compiled again in every process."""
+    found = 0
+    for module in pkgutil.walk_packages(linkages.__path__, "linkages."):
+        if ".drake" in module.name or ".cli" in module.name or module.name.endswith("widget"):
+            continue
+        for value in vars(importlib.import_module(module.name)).values():
+            if isinstance(value, Kernel):
+                fingerprint(value)
+                found += 1
+    assert found > 100

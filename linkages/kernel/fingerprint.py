@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Iterator
+from dis import get_instructions
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -67,7 +68,7 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
         yield repr(value.__defaults__).encode()
         for cell in value.__closure__ or ():
             yield from _parts(cell.cell_contents, seen)
-        for name in sorted(_names(value.__code__)):
+        for name in sorted(_global_names(value.__code__)):
             if name in value.__globals__:
                 yield name.encode()
                 yield from _referred(value.__globals__[name], value.__code__, seen)
@@ -111,7 +112,13 @@ def _code(code: CodeType) -> Iterator[bytes]:
             yield repr(constant).encode()
 
 
+def _global_names(code: CodeType) -> set[str]:
+    """Global names that a function reads, those of functions within it too; no names of attributes."""
+    inner = (_global_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
+    return {str(step.argval) for step in get_instructions(code) if step.opname == "LOAD_GLOBAL"}.union(*inner)
+
+
 def _names(code: CodeType) -> set[str]:
-    """Names that a function reads from outside, those of functions within it too."""
+    """Names that a function reads, globals and attributes, those of functions within it too."""
     inner = (_names(constant) for constant in code.co_consts if isinstance(constant, CodeType))
     return set(code.co_names).union(*inner)
