@@ -38,7 +38,7 @@ EXUDYN_STEPS, ACCURACY = 8000, 1e-5  # steps each second; both have an orbit err
 BEGIN, MARK = "\n## Batches\n", "<!-- batches: benchmarks/batch.py -->"
 LARGE = """
 import sys, time, numpy as np, linkages
-system = linkages.load(linkages.find_file("seven_bar.toml"))
+system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.01})
 values = np.random.default_rng(0).uniform(0.2, 0.3, (int(sys.argv[1]), 1))
 say = lambda part: print(part, flush=True)
 try:

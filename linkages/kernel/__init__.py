@@ -6,7 +6,7 @@
 | lazy         | `lazy_kernel`: compiled at the first call                           |
 | by_address   | functions called by address: force laws                             |
 | by_reference | named tuples passed by reference                                    |
-| block        | a named tuple and its arrays in one piece of memory                 |
+| block        | a named tuple and its arrays in one block of memory                 |
 | simd         | SIMD lanes: one operation for several numbers                       |
 | clear        | arrays filled with zeros                                            |
 | ownership    | reference counts only in functions that make arrays                 |

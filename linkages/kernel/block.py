@@ -1,4 +1,4 @@
-"""A named tuple and the contents of its arrays in one piece of memory, which is restored by one copy.
+"""A named tuple and the contents of its arrays in one block of memory, which one copy restores.
 
 Many runs of one linkage differ in numbers only. `contents` lists the numbers of a named tuple; a `Block` knows where
 each of them is in memory, so that compiled code can write other ones there.
@@ -46,7 +46,7 @@ def _gather(value: Any, parts: list[bytes], structure: list[Any]) -> None:
 
 
 class Block(Packed):
-    """A copy of a named tuple in one piece of memory.
+    """A copy of a named tuple in one block of memory.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Block(Packed):
     Attributes
     ----------
     memory : (nw,) array of int
-        The piece of memory.
+        The block of memory.
     initial : (nw,) array of int
         Its first contents: ``memory[:] = initial`` restores them.
     where : (n,) array of int

@@ -134,7 +134,7 @@ _layouts: dict[Any, _Layout] = {}
 
 
 def _key(value: Any, items: list[Any]) -> Any:
-    """Find what the layout of a value follows from; add its numbers, arrays and packed values to the items."""
+    """Return the key of a value's layout; add its numbers, arrays and packed values to the items."""
     if isinstance(value, tuple):
         return type(value), *[_key(item, items) for item in value]
     if isinstance(value, bool | np.bool_):
@@ -178,7 +178,7 @@ def reference_to(value: Any) -> Reference:
 
 
 def _shape(value: Any) -> Any:
-    """Find what the type of a value follows from."""
+    """Return the key of a value's type."""
     if isinstance(value, Packed):
         return Packed, value._numba_type_
     if isinstance(value, tuple):
@@ -194,7 +194,7 @@ def reference_type(value: Any) -> Any:
 
 
 def packed(value: T) -> T:
-    """Lay a named tuple out in memory; see `Packed`, which is what is returned."""
+    """Lay a named tuple out in memory; the result is a `Packed`."""
     return cast(T, Packed(value))
 
 

@@ -1,6 +1,6 @@
 """Designs of a batch as numbers: everything that a run reads, for each row of values.
 
-The numbers of a design are those of the system with its values, built as for a single run. Many values are themselves
+The system of a design, built as for a single run, has its numbers. Many values are themselves
 such numbers, for example masses and viscosities: they are written in their places, and no system is built. `Designs`
 finds these places by comparison with systems that are built.
 """
@@ -149,5 +149,5 @@ def _corners(low: Array, high: Array, usual: Array) -> Array:
 
 @lru_cache(maxsize=8)
 def designs_of(system: System, variables: tuple[str, ...], outputs: tuple[str, ...], windows: bytes) -> Designs:
-    """Return the designs of a batch, the same object for the same arguments: what was compared holds again."""
+    """Return the designs of a batch; the same arguments give the same object, with the limits that it has compared."""
     return Designs(system, variables, outputs, np.frombuffer(windows).reshape(-1, 2))

@@ -15,8 +15,8 @@ from linkages.integrate.driver import DONE, PAUSED, Options, Record
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, kernel
 
-#: Status of a row: beside the statuses of `linkages.engines.compiled.binding`, the ideal linkage of an output does not
-#: close; the batch was interrupted.
+#: Further statuses of a row, after the ones of `linkages.engines.compiled.binding`: the ideal linkage of an output does
+#: not close; the batch was interrupted.
 NO_IDEAL, STOPPED = 5, 6
 
 

@@ -45,7 +45,7 @@ class Runner:
     system : System
     model : Arrays
     scale : (ny,) array
-        What an error of each entry of the state is measured by.
+        Unit of the error of each entry of the state.
     start : (ny,) array
         State at t = 0.
     implicit : bool
@@ -53,7 +53,7 @@ class Runner:
     tolerance : (ny,) array
         Tolerance of each entry of the state, per step.
     memory, modes : (nc, 2) and (nc,) arrays
-        What the contacts remember and whether they touch, see `linkages.engines.compiled.model.Work`; `run` keeps both
+        Memory of the contacts, and whether they touch; see `linkages.engines.compiled.model.Work`; `run` keeps both
         up to date.
     """
 
@@ -70,7 +70,7 @@ class Runner:
         self._equations = packed(self._with(self.memory, self.modes))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Addresses are those of this process: a copy in another one finds its own."""
+        """Pickle the system and the contacts' memory; addresses hold in one process only."""
         return _restored, (self.system, self.memory, self.modes)
 
     def run(self, t: float, y: Array, first: float, most: int, end: float | None = None) -> Record:
@@ -109,7 +109,7 @@ class Runner:
         return out
 
     def aside(self) -> Equations:
-        """Return the equations with contacts that remember nothing, so that a run can go on beside."""
+        """Return a copy of the equations with the contacts' memory reset."""
         return self._with(np.zeros_like(self.memory), np.full_like(self.modes, -1))
 
     def _with(self, memory: Array, modes: Indices) -> Equations:

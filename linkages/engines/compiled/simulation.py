@@ -34,7 +34,7 @@ def simulate(
     progress : callable, optional
         Called with the simulated time [s] now and then.
     outputs : sequence of str, optional
-        Columns of the trajectory beside the coordinates of linkages with closed loops; default all.
+        Columns of the trajectory; linkages with closed loops add their coordinates. Default: all.
 
     Returns
     -------

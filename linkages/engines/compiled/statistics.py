@@ -21,7 +21,7 @@ from linkages.planar.loads import load_outputs
 from linkages.planar.newton_euler import inertial_forces
 from linkages.planar.reactions import joint_forces
 
-#: What is filled for each window and output. To add one: its name here, at the end, and its formula in `_averages`.
+#: Statistics of each window and output. To add one: its name here, at the end, and its formula in `_averages`.
 STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
 _EXTREMES = 4  # of them
 
@@ -33,7 +33,7 @@ _FLAT = 1e-10  # relative change of an extreme at which it is known
 
 
 class Sampler(NamedTuple):
-    """A run whose outputs are asked for at any time."""
+    """A run that is evaluated at any time."""
 
     job: Job
     steps: Steps
