@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -28,7 +29,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-_AT_ONCE = 32  # runs in one call of compiled code
+_AT_ONCE = 32  # most runs in one call of compiled code
+_PARTS = 4  # calls for each thread, at least
 
 
 @dataclass(frozen=True, repr=False)
@@ -218,7 +220,9 @@ class _Runs:
         """Run all designs, in threads."""
         self.designs.compare(self.table)
         rows = np.arange(len(self.table))
-        parts = [rows[first : first + _AT_ONCE] for first in range(0, len(rows), _AT_ONCE)]
+        share = len(rows) // (_PARTS * (threads or os.cpu_count() or 1))  # all threads end at about the same time
+        size = min(max(share, 1), _AT_ONCE)
+        parts = [rows[first : first + size] for first in range(0, len(rows), size)]
         look = None if progress is None else lambda: progress(float(self._ended.mean()))
         in_threads(lambda k: self._run(parts[k]), len(parts), threads, look, self._end)
 
