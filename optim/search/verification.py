@@ -42,7 +42,7 @@ def verify(
     -------
     dict
         ``engine``; ``status``, "ok" or why there is nothing to compare; ``objectives`` and ``constraints`` by name:
-        values of the ``study`` and of ``drake``, and ``difference``, that of the study from Drake's relative to
+        values of the ``study`` and of ``drake``, and ``difference``, study minus Drake relative to
         Drake's (None if that is zero). ``phases``: see `unseen_phases`, None if it does not apply.
 
     Examples
