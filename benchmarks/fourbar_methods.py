@@ -39,10 +39,10 @@ reduction.
 
 `python benchmarks/fourbar_methods.py` writes this page from its measurements in `docs/replication/measured/`
 (earlier searches to the digits printed here). The rows `ga` and the recorded designs of `ga` are from revision 1 of
-the genetic algorithm, before it took over the operators of pygad. Each method had the same budget of runs; designs that violate a
-constraint need no run. *Reduction* refers to the minimised objective. The next two columns give the same quantity at
-ten start angles that were not searched, and at a tighter tolerance. [The landscape](fourbar_landscape.md) shows the
-objectives along a line, and the influence of the lost bounds.
+the genetic algorithm, before it took over the operators of pygad. Each method had the same budget of runs; designs
+that violate a constraint need no run. *Reduction* refers to the minimised objective. The next two columns give the
+same quantity at ten start angles that were not searched, and at a tighter tolerance. [The
+landscape](fourbar_landscape.md) shows the objectives along a line, and the influence of the lost bounds.
 """
 
 
