@@ -148,7 +148,7 @@ def _restarts(problem: Problem, settings: _Generations, seed: int, progress: Rep
 
 
 class _Pygad(pygad.GA):
-    """pygad with a vectorised sort: the sort of version 3.9 takes 30 times as long as all else in a generation."""
+    """pygad with a vectorised sort: the sort of version 3.9 makes generations of 100 designs take 19 times as long."""
 
     def non_dominated_sorting(self, fitness: Array) -> tuple[list[Any], Indices]:
         """Sort designs into fronts: for each the rows (index, fitness), and the number of the front of each design."""
