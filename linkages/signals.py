@@ -43,14 +43,16 @@ def interruptible() -> Iterator[list[int]]:
 
 
 @contextmanager
-def deferred() -> Iterator[None]:
-    """Defer SIGINT and SIGTERM to the end of the block; outside the main thread, which no signal reaches, do nothing.
+def deferred() -> Iterator[list[tuple[int, FrameType | None]]]:
+    """Defer SIGINT and SIGTERM to the end of the block; yield the list of the signals that have arrived.
+
+    Outside the main thread, which no signal reaches, do nothing.
 
     For blocks that must not end half-way: files that are moved into place, compiled code that allocates its results,
     and LLVM, which calls Python where an exception is dropped and then crashes.
     """
     if threading.current_thread() is not threading.main_thread():
-        yield
+        yield []
         return
     found: dict[int, object] = {number: signal.getsignal(number) for number in _NUMBERS}
     handlers = {number: handler for number, handler in found.items() if callable(handler)}
@@ -58,7 +60,7 @@ def deferred() -> Iterator[None]:
     for number in handlers:
         signal.signal(number, lambda *arguments: received.append(arguments))
     try:
-        yield
+        yield received
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)

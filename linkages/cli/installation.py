@@ -101,10 +101,12 @@ def compile_cache() -> Finding:
     """Check the cache of compiled code: without it each start compiles for about 15 s."""
     import numba
 
-    from linkages.kernel import folder
+    from linkages.kernel import folder, private
 
     if getattr(numba.config, "DISABLE_JIT", False):
         return Finding("compile cache", "the compiler is off", "unset NUMBA_DISABLE_JIT")
+    if private.problem:
+        return Finding("compile cache", "numba's own: plain kernels", f"first runs take minutes: {private.problem}")
     path = folder.folder()
     if path is None:
         return Finding("compile cache", "none", _PLACE)

@@ -16,13 +16,19 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from llvmlite import ir
-from numba import config, typeof
-from numba.core import cgutils, types
-from numba.core.datamodel import models, register_default
-from numba.core.typing.templates import AttributeTemplate
-from numba.extending import NativeValue, infer_getattr, intrinsic, lower_getattr_generic, unbox
+from numba import typeof, types
+from numba.extending import (
+    NativeValue,
+    infer_getattr,
+    intrinsic,
+    lower_getattr_generic,
+    models,
+    register_model,
+    unbox,
+)  # fmt: skip
 
 from linkages.arrays import Indices
+from linkages.kernel.private import OFF, AttributeTemplate
 from linkages.kernel.simd import LaneArray
 
 T = TypeVar("T")
@@ -44,7 +50,7 @@ class Reference(types.Type):
         return f"Reference_{hashlib.sha256(self.name.encode()).hexdigest()[:16]}", ()
 
 
-@register_default(Reference)
+@register_model(Reference)
 class _ReferenceModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Reference) -> None:
         super().__init__(manager, kind, manager.lookup(kind.target).get_value_type().as_pointer())
@@ -66,19 +72,13 @@ class _ReferenceAttributes(AttributeTemplate):
 def _load_field(context: Any, builder: Any, kind: Reference, value: Any, name: str) -> Any:
     index = kind.target.fields.index(name)
     field = tuple(kind.target)[index]
-    pointer = cgutils.gep_inbounds(builder, value, 0, index)
+    pointer = builder.gep(value, [ir.IntType(32)(0), ir.IntType(32)(index)], inbounds=True)
     if isinstance(field, types.BaseNamedTuple):
         return pointer
-    return _without_owner(context, builder, field, builder.load(pointer))
-
-
-def _without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Take an array's reference to its owner away, so that nothing is counted."""
-    if isinstance(kind, types.Array):
-        array = context.make_array(kind)(context, builder, value=value)
-        array.meminfo = ir.Constant(array.meminfo.type, None)
-        return array._getvalue()
-    return value
+    loaded = builder.load(pointer)
+    if isinstance(field, types.Array):  # without its owner, the first word: nothing is counted
+        loaded = builder.insert_value(loaded, ir.Constant(loaded.type.elements[0], None), 0)
+    return loaded
 
 
 @intrinsic
@@ -93,7 +93,10 @@ def _reference(typing: Any, value: Any) -> Any:
         return None
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return cgutils.alloca_once_value(builder, arguments[0])
+        with builder.goto_entry_block():
+            place = builder.alloca(arguments[0].type)
+        builder.store(arguments[0], place)
+        return place
 
     return Reference(value)(value), code
 
@@ -166,26 +169,26 @@ def _word(item: Any) -> int:
     return int(item.place if isinstance(item, Packed) else item)
 
 
-_references: dict[Any, Reference] = {}  # by what `_shape` gives: numba takes milliseconds to find a type
+_references: dict[Any, Reference] = {}  # by what `shape` gives: numba takes milliseconds to find a type
 
 
 def reference_to(value: Any) -> Reference:
     """Return the type of a reference to a named tuple of arrays, numbers, named tuples and packed ones."""
-    shape = _shape(value)
-    if shape not in _references:
-        _references[shape] = Reference(typeof(value))
-    return _references[shape]
+    found = shape(value)
+    if found not in _references:
+        _references[found] = Reference(typeof(value))
+    return _references[found]
 
 
-def _shape(value: Any) -> Any:
-    """Return the key of a value's type."""
+def shape(value: Any) -> Any:
+    """Return a key for the numba type of a value, which takes numba longer to find."""
     if isinstance(value, Packed):
         return Packed, value._numba_type_
     if isinstance(value, tuple):
-        return type(value), *map(_shape, value)
+        return type(value), *map(shape, value)
     if isinstance(value, np.ndarray):
         return type(value), value.dtype, value.ndim, value.flags.num
-    return type(value)
+    return type(value), getattr(value, "dtype", None)
 
 
 def reference_type(value: Any) -> Any:
@@ -212,11 +215,11 @@ def lay(value: Any, words: bytearray, spots: list[tuple[int, Any]]) -> None:
             lay(item, words, spots)
         words.extend(bytes(-len(words) % 8))  # a structure that ends with a truth value
     elif isinstance(value, np.ndarray):
-        shape, strides = value.shape, value.strides
+        lengths, strides = value.shape, value.strides
         if isinstance(value, LaneArray):
-            shape, strides = shape[:-1], strides[:-1]
+            lengths, strides = lengths[:-1], strides[:-1]
         spots.append((len(words) + _ADDRESS, value))
-        structure = 0, 0, value.size, value.itemsize, _address(value), *shape, *strides
+        structure = 0, 0, value.size, value.itemsize, _address(value), *lengths, *strides
         words.extend(struct.pack(f"{len(structure)}q", *structure))
     else:
         spots.append((len(words), value))
@@ -240,5 +243,5 @@ def _unbox_reference(kind: Reference, value: Any, c: Any) -> NativeValue:
     return NativeValue(pointer)
 
 
-#: ``reference(value)`` within compiled code, see `_reference`; of code that is not compiled the value itself.
-reference: Callable[[Any], Any] = (lambda value: value) if config.DISABLE_JIT else _reference  # type: ignore[assignment, attr-defined]
+#: ``reference(value)`` within compiled code, see `_reference`; without a compiler, the value itself.
+reference: Callable[[Any], Any] = (lambda value: value) if OFF else cast(Any, _reference)

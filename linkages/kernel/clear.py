@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, cast
 
-from numba.core import cgutils, types
+from llvmlite import ir
+from numba import types
 from numba.extending import intrinsic
 
 
@@ -15,8 +16,11 @@ def _clear(typing: Any, array: Any) -> Any:
         return None
 
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        structure = context.make_array(array)(context, builder, value=values[0])
-        cgutils.memset(builder, structure.data, builder.mul(structure.nitems, structure.itemsize), 0)
+        byte, word = ir.IntType(8), ir.IntType(64)
+        data = builder.bitcast(builder.extract_value(values[0], 4), byte.as_pointer())
+        size = builder.mul(builder.extract_value(values[0], 2), builder.extract_value(values[0], 3))
+        memset = builder.module.declare_intrinsic("llvm.memset", [byte.as_pointer(), word])
+        builder.call(memset, [data, byte(0), size, ir.IntType(1)(0)])
         return context.get_dummy_value()
 
     return types.void(array), code

@@ -1,112 +1,156 @@
 """The compiler of all numerical kernels.
 
-``@kernel`` compiles a function, on its first call, to a unit (`linkages.kernel.units`) that is cached on disk, releases
-the GIL and divides as IEEE says. What is not edited is not compiled again.
+| decorator        | compiled                                   | called by other kernels                    |
+|------------------|--------------------------------------------|--------------------------------------------|
+| `kernel`         | by itself, when a caller is compiled       | as an external function                    |
+| `lazy_kernel`    | by itself, at the first call               | as an external function, through a cell    |
+| `inlined_kernel` | with each caller                           | inlined                                    |
+
+An external function (`linkages.kernel.external`) returns nothing, a number or a tuple of numbers, as its annotation
+says. A `kernel` with another result, or without an annotation, is compiled with each caller. All kernels divide as IEEE
+says. Calls from Python release the GIL.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, update_wrapper
-from inspect import signature
-from typing import Any, TypeVar, cast
+from contextlib import suppress
+from functools import cached_property, partial, update_wrapper
+from inspect import Parameter, signature
+from typing import Any, TypeVar, cast, get_args
 
-from numba import config, types
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import CPUDispatcher
-from numba.core.sigutils import normalize_signature
+import numba
+from numba import types
+from numba.extending import lower_builtin, type_callable, typeof_impl
 
 from linkages.kernel import precompiled
-from linkages.kernel.cache import CodeCache
-from linkages.kernel.units import PartCompiler, UnitCompiler
-
-failures: list[BaseException] = []  #: met where compiled code asked for a lazy kernel, to be raised in Python
+from linkages.kernel.by_reference import shape
+from linkages.kernel.external import call_cell, call_symbol, external, failures, kernels, name_of, obtain, under_way
+from linkages.kernel.fingerprint import LAZY
+from linkages.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, problem, python_function
 
 F = TypeVar("F", bound=Callable[..., Any])
+_NUMBERS = {None: types.none, float: types.float64, int: types.int64, bool: types.boolean}
 
 
 def kernel(function: F) -> F:
-    """Compile a function on its own; other kernels call it."""
-    return _compiled(function, UnitCompiler)
+    """Compile a function by itself; other kernels call it."""
+    return _made(function, b"kernel")
 
 
 def inlined_kernel(function: F) -> F:
-    """Compile into each caller's body: for small functions, whose arguments cost more to hand over than their work."""
-    return _compiled(function, PartCompiler, forceinline=True)
+    """Compile a small function into the body of each caller."""
+    return _made(function, b"inlined")
 
 
-def _compiled(function: F, compiler: type, **options: Any) -> F:
-    if getattr(config, "DISABLE_JIT", False):
+def lazy_kernel(function: F) -> F:
+    """Compile a function at its first call, also if compiled code calls it.
+
+    Raises
+    ------
+    TypeError
+        If its result is not annotated as None, float, int, bool or a tuple of these.
+    """
+    if not OFF and _result(function) is None:
+        given, what = function.__annotations__.get("return"), "None, float, int, bool, or a tuple of these"
+        raise TypeError(f"the lazy kernel {function.__qualname__} returns {given}; annotate its result as {what}")
+    return _made(function, LAZY)
+
+
+def _made(function: F, kind: bytes) -> F:
+    if OFF:
         return function
-    dispatcher = _dispatcher(function, compiler, no_cpython_wrapper=True, **options)
-    return cast(F, Kernel(function, dispatcher, compiler.__name__.encode()))
+    return _plain(function) if problem else cast(F, Kernel(function, kind))
 
 
-def _dispatcher(function: Any, compiler: type, **options: Any) -> Any:
-    """Make numba's object of a function; C functions are made by `linkages.kernel.address`."""
-    options |= {"nopython": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-    dispatcher: Any = _Dispatcher(function, {}, options, pipeline_class=compiler)
-    dispatcher._cache = CodeCache(function, compiler)
-    return dispatcher
-
-
-class _Dispatcher(CPUDispatcher):
-    """Numba's object of a function, without the clocks that it starts for each compilation."""
-
-    def compile(self: Any, sig: Any) -> Any:
-        """Compile for a signature, or load the code; constants are arguments as others are."""
-        kinds, result = normalize_signature(sig)
-        kinds = tuple(map(types.unliteral, kinds))
-        sig = kinds if result is None else result(*kinds)
-        with global_compiler_lock, self._compiling_counter:
-            if kinds not in self.overloads:
-                compiled = self._cache.load_overload(sig, self.targetctx)
-                if compiled is None:
-                    self._cache_misses[sig] += 1
-                    compiled = self._compiler.compile(kinds, result)
-                    self.add_overload(compiled)
-                    self._cache.save_overload(sig, compiled)
-                else:
-                    self._cache_hits[sig] += 1
-                    self.targetctx.insert_user_function(compiled.entry_point, compiled.fndesc, [compiled.library])
-                    self.add_overload(compiled)
-            return self.overloads[kinds].entry_point
+def _plain(function: F) -> F:
+    """Compile by `numba.njit` alone."""
+    with suppress(RuntimeError):  # typed in: it has no file beside which numba could keep it
+        return cast(F, numba.njit(nogil=True, error_model="numpy", cache=True)(function))
+    return cast(F, numba.njit(nogil=True, error_model="numpy")(function))
 
 
 class Kernel:
-    """A compiled function, which knows how to be called from Python only once that is asked for."""
+    """A compiled function."""
 
-    def __init__(self, function: Any, compiled: Any, kind: bytes) -> None:
+    def __init__(self, function: Any, kind: bytes) -> None:
         update_wrapper(self, function)
+        self.py_func, self.kind = function, kind
+        self._signature = signature(function)
+        self._entries: dict[Any, Any] = {}  # what Python calls, by the types of the arguments
         precompiled.known()
-        self.py_func, self.kind, self._compiled = function, kind, compiled
+        kernels[function.__module__, function.__qualname__] = self
+        type_callable(self)(self._type_call)
+        lower_builtin(self, types.VarArg(types.Any))(self._write_call)
+
+    @cached_property
+    def result(self) -> Any:
+        """Type of an external function's result; None if callers contain the function."""
+        return None if self.kind == b"inlined" else _result(self.py_func)
+
+    @cached_property
+    def inlined(self) -> Any:
+        """Function that is compiled with each caller."""
+        own = UNCOUNTED if _result(self.py_func) else COUNTED
+        options: Any = INLINED | own | {"error_model": "numpy", "forceinline": self.kind == b"inlined"}
+        return numba.njit(**options)(self.py_func)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call it from Python."""
-        result = self._entry(*arguments, **named)
+        if named or len(arguments) != len(self._signature.parameters):
+            bound = self._signature.bind(*arguments, **named)
+            bound.apply_defaults()
+            arguments = bound.args
+        key = tuple(map(shape, arguments))
+        if key not in self._entries:
+            self._entries[key] = self._entry(tuple(map(numba.typeof, arguments)))
+        result = self._entries[key](*arguments)
         if failures:
-            problem = failures[0]
+            error = failures[0]
             failures.clear()
-            raise problem
+            raise error
         return result
 
     def __reduce__(self) -> str:
         return self.py_func.__qualname__
 
-    @property
-    def _numba_type_(self) -> Any:
-        return self._compiled._numba_type_
+    def _entry(self, kinds: tuple[Any, ...]) -> Any:
+        """Compile or load the function for calls from Python."""
+        make = partial(python_function, kinds=kinds, error_model="numpy")
+        return obtain(name_of(self.py_func, kinds), self.py_func, make)
 
-    @property
-    def stats(self) -> Any:
-        """What numba tells of its cache for calls from Python."""
-        return self._entry.stats
+    def prepare(self, *kinds: Any) -> None:
+        """Compile or load the external function for arguments of these numba types."""
+        external(self.py_func, kinds, self.result)
 
-    @cached_property
-    def _entry(self) -> Any:
-        """Function that Python calls."""
-        names, name = ", ".join(signature(self.py_func).parameters), self.py_func.__name__
-        scope: dict[str, Any] = {"compiled": self, "__name__": self.py_func.__module__}
-        exec(f"def {name}({names}):\n    return compiled({names})", scope)
-        scope[name].__defaults__ = self.py_func.__defaults__
-        return _dispatcher(scope[name], UnitCompiler)
+    def _type_call(self, context: Any) -> Callable[..., Any]:
+        """Make the function that types a call by another kernel."""
+
+        def type_call(*given: Any, **named: Any) -> Any:
+            kinds = self._signature.bind(*given, **named).args
+            return self.result(*map(types.unliteral, kinds))
+
+        cast(Any, type_call).__signature__ = self._signature
+        return type_call
+
+    def _write_call(self, context: Any, builder: Any, typed: Any, values: Any) -> Any:
+        """Write a call by another kernel."""
+        lazy = self.kind == LAZY or under_way(self.py_func, typed.args, typed.return_type)
+        return (call_cell if lazy else call_symbol)(self.py_func, context, builder, typed, values)
+
+
+@typeof_impl.register(Kernel)
+def _type_of(kernel: Kernel, context: Any) -> Any:
+    return None if kernel.result else numba.typeof(kernel.inlined)
+
+
+def _result(function: Any) -> Any:
+    """Find the numba type of an external function's result in its annotation; None if it is no number."""
+    kind = function.__annotations__.get("return", Parameter.empty)
+    with suppress(KeyError, TypeError, NameError):
+        kind = eval(kind, function.__globals__) if isinstance(kind, str) else kind
+        if any(each.default is not Parameter.empty for each in signature(function).parameters.values()):
+            return None
+        parts = get_args(kind)
+        return types.Tuple([_NUMBERS[part] for part in parts]) if parts else _NUMBERS[kind]
+    return None

@@ -18,6 +18,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+from llvmlite import binding
 
 LAZY = b"lazy"  # kind of kernels whose callers know of them but their names and results
 _OURS = __name__.partition(".")[0]
@@ -27,9 +28,9 @@ _OURS = __name__.partition(".")[0]
 def toolchain() -> bytes:
     """Fingerprint of what compiles: this folder's text, the versions behind it, the processor."""
     texts = [path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py"))]
-    codegen = numba.core.registry.cpu_target.target_context.codegen().magic_tuple()
+    processor = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
     checked = getattr(numba.config, "BOUNDSCHECK", None)
-    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], codegen, checked)
+    versions = (numba.__version__, llvmlite.__version__, np.__version__, sys.version_info[:2], processor, checked)
     return hashlib.sha256(b"\0".join([*texts, repr(versions).encode()])).digest()
 
 
@@ -56,7 +57,9 @@ def _parts(value: Any, seen: set[int]) -> Iterator[bytes]:
         if kind == LAZY:  # is called by name, and compiled by itself
             yield f"{value.__module__}.{value.__qualname__} {value.result}".encode()
             return
-    value = getattr(value, "py_func", getattr(value, "_defn", value))  # of a kernel, of an intrinsic
+    value = getattr(value, "py_func", value)  # of a kernel
+    if not isinstance(value, FunctionType):
+        value = getattr(value, "__wrapped__", value)  # of an intrinsic
     if isinstance(value, FunctionType):
         if value.__module__ not in sys.modules:  # typed in: code could not be given back to it
             raise TypeError(f"{value.__qualname__} belongs to no module")
@@ -98,8 +101,9 @@ def _referred(value: Any, code: CodeType, seen: set[int]) -> Iterator[bytes]:
 
 
 def _known(function: FunctionType) -> bool:
-    """Whether a function's text counts: numba's and numpy's are known by their versions."""
-    return (function.__module__ or "").partition(".")[0] not in ("numba", "numpy", "math")
+    """Whether a function's text counts: texts of numba, numpy and this folder are part of the toolchain."""
+    module = function.__module__ or ""
+    return module.partition(".")[0] not in ("numba", "numpy", "math") and module.rpartition(".")[0] != __package__
 
 
 def _code(code: CodeType) -> Iterator[bytes]:

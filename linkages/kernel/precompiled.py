@@ -52,6 +52,11 @@ def known() -> None:
     _known += 1
 
 
+def counts() -> tuple[int, int]:
+    """Return how many kernels this process has compiled, and how many it has loaded."""
+    return _compiled, _loaded
+
+
 def loaded() -> None:
     """Take note that a kernel was loaded."""
     global _loaded

@@ -13,11 +13,16 @@ from typing import Any, cast
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.core.datamodel import models, register_default
-from numba.core.typeconv import Conversion
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, lower_cast, typeof_impl
+from numba import types
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    lower_cast,
+    models,
+    register_model,
+    type_callable,
+    typeof_impl,
+)  # fmt: skip
 
 WIDTH = 4  #: of the registers of present processors, or twice it
 
@@ -37,13 +42,13 @@ class _Lanes(types.Type):
 
     def can_convert_from(self, typing: Any, other: Any) -> Any:
         """Convert a number to lanes that are all the same."""
-        return Conversion.safe if isinstance(other, types.Float) else None
+        return typing.can_convert(other, types.complex128) if isinstance(other, types.Float) else None
 
 
 _lanes = _Lanes()
 
 
-@register_default(_Lanes)
+@register_model(_Lanes)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: _Lanes) -> None:
         super().__init__(manager, kind, ir.VectorType(ir.DoubleType(), WIDTH))
@@ -64,15 +69,18 @@ def _alike(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> A
 
 
 def _register(function: Any, name: str) -> None:
-    pairs = (_lanes, _lanes), (_lanes, types.float64), (types.float64, _lanes)
-    template = type(f"Lanes_{name}", (ConcreteTemplate,), {"cases": [signature(_lanes, *pair) for pair in pairs]})
-    infer_global(function)(template)
+    def type_call(first: Any, second: Any) -> Any:
+        kinds = [each if each == _lanes else types.float64 for each in (first, second)]
+        numbers = all(isinstance(each, _Lanes | types.Float | types.Integer) for each in (first, second))
+        return _lanes(*kinds) if numbers and _lanes in kinds else None
+
+    type_callable(function)(lambda context: type_call)
 
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
         first, second = (context.cast(builder, *each, _lanes) for each in zip(values, typed.args, strict=True))
         return getattr(builder, name)(first, second)
 
-    for pair in pairs:
+    for pair in (_lanes, _lanes), (_lanes, types.float64), (types.float64, _lanes):
         lower_builtin(function, *pair)(code)
 
 
@@ -86,9 +94,9 @@ for _function, _inplace, _name in (
     _register(_inplace, _name)
 
 
-@infer_global(operator.neg)
-class _Negative(ConcreteTemplate):
-    cases = [signature(_lanes, _lanes)]  # noqa: RUF012
+@type_callable(operator.neg)
+def _type_negative(context: Any) -> Callable[[Any], Any]:
+    return lambda lanes: lanes if lanes == _lanes else None
 
 
 @lower_builtin(operator.neg, _lanes)
@@ -123,16 +131,18 @@ def _side_by_side(typing: Any, first: Any, second: Any, third: Any, fourth: Any)
     return _lanes(*[types.float64] * WIDTH), code
 
 
-def _lanes_in(context: Any, builder: Any, kind: Any, array: Any, indices: Any) -> Any:
-    structure = context.make_array(kind)(context, builder, value=array)
-    pointer = cgutils.get_item_pointer(context, builder, kind, structure, indices)
-    return builder.bitcast(pointer, ir.VectorType(ir.DoubleType(), WIDTH).as_pointer())
+def _lanes_in(builder: Any, array: Any, indices: Any) -> Any:
+    """Find the lanes at these indices; fields 4 and 6 of numba's arrays are the data and the strides."""
+    data, strides = builder.ptrtoint(builder.extract_value(array, 4), ir.IntType(64)), builder.extract_value(array, 6)
+    for k, index in enumerate(indices):
+        data = builder.add(data, builder.mul(index, builder.extract_value(strides, k)))
+    return builder.inttoptr(data, ir.VectorType(ir.DoubleType(), WIDTH).as_pointer())
 
 
 @intrinsic
 def _lanes_at(typing: Any, array: Any, i: Any, k: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        return builder.load(_lanes_in(context, builder, array, values[0], values[1:]), align=8)
+        return builder.load(_lanes_in(builder, values[0], values[1:]), align=8)
 
     return _lanes(array, types.int64, types.int64), code
 
@@ -140,7 +150,7 @@ def _lanes_at(typing: Any, array: Any, i: Any, k: Any) -> Any:
 @intrinsic
 def _put_lanes(typing: Any, array: Any, i: Any, k: Any, lanes: Any) -> Any:
     def code(context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        builder.store(values[3], _lanes_in(context, builder, array, values[0], values[1:3]), align=8)
+        builder.store(values[3], _lanes_in(builder, values[0], values[1:3]), align=8)
         return context.get_dummy_value()
 
     return types.void(array, types.int64, types.int64, _lanes), code

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Sequence
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from numba.core.errors import NumbaError
+from numba import NumbaError
 
 from linkages.laws.contact.contact_forces import power_law
 from linkages.laws.contact.contact_laws import Contact

@@ -1,0 +1,282 @@
+"""External functions: C functions that are compiled or loaded once and called at their address.
+
+A caller contains no code of an external function. It finds the address by one of three ways:
+
+- by the function's symbol, a digest of its content and types: kernels;
+- in a cell that is empty until the first call, which compiles or loads the function: lazy kernels, and recursion;
+- in an argument: force laws (`address`, `caller`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import importlib
+import pickle
+import uuid
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cache, partial
+from types import FunctionType
+from typing import Any, cast
+
+import numba
+import numpy as np
+from llvmlite import binding, ir
+from numba import types
+from numba.extending import intrinsic
+
+from linkages.kernel import locks, precompiled
+from linkages.kernel.cache import read, write
+from linkages.kernel.fingerprint import fingerprint
+from linkages.kernel.folder import folder
+from linkages.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
+from linkages.signals import deferred
+
+kernels: dict[tuple[str, str], Any] = {}  #: by module and name
+failures: list[BaseException] = []  #: of lazy kernels called by compiled code, to be raised in Python
+_PREFIX = "linkages_"  # of symbols
+_FIND = "linkages-find"  # symbol of `_find`
+_WORD = ir.IntType(64)
+_alive: dict[str, Any] = {}  # external functions by symbol, None while one is compiled
+_interrupts: list[list[Any]] = []  # signals that arrived during each of the compilations under way
+#: what numpy and arrays have that makes arrays; a function that names none of it is first compiled without counts
+_ALLOCATING = {"zeros", "ones", "empty", "full", "eye", "array", "arange", "copy", "concatenate", "sort", "argsort"}
+_interpreted: dict[int, Any] = {}  # without a compiler: functions by what stands for their address
+
+
+def name_of(function: Any, *types_of_call: Any) -> str | None:
+    """Name the code of a function for these types; None if its content cannot be known."""
+    try:
+        content = fingerprint(function)
+    except TypeError:
+        return None
+    return hashlib.sha256(f"{content} {types_of_call}".encode()).hexdigest()[:32]
+
+
+def obtain(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
+    """Load or compile a function.
+
+    Parameters
+    ----------
+    name : str or None
+        Name of the code; None: it is not stored.
+    function : function
+    make : callable
+        ``make(function, stored, **options)`` restores `stored`, or compiles the function, and returns the result.
+
+    Raises
+    ------
+    LockedError
+        If another process is compiling it, within `locks.impatient`.
+    """
+    found = name and _load(name, function, make)
+    place = folder()
+    if not found and name and place is not None:
+        locks.wait_and_acquire(place, name)
+        found = _load(name, function, make)
+    try:
+        if not found:
+            found = _compile(name, function, make)
+    finally:
+        if name and place is not None:
+            locks.release(place, name)
+    return found
+
+
+def _load(name: str, function: Any, make: Callable[..., Any]) -> Any:
+    stored = read(name)
+    if stored is None or not all(map(_linked, stored.symbols)):
+        return None
+    try:
+        made = make(function, stored)
+    except Exception:  # of types that have other names now, or of another version of a package
+        return None
+    precompiled.loaded()
+    return made
+
+
+def _linked(symbol: str) -> bool:
+    """Load the external function with this symbol, if it is one; False if its code is not on disk."""
+    if not symbol.startswith(_PREFIX) or _alive.get(symbol):
+        return True
+    made = _load(symbol.removeprefix(_PREFIX), None, lambda function, stored: restored(stored))
+    return made is not None and _link(symbol, made)
+
+
+def _link(symbol: str, made: Any) -> bool:
+    _alive[symbol] = made
+    binding.add_symbol(symbol, made.address)
+    return True
+
+
+def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
+    """Compile a function: without reference counts to arrays if that is possible."""
+    if any(_interrupts):
+        raise KeyboardInterrupt
+    precompiled.compiling()
+    renamed = FunctionType(*(getattr(function, f"__{part}__") for part in _PARTS))
+    renamed.__module__, renamed.__kwdefaults__ = function.__module__, function.__kwdefaults__
+    renamed.__qualname__ = f"{function.__qualname__}.{name or uuid.uuid4().hex}"  # numba's symbols are made of it
+    with deferred() as interrupts:
+        _interrupts.append(interrupts)
+        try:
+            stored = Stored(counts=not _ALLOCATING.isdisjoint(function.__code__.co_names))
+            if not stored.counts:
+                with suppress(numba.NumbaError):
+                    made = make(renamed, stored := Stored(counts=True), **UNCOUNTED)
+            if stored.counts:
+                made = make(renamed, stored := Stored(), **COUNTED)
+        finally:
+            _interrupts.pop()
+    if name:
+        write(name, stored)
+    return made
+
+
+_PARTS = "code", "globals", "name", "defaults", "closure"
+
+
+def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
+    """Load or compile an external function for arguments of these types, and return its symbol."""
+    name, symbol = name_of(function, kinds, result), _symbol(function, kinds, result)
+    if not _alive.get(symbol):
+        _alive[symbol] = None
+        try:
+            made = obtain(name, function, partial(c_function, kinds=kinds, result=result, error_model="numpy"))
+        except BaseException:
+            del _alive[symbol]
+            raise
+        _link(symbol, made)
+    return symbol
+
+
+def _symbol(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
+    name = name_of(function, kinds, result)
+    return _PREFIX + (name or hashlib.sha256(f"{id(function)} {kinds} {result}".encode()).hexdigest()[:32])
+
+
+def under_way(function: Any, kinds: tuple[Any, ...], result: Any) -> bool:
+    """Whether a function is being compiled: it calls itself."""
+    return _alive.get(_symbol(function, kinds, result), 0) is None
+
+
+def call_symbol(function: Any, context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
+    """Write a call of an external function by its symbol."""
+    symbol = external(function, signature.args, signature.return_type)
+    kind = _kind(context, signature.return_type, values)
+    known = builder.module.globals.get(symbol)
+    return builder.call(known or ir.Function(builder.module, kind, symbol), values)
+
+
+def call_address(context: Any, builder: Any, place: Any, result: Any, values: Sequence[Any]) -> Any:
+    """Write a call of the external function at an address."""
+    return builder.call(builder.inttoptr(place, _kind(context, result, values).as_pointer()), values)
+
+
+def _kind(context: Any, result: Any, values: Sequence[Any]) -> Any:
+    return ir.FunctionType(context.get_value_type(result), [value.type for value in values])
+
+
+def call_cell(function: Any, context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
+    """Write a call of a lazy kernel: the first one asks Python, which compiles or loads it, for the address."""
+    wanted = pickle.dumps((function.__module__, function.__qualname__, signature.args))
+    module, result = builder.module, signature.return_type
+    cell = ir.GlobalVariable(module, _WORD, module.get_unique_name("cell"))
+    cell.linkage, cell.initializer = "internal", ir.Constant(_WORD, 0)
+    text = ir.GlobalVariable(module, ir.ArrayType(ir.IntType(8), len(wanted)), module.get_unique_name("lazy"))
+    text.linkage, text.global_constant = "internal", True
+    text.initializer = ir.Constant(text.value_type, bytearray(wanted))
+    kind = ir.FunctionType(_WORD, [cell.type, ir.IntType(8).as_pointer(), _WORD])
+    find = module.globals.get(_FIND) or ir.Function(module, kind, _FIND)
+    known = builder.load(cell)
+    before = builder.block
+    with builder.if_then(builder.icmp_unsigned("==", known, _WORD(0)), likely=False):
+        asked = builder.call(find, [cell, builder.bitcast(text, kind.args[1]), _WORD(len(wanted))])
+        asking = builder.block
+    found = builder.phi(_WORD)
+    found.add_incoming(known, before)
+    found.add_incoming(asked, asking)
+    before = builder.block
+    with builder.if_then(builder.icmp_unsigned("!=", found, _WORD(0)), likely=True):
+        given = call_address(context, builder, found, result, values)
+        calling = builder.block
+    value = builder.phi(given.type)
+    value.add_incoming(ir.Constant(given.type, None), before)
+    value.add_incoming(given, calling)
+    return value
+
+
+@ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)
+def _find(cell: int, text: int, size: int) -> int:
+    """Fill a cell with the address of a lazy kernel; 0 if it cannot be compiled, which Python raises later."""
+    try:
+        module, name, kinds = pickle.loads(ctypes.string_at(text, size))
+        importlib.import_module(module)
+        wanted = kernels[module, name]
+        symbol = external(wanted.py_func, kinds, wanted.result)
+        place = ctypes.c_int64.from_address(cell).value = _alive[symbol].address
+        return place
+    except BaseException as error:
+        failures.append(error)
+        return 0
+
+
+binding.add_symbol(_FIND, cast(int, ctypes.cast(_find, ctypes.c_void_p).value))
+
+
+@cache
+def address(function: Callable[..., Any], signature: Any) -> int:
+    """Compile a function to a C function, or load it.
+
+    Parameters
+    ----------
+    function : callable
+        A function, plain or made by `linkages.kernel.kernel`.
+    signature : numba signature
+
+    Returns
+    -------
+    int
+        Its address in this process, for `caller`. With NUMBA_DISABLE_JIT=1 it stands for the Python function.
+    """
+    plain = getattr(function, "py_func", function)
+    if OFF:
+        records = (isinstance(kind, types.Record) and np.dtype((np.record, kind.dtype)) for kind in signature.args)
+        made = _with_records(plain, tuple(records))
+        _interpreted[id(made)] = made
+        return id(made)
+    if problem:
+        _alive[f"{function} {signature}"] = made = numba.cfunc(signature, error_model="numpy")(plain)
+        return cast(int, made.address)
+    return cast(int, _alive[external(plain, signature.args, signature.return_type)].address)
+
+
+def _with_records(function: Callable[..., Any], seen: Sequence[Any]) -> Callable[..., Any]:
+    """Give a function its records with the names of their types, as compiled code does."""
+
+    def call(*arguments: Any) -> Any:
+        pairs = zip(arguments, seen, strict=True)
+        named = (value.view(kind) if kind and isinstance(value, np.void) else value for value, kind in pairs)
+        return function(*named)
+
+    return call
+
+
+def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
+    """Make ``call(address, arguments)``, for use within kernels, for C functions with this type of result."""
+    if OFF:
+        return lambda address, arguments: _interpreted[address](*arguments)
+
+    @intrinsic
+    def call(typing: Any, address: Any, arguments: Any) -> Any:
+        kinds = tuple(types.unliteral(kind) for kind in arguments)
+
+        def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            given = (builder.extract_value(values[1], k) for k in range(len(kinds)))
+            passed = [context.cast(builder, *each) for each in zip(given, arguments, kinds, strict=True)]
+            return call_address(context, builder, values[0], result, passed)
+
+        return result(types.int64, arguments), code
+
+    return cast(Any, call)

@@ -1,0 +1,95 @@
+"""Numba's private names: where they stand, how many, and that kernels give the same digits without them."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import linkages
+import optim
+from linkages.kernel import private
+
+PUBLIC = {"numba", "numba.extending", "numba.types", "numba.typed", "numba.experimental"}
+PACKAGES = [Path(package.__file__).parent for package in (linkages, optim)]
+MOST = 15
+
+
+def names_of(file):
+    """Private names of numba that a module imports, and what it takes from them by names of numba's own."""
+    found = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "numba":
+            if node.module not in PUBLIC:
+                found |= {alias.name for alias in node.names}
+            elif node.module == "numba":
+                found |= {alias.name for alias in node.names if not hasattr(numba, alias.name)}
+        elif isinstance(node, ast.Import):
+            found |= {a.name for a in node.names if a.name.split(".")[0] == "numba" and a.name not in PUBLIC}
+    return found
+
+
+def test_only_one_module_imports_private_names_and_its_table_lists_them():
+    by_module = {file: names_of(file) for package in PACKAGES for file in package.rglob("*.py")}
+    home = Path(private.__file__)
+    assert {file for file, names in by_module.items() if names} == {home}
+    text = home.read_text(encoding="utf-8").split('"""')[2]
+    assert by_module[home] <= set(private.NAMES)
+    assert len(private.NAMES) <= MOST
+    used = {
+        node.attr for node in ast.walk(ast.parse(home.read_text(encoding="utf-8"))) if isinstance(node, ast.Attribute)
+    }
+    for name in private.NAMES:
+        assert name in used or name in text or name == "_numba_type_", name
+
+
+def test_private_attributes_of_numba_are_used_nowhere_else():
+    """Attributes with an underscore that the package does not define itself."""
+    defined, used = set(), {}
+    for file in (file for package in PACKAGES for file in (package / "kernel").rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Attribute) and node.attr.startswith("_") and not node.attr.startswith("__"):
+                used.setdefault(node.attr, set()).add(file.name)
+                if isinstance(node.ctx, ast.Store) and isinstance(node.value, ast.Name) and node.value.id == "self":
+                    defined.add(node.attr)
+            elif isinstance(node, ast.FunctionDef):
+                defined.add(node.name)
+    foreign = set(used) - defined - {"_fields", "_exit", "_replace"}
+    assert foreign <= set(private.NAMES), foreign - set(private.NAMES)
+
+
+RUN = """
+import sys
+{before}
+import numpy as np
+import linkages
+from linkages.kernel import private
+assert bool(private.problem) == {plain}, private.problem
+{work}
+"""
+HIDDEN = """
+import numba.core.ccallback
+del numba.core.ccallback.CFunc  # as in a version of numba that has another name for it
+"""
+WORK = """
+system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.02})
+run = linkages.simulate(system, "compiled")
+print(run.status.value, *(run[name].tobytes().hex() for name in ("A.force", "B.force")))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(private.OFF, reason="nothing is compiled")
+def test_a_numba_without_a_private_name_gives_the_same_digits(tmp_path):
+    found = []
+    for before in "", HIDDEN:
+        text = RUN.format(before=before, plain=bool(before), work=WORK)
+        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / ("plain" if before else "own"))}
+        done = subprocess.run([sys.executable, "-c", text], env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        found.append(done.stdout)
+    assert found[0].startswith("ok ")
+    assert found[0] == found[1]
