@@ -71,8 +71,8 @@ assert bool(private.problem) == {plain}, private.problem
 {work}
 """
 HIDDEN = """
-import numba.core.ccallback
-del numba.core.ccallback.CFunc  # as in a version of numba that has another name for it
+import numba.core.runtime.nrt
+del numba.core.runtime.nrt.rtsys  # as in a version of numba that has another name for it
 """
 WORK = """
 system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.02})

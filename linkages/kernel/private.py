@@ -1,4 +1,4 @@
-"""Names of numba outside its documented interface; no other module of the package uses one.
+"""Private names of numba, outside its documented interface; no other module of the package uses one.
 
 | name                    | reason                                            | fallback                              |
 |-------------------------|---------------------------------------------------|---------------------------------------|
@@ -11,11 +11,11 @@
 | dumps                   | pickles of numba's types and environments         | plain kernels                         |
 | rtsys                   | numba's runtime, called by restored code          | plain kernels                         |
 | refresh                 | numba's C functions, called by restored code      | plain kernels                         |
-| AttributeTemplate       | attributes of references to named tuples          | plain kernels, named tuples by value  |
-| _numba_type_            | types of packed named tuples, found quickly       | plain kernels, named tuples by value  |
-| _nrt                    | no reference counts in kernels that own no array  | plain kernels                         |
-| no_cpython_wrapper      | no wrapper for Python where only kernels call     | plain kernels                         |
-| no_cfunc_wrapper        | no C function of an inlined kernel                | plain kernels                         |
+| AttributeTemplate       | attributes of references to named tuples          | none                                  |
+| _numba_type_            | types of packed named tuples, found quickly       | none                                  |
+| _nrt                    | no reference counts in kernels that own no array  | LINKAGES_KERNELS=plain                |
+| no_cpython_wrapper      | no wrapper for Python where only kernels call     | LINKAGES_KERNELS=plain                |
+| no_cfunc_wrapper        | no C function of an inlined kernel                | LINKAGES_KERNELS=plain                |
 
 Plain kernels are compiled by `numba.njit` and kept in numba's own cache: the first compilation takes longer, the digits
 are the same. `linkages doctor` reports them. The environment variable LINKAGES_KERNELS=plain asks for them.
@@ -32,6 +32,10 @@ from typing import Any
 import numba
 from llvmlite import binding
 from numba import config, types
+from numba.core.typing.templates import AttributeTemplate
+
+__all__ = ["COUNTED", "INLINED", "NAMES", "OFF", "UNCOUNTED", "AttributeTemplate", "Stored", "c_function", "problem"]
+__all__ += ["python_function", "restored"]
 
 NAMES = re.findall(r"^\| (\w+) +\|", __doc__, re.M)[1:]
 OFF = bool(getattr(config, "DISABLE_JIT", False))  #: nothing is compiled
@@ -42,9 +46,11 @@ try:
     from numba.core.compiler import CompileResult
     from numba.core.runtime.nrt import rtsys
     from numba.core.serialize import dumps
-    from numba.core.typing.templates import AttributeTemplate
-except ImportError as missing:
-    problem, AttributeTemplate = str(missing), object  # type: ignore[assignment, misc]
+
+    for _name in ("_reduce", "_rebuild"):
+        getattr(CompileResult, _name)
+except (ImportError, AttributeError) as missing:
+    problem = str(missing)
 
 UNCOUNTED, COUNTED = {"_nrt": False}, {"_nrt": True}  #: options: whether references to arrays are counted
 INLINED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  #: options of functions that only kernels call
