@@ -121,7 +121,8 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
     with deferred() as interrupts:
         _interrupts.append(interrupts)
         try:
-            stored = Stored(counts=not _ALLOCATING.isdisjoint(function.__code__.co_names))
+            names = {name for name in function.__code__.co_names if name not in function.__globals__}
+            stored = Stored(counts=not _ALLOCATING.isdisjoint(names))  # a global of such a name is a kernel
             if not stored.counts:
                 with suppress(numba.NumbaError):
                     made = make(renamed, stored := Stored(counts=True), **UNCOUNTED)
@@ -129,7 +130,7 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
                 made = make(renamed, stored := Stored(), **COUNTED)
         finally:
             _interrupts.pop()
-    if name:
+    if name and stored.content:
         write(name, stored)
     return made
 

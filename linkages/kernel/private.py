@@ -7,6 +7,7 @@
 | CompileResult           | compiled code of one function                     | plain kernels                         |
 | _reduce                 | compiled code as bytes                            | plain kernels                         |
 | _rebuild                | compiled code from bytes                          | plain kernels                         |
+| consts                  | which environments of numba's functions are empty | none                                  |
 | get_llvm_str            | symbols that compiled code calls                  | plain kernels                         |
 | dumps                   | pickles of numba's types and environments         | plain kernels                         |
 | rtsys                   | numba's runtime, called by restored code          | plain kernels                         |
@@ -27,6 +28,7 @@ import os
 import pickle
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numba
@@ -84,8 +86,11 @@ class Stored:
         return CompileResult._rebuild(context, *pickle.loads(self.content))
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep the code."""
-        self.content = dumps(result._replace(type_annotation="")._reduce())
+        """Keep the code, unless it refers to a function that no other process can find."""
+        with suppress(TypeError, AttributeError, pickle.PicklingError):
+            *parts, environments = result._replace(type_annotation="")._reduce()
+            read = tuple(one for one in environments if one.consts)  # the others would import numba's modules alone
+            self.content = dumps((*parts, read))
         text = result.library.get_llvm_str()  # only now it is all there
         declared = re.findall(r'^declare [^@]*@"?([^"( ]+)', text, re.M)
         self.symbols = {symbol for symbol in declared if not symbol.startswith("llvm.")}
