@@ -89,7 +89,8 @@ def _load(name: str, function: Any, make: Callable[..., Any]) -> Any:
     if stored is None or not all(map(_linked, stored.symbols)):
         return None
     try:
-        made = make(function, stored)
+        with deferred():  # LLVM calls Python, where an exception would be dropped
+            made = make(function, stored)
     except Exception:  # of types that have other names now, or of another version of a package
         return None
     precompiled.loaded()
