@@ -22,8 +22,8 @@ _HEAD = r"""# Algorithms of the optimisation
 For readers who choose or add an optimisation algorithm: the algorithms, their rules and settings, the theory of the reduced gradient method, and measurements on test
 problems. `python docs/make_algorithms.py` writes this page. [Optimise a design](optimisation.md) explains studies.
 
-An algorithm is a function `(problem, settings, seed, progress) -> Result` (types in `optim/algorithms/nlp.py`). It sees bounds and a function of whole populations,
-never a mechanism. It depends only on its arguments: the same call requests the same designs in the same order. A stopped run is therefore resumed by repeating it with the
+An algorithm is a function `(problem, settings, seed, progress) -> Result` (types in `optim/algorithms/nlp.py`). It gets the bounds of the variables and a function that evaluates a list of designs (a population) and returns
+their objectives and constraints; it gets no mechanism. It depends only on its arguments: the same call requests the same designs in the same order. A stopped run is therefore resumed by repeating it with the
 stored values.
 
 ```python
@@ -89,7 +89,7 @@ reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo)
 **Phase I.** From an infeasible start the same method minimises the sum of the violations; the slacks may exceed their bounds by as much as they do at the start. A stationary point may be a saddle:
 one small perturbation leaves it before the status becomes `infeasible`.
 
-**Derivatives** come from the problem (`Problem.jacobian`) or from central differences, one-sided of second order at bounds. The step is relative to the bounds. A rough objective needs a large
+**Derivatives** come from the problem (`Problem.jacobian`) or from central differences, one-sided of second order at bounds. The difference step is a share of the range between the bounds. A rough objective needs a large
 step: with a step below the scale of its ripples the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples.
 
 **SNOPT** is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)), called through Drake.
