@@ -37,6 +37,8 @@ const refused = [];
 document.addEventListener("securitypolicyviolation", (event) => refused.push(event.blockedURI));
 let drawn = false;
 addEventListener("load", () => setTimeout(() => { drawn = true; }, 1000));
+const frames = async (count) => { while (count--) await new Promise(requestAnimationFrame); };
+const decoded = async (view) => { while (!view.viewer?.animator.duration) await frames(1); };  // a window's recording
 </script>"""
 
 
@@ -66,7 +68,10 @@ def find_browser() -> str | None:
 
 
 def open_page(path: Path, folder: Path, look: str = "return {};", size: tuple[int, int] = (1200, 1400)) -> Page:
-    """Open a file; `look` is the body of a function that runs in the page after it has loaded."""
+    """Open a file; `look` is the body of an asynchronous function that runs in the page after it has loaded.
+
+    It can await ``decoded(window)``: the window's recording can be played; and ``frames(n)``: n more were drawn.
+    """
     text = path.read_text(encoding="utf-8")
     probed = folder / "probed.html"
     at = re.search(r"<body[^>]*>", text)
@@ -77,7 +82,7 @@ def open_page(path: Path, folder: Path, look: str = "return {};", size: tuple[in
     try:
         browser.get(probed.as_uri())
         WebDriverWait(browser, _PATIENCE).until(lambda page: page.execute_script("return drawn"))
-        seen = browser.execute_script(f"const seen = (() => {{{look}}})(); return {{refused, ...seen}};")
+        seen = browser.execute_script(f"return (async () => {{{look}}})().then((seen) => ({{refused, ...seen}}));")
         image = matplotlib.image.imread(io.BytesIO(browser.get_screenshot_as_png()))[:, :, :3]
     finally:
         browser.quit()  # completes the log

@@ -188,6 +188,7 @@ def test_faults_are_reported_and_the_last_picture_remains(page):
 @pytest.mark.parametrize("width", [800, 1280])
 def test_nothing_is_cut_off(page, width):
     page.browser.set_window_size(width, 1000)
+    page.wait(lambda: page.browser.execute_script("return innerWidth") == width)
     page.settle()
     inside = page.browser.execute_script(
         "return document.documentElement.scrollWidth <= document.documentElement.clientWidth"

@@ -14,8 +14,11 @@ pytestmark = [
 ]
 
 LOOK = """
-const frame = document.querySelector("iframe"), viewer = frame.contentWindow.viewer;
+const frame = document.querySelector("iframe");
 frame.scrollIntoView();
+await decoded(frame.contentWindow);
+const viewer = frame.contentWindow.viewer;
+await frames(2);
 const at = (time) => { viewer.animator.pause(); viewer.animator.seek(time); return viewer.capture_image(400, 300); };
 const box = (element) => { const b = element.getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; };
 const place = (...path) => viewer.scene_tree.find(["joints", "A", ...path]).object.position.toArray();

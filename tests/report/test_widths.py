@@ -10,16 +10,27 @@ from linkages.plots import write_animation
 SIZES = [(800, 900), (1280, 900)]
 needs_browser = pytest.mark.skipif(find_browser() is None, reason="no Chromium with its driver")
 
-_LABELS = """
+_MOMENTS = 48  # of the recording, at which labels are looked at
+
+_LABELS = f"""
+await decoded(window);
 const pane = document.querySelector("#meshcat-pane").getBoundingClientRect();
-const outside = [...document.querySelectorAll(".caption.label")].filter((label) => {
-  const box = label.getBoundingClientRect();
-  return box.left < pane.left || box.right > pane.right || box.top < pane.top || box.bottom > pane.bottom;
-}).map((label) => label.textContent);
+const slider = document.querySelector("#bar input"), labels = [...document.querySelectorAll(".caption.label")];
+const outside = [];
+for (let k = 0; k <= {_MOMENTS}; k++) {{
+  slider.value = slider.max * k / {_MOMENTS};
+  slider.dispatchEvent(new Event("input"));
+  await frames(2);  // the page writes its labels in the next one
+  for (const label of labels) {{
+    const box = label.getBoundingClientRect();
+    if (box.left < pane.left || box.right > pane.right || box.top < pane.top || box.bottom > pane.bottom)
+      outside.push(`${{label.textContent}} at ${{slider.value}}`);
+  }}
+}}
 const notes = document.querySelector("#notes"), select = notes.querySelector("select").getBoundingClientRect();
-return {outside, labels: document.querySelectorAll(".caption.label").length,
+return {{outside, labels: labels.length,
   hidden: notes.scrollHeight - notes.clientHeight, below: select.bottom - innerHeight,
-  wide: document.documentElement.scrollWidth - innerWidth};
+  wide: document.documentElement.scrollWidth - innerWidth}};
 """
 
 
@@ -27,7 +38,7 @@ return {outside, labels: document.querySelectorAll(".caption.label").length,
 @pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("name", ["seven_bar", "slider_crank_guide"])
-def test_an_animation_fits_its_window(name, size, tmp_path):
+def test_an_animation_fits_its_window_at_all_times(name, size, tmp_path):
     system = linkages.load(linkages.find_file(f"{name}.toml"))
     write_animation(linkages.study(system, "compiled", error_estimate=False), tmp_path / "animation.html")
     seen = open_page(tmp_path / "animation.html", tmp_path, _LABELS, size).seen
