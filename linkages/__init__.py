@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from linkages.explore.bearing import bearing
     from linkages.explore.bearing_heat import Heat, warm_bearing
     from linkages.explore.compare import compare
+    from linkages.explore.linearisation import StateSpace, linearise
     from linkages.explore.lyapunov import largest_exponent
     from linkages.explore.modes import Modes, modes
     from linkages.explore.sections import crossings, horizon, stroboscopic
@@ -75,6 +76,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "explore.bearing": ("bearing",),
         "explore.bearing_heat": ("Heat", "warm_bearing"),
         "explore.compare": ("compare",),
+        "explore.linearisation": ("StateSpace", "linearise"),
         "explore.lyapunov": ("largest_exponent",),
         "explore.modes": ("Modes", "modes"),
         "explore.sections": ("crossings", "horizon", "stroboscopic"),

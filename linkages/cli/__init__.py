@@ -15,6 +15,7 @@
 | import_       | ``linkages import``: SDFormat or URDF of other programs               |
 | play          | ``linkages play``: the live page of an experiment                     |
 | modes         | ``linkages modes``: chooses linkage or 3-RRR robot; the robot         |
+| linearise     | ``linkages linearise``: a linear state-space model                    |
 | linkage_modes | natural frequencies and mode shapes of a linkage                      |
 | keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
 | doctor        | ``linkages doctor``: check of the installation                        |
@@ -52,6 +53,7 @@ _OWN = (
     "new",
     "import",
     "modes",
+    "linearise",
     "play",
     "keys",
     "doctor",

@@ -20,6 +20,7 @@ _WRITTEN = {
     "sweep": ("sweep.json", "sweep.csv", "sweep.png"),
     "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
     "modes": ("modes.json", "animation.html", "*.png"),
+    "linearise": ("linear.json", "linear.npz", "bode.png"),
     "bearing": ("bearing.json", "bearing_chart.png", "bearing_pressure.png"),
     "draw": ("drawing.html", "drawing.png", "drawing.svg"),
     "optimise": ("study.sqlite", "result.json", "results.csv", "convergence.png", "front.png"),

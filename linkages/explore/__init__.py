@@ -1,20 +1,23 @@
 """Nonlinear dynamics of driven linkages, and comparison of the two engines. It may import all lower folders.
 
-| module          | responsibility                                                                          |
-|-----------------|-----------------------------------------------------------------------------------------|
-| range_of_motion | range of motion of drives: dead points                                                  |
-| transmission    | transmission angles of linkages with any number of loops                                |
-| flow            | a run of the compiled engine that can be paused, continued and moved                    |
-| sections        | Poincaré sections: once per revolution, or where an output crosses a level; the horizon |
-| sweep           | sections over the values of one variable: bifurcation diagrams                          |
-| lyapunov        | largest Lyapunov exponent: two trajectories, renormalised                               |
-| modes           | natural frequencies and mode shapes of a linkage at rest                                |
-| mode_shapes     | mode shapes at points and lines                                                         |
-| bearing         | a journal bearing under a static load: equilibrium, coefficients, stability             |
-| bearing_heat    | temperature of its oil by a lumped heat balance                                         |
-| spectra         | power spectral densities                                                                |
-| wear            | wear of joints over the service life: blocks of cycles, and jumps                       |
-| compare         | both engines on one system: differences up to the horizon                               |
+| module            | responsibility                                                                          |
+|-------------------|-----------------------------------------------------------------------------------------|
+| range_of_motion   | range of motion of drives: dead points                                                  |
+| transmission      | transmission angles of linkages with any number of loops                                |
+| flow              | a run of the compiled engine that can be paused, continued and moved                    |
+| sections          | Poincaré sections: once per revolution, or where an output crosses a level; the horizon |
+| sweep             | sections over the values of one variable: bifurcation diagrams                          |
+| lyapunov          | largest Lyapunov exponent: two trajectories, renormalised                               |
+| modes             | natural frequencies and mode shapes of a linkage at rest                                |
+| linearisation     | linear state-space models, frequency responses                                          |
+| operating_point   | a state or an equilibrium, and the equations there                                      |
+| local_coordinates | minimal coordinates near a state of closed loops                                        |
+| mode_shapes       | mode shapes at points and lines                                                         |
+| bearing           | a journal bearing under a static load: equilibrium, coefficients, stability             |
+| bearing_heat      | temperature of its oil by a lumped heat balance                                         |
+| spectra           | power spectral densities                                                                |
+| wear              | wear of joints over the service life: blocks of cycles, and jumps                       |
+| compare           | both engines on one system: differences up to the horizon                               |
 
 A *revolution* is the period of the named drive; default: the first drive with constant speed, otherwise the first
 periodic one. Sections are taken at multiples of it, counted from t = 0, so that the drive is at its start angle in all

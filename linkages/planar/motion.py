@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
-from linkages.planar.jets import FIRST_BINARY, Jet, binary, unary
+from linkages.planar.jets import CODES, FIRST_BINARY, Jet, binary, unary
 
 #: Functions: breaks (n, ns + 1), coefficients (n, ns, order) and number of segments (n,) of piecewise polynomials. Of a
 #: program that number is less than zero, and its instructions are in the first three columns of the coefficients.
@@ -71,6 +71,16 @@ def monotone_table(times: Sequence[float], values: Sequence[float]) -> Pieces:
 
     curve = PchipInterpolator(times, values)
     return Pieces(curve.c, curve.x)
+
+
+def raised(function: Pieces | Program, by: float) -> Pieces | Program:
+    """Add a constant to a function."""
+    if isinstance(function, Pieces):
+        c = function.c.copy()
+        c[-1] += by
+        return Pieces(c, function.x)
+    count = len(function.steps)
+    return Program(np.vstack([function.steps, [NUMBER, by, 0.0], [CODES["add"], count - 1, count]]))
 
 
 class Motions:

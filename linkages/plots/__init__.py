@@ -1,22 +1,23 @@
 """Figures and animations of results; only this folder of `linkages` imports matplotlib; it runs no engine.
 
-| module         | figures                                                                              |
-|----------------|--------------------------------------------------------------------------------------|
-| style          | none: palette, line styles, labels and settings of all figures                       |
-| histories      | outputs, joint forces and drive torques over time, with ideal and real joints        |
-| journals       | orbits of the journals in their clearances, contacts over time                       |
-| curves         | none: curves as data, and the script that draws them in pages                        |
-| shown          | none: base class of figures for notebooks                                            |
-| guides         | blocks with clearance in their slots                                                 |
-| links          | flexible links: deflection, stress and its place, strain energy                      |
-| mode_figures   | natural frequencies and mode shapes of a linkage at rest                             |
-| attractors     | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
-| bearings       | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
-| drawing        | a mechanism before a run: a labelled, movable picture                                |
-| animation      | a run as a Meshcat recording, its clearance joints magnified                         |
-| wear_figures   | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles |
-| wear_animation | wear over the service life as an offline page with a slider                          |
-| three_rrr      | the flexible 3-RRR robot                                                             |
+| module             | figures                                                                              |
+|--------------------|--------------------------------------------------------------------------------------|
+| style              | none: palette, line styles, labels and settings of all figures                       |
+| histories          | outputs, joint forces and drive torques over time, with ideal and real joints        |
+| journals           | orbits of the journals in their clearances, contacts over time                       |
+| curves             | none: curves as data, and the script that draws them in pages                        |
+| shown              | none: base class of figures for notebooks                                            |
+| guides             | blocks with clearance in their slots                                                 |
+| links              | flexible links: deflection, stress and its place, strain energy                      |
+| mode_figures       | natural frequencies and mode shapes of a linkage at rest                             |
+| frequency_response | Bode plot of a linear model                                                          |
+| attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
+| bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
+| drawing            | a mechanism before a run: a labelled, movable picture                                |
+| animation          | a run as a Meshcat recording, its clearance joints magnified                         |
+| wear_figures       | worn profiles, polar and unrolled; clearance, forces, torques and jitter over cycles |
+| wear_animation     | wear over the service life as an offline page with a slider                          |
+| three_rrr          | the flexible 3-RRR robot                                                             |
 """
 
 from __future__ import annotations

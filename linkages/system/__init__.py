@@ -9,6 +9,7 @@
 | flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |
 | deflection              | quasi-static shape of flexible links at t = 0                                |
 | static_system           | a linkage held at zero velocity in a pose                                    |
+| disturbed               | a system with changed torques and loads: the inputs of a linearisation       |
 | rigid_segments          | the same linkage with chains of rigid segments instead of flexible links     |
 | law_records             | joint models -> records of the force laws                                    |
 | load_records            | applied loads -> records of the load kernels                                 |

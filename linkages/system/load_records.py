@@ -16,7 +16,7 @@ from linkages.model.load_tables import Function
 from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.kinematics import body_positions, body_states
 from linkages.planar.loads import LOAD_OUTPUTS, Array, Loads, load_outputs
-from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table
+from linkages.planar.motion import Motions, Pieces, Program, constant_rate, monotone_table, raised
 from linkages.planar.record_types import FORCE, LOAD, PUSH, SIGNAL, SPRING, TORQUE, TORSION
 from linkages.system.tree import Tree
 
@@ -24,8 +24,16 @@ _LOOKS = 501  # number of times at which a drive's formula is checked
 _COINCIDENT = 1e-9  # relative to the linkage's size: closer points define no direction
 
 
-def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
-    """Pack the loads for `linkages.planar.loads`: records, signals, and the functions of forces and torques."""
+def pack_loads(tree: Tree, experiment: Experiment, added: Mapping[int, float] | None = None) -> Loads:
+    """Pack the loads for `linkages.planar.loads`: records, signals, and the functions of forces and torques.
+
+    Parameters
+    ----------
+    tree : Tree
+    experiment : Experiment
+    added : mapping, optional
+        Constants to add to functions, by the functions' index (`LOAD` has it as ``motion``).
+    """
     mechanism = tree.mechanism
     records: Records = np.zeros(len(experiment.loads), LOAD)
     following = iter(records)
@@ -62,6 +70,8 @@ def pack_loads(tree: Tree, experiment: Experiment) -> Loads:
         record["kind"] = PUSH
         record["term"], record["sign"] = tree.coordinate(friction.joint)
         record["motion"] = functions.add_formula(friction.law, {"v": rate})
+    for k, value in (added or {}).items():
+        functions.made[k] = raised(functions.made[k], value)
     return records, functions.signals, *Motions(functions.made).arrays
 
 

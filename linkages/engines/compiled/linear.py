@@ -1,4 +1,4 @@
-"""The equations of motion linearised about a state at rest, in coordinates that keep ideal loops closed."""
+"""Linearised equations of motion: derivatives at a state; matrices about a state at rest, with ideal loops closed."""
 
 from __future__ import annotations
 
@@ -6,13 +6,40 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.engines.compiled.equations import derivatives
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.runner import Runner
 from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
 from linkages.planar.closure import closure_jacobian
+from linkages.planar.closure_rows import row_acceleration
 from linkages.planar.composite_inertia import mass_matrix
+from linkages.planar.kinematics import body_accelerations, body_velocities
+
+
+class Slopes(NamedTuple):
+    """Derivatives of the equations dy/dt = f(t, y) at a state y (ny,), with nf free ones of n coordinates, nr rows.
+
+    Attributes
+    ----------
+    rates : (ny,) array
+        f.
+    jacobian : (ny, ny) array
+        df/dy.
+    masses : (n, n) array
+        Mass matrix of all coordinates; zero rows and columns for prescribed ones.
+    rows : (nr, nf) array
+        Change of the closure rows with the free coordinates, and of their rates with the free rates.
+    turning : (nr, nf) array
+        Change of the rows' rates with the free coordinates.
+    """
+
+    rates: Array
+    jacobian: Array
+    masses: Array
+    rows: Array
+    turning: Array
 
 
 class Linear(NamedTuple):
@@ -39,9 +66,53 @@ class Linear(NamedTuple):
 
 
 @kernel
-def _fill(equations: Equations, t: float, y: Array, mass: Array, out: Array, masses: Array) -> None:
+def _fill(equations: Equations, t: float, y: Array, dy: Array, mass: Array, out: Array, masses: Array) -> None:
+    derivatives(reference(equations), t, y, dy)
     jacobian(reference(equations), t, y, mass, out)
     mass_matrix(equations.model.bodies, reference(equations.work.dynamics), masses)
+
+
+@kernel
+def _row_curvature(equations: Equations, v: Array, out: Array) -> None:
+    """Fill out (nr,) with the accelerations of the closure rows at rates v (n,) and zero accelerations."""
+    model, w = equations.model, equations.work.dynamics
+    vel, acc = np.zeros_like(w.vel), np.zeros_like(w.acc)
+    body_velocities(model.bodies, w.pose, v, vel)
+    body_accelerations(model.bodies, w.pose, vel, v, w.zero_force, acc)
+    for k in range(len(model.rows)):
+        out[k] = row_acceleration(model.rows[k], w.pose, vel, acc)
+
+
+def slopes(runner: Runner, t: float, y: Array) -> Slopes:
+    """Differentiate the equations of motion at a state.
+
+    The mechanics are differentiated exactly; the laws of contacts as in `linkages.planar.contact_partials`.
+
+    Parameters
+    ----------
+    runner : Runner
+        Of a system with a Jacobian, that is with the integrator ``radau_iia_5``. Its contacts must be open or have a
+        film: the copy of the equations has no approach speeds.
+    t : float
+        Time [s].
+    y : (ny,) array
+        State, see `linkages.engines.compiled.model`.
+    """
+    equations, model = runner.aside(), runner.model
+    n, ny, w = len(model.free), len(y), equations.work.dynamics
+    rates, mass, out, masses = np.zeros(ny), np.zeros((ny - n, ny - n)), np.zeros((ny, ny)), np.zeros((len(w.q),) * 2)
+    _fill(equations, t, y, rates, mass, out, masses)
+    out[n:] = np.linalg.solve(mass, out[n:])
+    rows = closure_jacobian(model.bodies, model.rows, w.pose, len(w.q))[:, model.free]
+    turning, up, down = np.zeros_like(rows), np.zeros(len(rows)), np.zeros(len(rows))
+    if len(rows) and w.v.any():
+        for k, place in enumerate(model.free):  # the rows' accelerations are quadratic in the rates: polarisation
+            unit = np.zeros(len(w.q))
+            unit[place] = np.abs(w.v).max()
+            _row_curvature(equations, w.v + unit, up)
+            _row_curvature(equations, w.v - unit, down)
+            turning[:, k] = (up - down) / (4.0 * unit[place])
+    return Slopes(rates, out, masses, rows, turning)
 
 
 def linearised(runner: Runner, t: float) -> Linear:
@@ -54,14 +125,10 @@ def linearised(runner: Runner, t: float) -> Linear:
     t : float
         Time at which loads act [s].
     """
-    equations, model, y = runner.aside(), runner.model, runner.start
-    n, w = len(model.free), equations.work.dynamics
-    mass, out, masses = np.zeros((n, n)), np.zeros((2 * n, 2 * n)), np.zeros((len(w.q), len(w.q)))
-    _fill(equations, t, y, mass, out, masses)
-    changes = np.linalg.solve(mass, out[n:])  # of accelerations with coordinates, and with rates
+    model, n = runner.model, len(runner.model.free)
+    rates, changes, masses, rows, _ = slopes(runner, t, runner.start)
     own = masses[np.ix_(model.free, model.free)]
-    rows = closure_jacobian(model.bodies, model.rows, w.pose, len(w.q))[:, model.free]
     ways = np.linalg.svd(rows)[2][model.rank :].T if len(rows) else np.eye(n)
     pushed = ways.T @ own
-    still: Array = np.linalg.solve(pushed @ ways, pushed @ w.a[model.free]).astype(np.float64)
-    return Linear(pushed @ ways, -pushed @ changes[:, n:] @ ways, -pushed @ changes[:, :n] @ ways, ways, own, still)
+    still: Array = np.linalg.solve(pushed @ ways, pushed @ rates[n:]).astype(np.float64)
+    return Linear(pushed @ ways, -pushed @ changes[n:, n:] @ ways, -pushed @ changes[n:, :n] @ ways, ways, own, still)

@@ -80,14 +80,19 @@ def error_scale(system: System) -> Array:
     journals touch: a contact's depth is small against the clearance); a turn by what moves a point at the linkage's
     length so far; a rate by the same in the time in which the motion turns by 1 rad (`System.motion_rate`).
     """
-    tree, free = system.tree, system.tree.free_dofs
+    tree = system.tree
     units = np.where(system.ends["kind"] == STOP, tree.extent, 1.0)
     lengths = [
         (_TOUCH if joint.can_touch else _FILM) * (joint.clearance or np.inf) * unit
         for joint, unit in zip(system.models, units, strict=True)
     ]
-    length = min(tree.extent, *lengths) if lengths else tree.extent
+    position = (min(tree.extent, *lengths) if lengths else tree.extent) * per_length(system)
+    return np.concatenate([position, system.motion_rate * position, np.full(len(system.bristles), 1e-6)])
+
+
+def per_length(system: System) -> Array:
+    """Return the change of each free coordinate that moves a point at the linkage's length by 1 m, (n,) [rad, m]."""
+    tree = system.tree
     turns = np.zeros(tree.size, dtype=bool)
     turns[tree.bodies.records["dof"][tree.bodies.records["type"] == REVOLUTE]] = True
-    position = np.where(turns[free], length / tree.extent, length)
-    return np.concatenate([position, system.motion_rate * position, np.full(len(system.bristles), 1e-6)])
+    return np.where(turns[tree.free_dofs], 1.0 / tree.extent, 1.0)

@@ -1,0 +1,78 @@
+"""Minimal coordinates of a linkage near a state: independent free coordinates, their rates, and bristles.
+
+With closed loops of ideal joints, the state y = [q, v, z] moves on the closed loops: changes keep the closure rows and
+their rates zero. Some coordinates are independent, the others follow; a change x of the independent ones, of their
+rates and of the bristles changes the state by ``tangent @ x`` to first order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.engines.compiled.linear import Slopes
+from linkages.system import System
+
+_PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with a drive: they stay independent
+
+
+@dataclass(frozen=True)
+class LocalCoordinates:
+    """Minimal coordinates near a state; made by `local_coordinates`.
+
+    Attributes
+    ----------
+    names : tuple of str
+        nx names: ``q.NAME`` of coordinates, ``v.NAME`` of their rates, ``z.CONTACT`` of bristles.
+    entries : (nx,) array of int
+        Their entries in the state y.
+    tangent : (ny, nx) array
+        Change of the state with them.
+    """
+
+    names: tuple[str, ...]
+    entries: np.ndarray
+    tangent: Array
+
+
+def local_coordinates(system: System, rank: int, slopes: Slopes) -> LocalCoordinates:
+    """Choose minimal coordinates at a state.
+
+    Parameters
+    ----------
+    system : System
+    rank : int
+        Number of independent closure rows.
+    slopes : Slopes
+        Derivatives at the state, from `linkages.engines.compiled.linear.slopes`.
+    """
+    tree, rows, ny = system.tree, slopes.rows, len(slopes.rates)
+    n = len(tree.free_dofs)
+    independent, follow, turn = np.arange(n), np.zeros((0, n)), np.zeros((0, n))
+    dependent = independent[:0]
+    if rank:
+        from scipy.linalg import qr  # SciPy's import takes long
+
+        weight = np.where(np.isin(tree.free_dofs, tree.powered_dofs), _PREFERRED, 1.0)
+        dependent = np.sort(qr(rows * weight, mode="r", pivoting=True)[1][:rank])
+        independent = np.setdiff1d(np.arange(n), dependent)
+        ways = np.zeros((n, n - rank))
+        ways[independent] = np.eye(n - rank)
+        own = np.linalg.pinv(rows[:, dependent])
+        follow = -own @ rows[:, independent]
+        ways[dependent] = follow
+        turn = -own @ slopes.turning @ ways
+    m, nz = len(independent), ny - 2 * n
+    entries = np.concatenate([independent, n + independent, 2 * n + np.arange(nz)])
+    tangent = np.zeros((ny, len(entries)))
+    tangent[entries, np.arange(len(entries))] = 1.0
+    if rank:
+        tangent[dependent, :m] = follow
+        tangent[n + dependent, :m], tangent[n + dependent, m : 2 * m] = turn, follow
+    coordinates = [tree.coordinates[k] for k in tree.free_dofs[independent]]
+    bristles = [system.contacts[k][1] for k in system.bristles]
+    kinds = {"q": coordinates, "v": coordinates, "z": bristles}
+    names = [f"{kind}.{name}" for kind, owners in kinds.items() for name in owners]
+    return LocalCoordinates(tuple(names), entries, tangent)

@@ -1,0 +1,147 @@
+"""An operating point of a linkage: a state of its motion, or an equilibrium, and the equations there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.engines.compiled.linear import slopes
+from linkages.engines.compiled.model import per_length
+from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.runner import Runner
+from linkages.errors import InputError, RunError, Status
+from linkages.explore.flow import Flow
+from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.outputs.columns import columns
+from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.system import System
+
+_AT_REST = 1e-9  # rate of a state over its scale and the largest pole, below which the state is an equilibrium
+_ROUNDS = 100  # iterations for an equilibrium
+_LONGEST = 0.2  # longest step of them, over the linkage's length
+_SAME = 1e-15  # step over the linkage's length, at which they end
+
+
+class Observed(NamedTuple):
+    """State on the closed loops (ny,), accelerations of the free coordinates (n,), outputs (no,)."""
+
+    y: Array
+    accelerations: Array
+    outputs: Array
+
+
+class OperatingPoint:
+    """A state of a linkage whose prescribed drives stand still.
+
+    Attributes
+    ----------
+    system : System
+    time : float
+        Time [s].
+    y : (ny,) array
+        State, see `linkages.engines.compiled.model`.
+    scale : (ny,) array
+        Usual change of each entry: of clearances, or of the linkage's length, in the time of its motion.
+
+    Raises
+    ------
+    InputError
+        If a drive prescribes a motion, or nothing can move.
+    RunError
+        If the run to the time fails.
+    """
+
+    def __init__(self, system: System, time: float) -> None:
+        experiment = system.experiment
+        for name in system.tree.driven:
+            if experiment.drives[name].speed or experiment.drives[name].varies:
+                problem = "prescribes a motion; give the torque instead (torque = ...), or speed = 0 to hold the joint"
+                raise InputError(experiment.source, f"drives.{name}", problem)
+        self.system = system.replaced({"solver.integrator": "radau_iia_5"})
+        self.time = time
+        self.runner = Runner(self.system)
+        self.y = self._reached()
+        if not len(self.y):
+            raise InputError(experiment.source, "drives", "hold all joints, and no link is flexible: nothing can move")
+        n = len(self.runner.model.free)
+        clearances = system.laws["clearance"]
+        self.large = per_length(self.system) * system.tree.extent
+        position = self.large * min([1.0, *(clearances[clearances > 0.0] / system.tree.extent)])
+        self.scale = np.concatenate([position, system.motion_rate * position, self.runner.scale[2 * n :]])
+
+    def _reached(self) -> Array:
+        """Return the state that the run reaches at the time."""
+        if self.time == 0.0:
+            return self.runner.start.copy()
+        flow = Flow(self.system)
+        flow.advance(self.time)
+        if flow.status is not Status.OK:
+            raise RunError(f"{flow.status.value} at t = {flow.t:.6g} s; {flow.status.remedy}")
+        return flow.y
+
+    def observe(self, y: Array, names: Sequence[str] = (), system: System | None = None) -> Observed:
+        """Evaluate the equations and outputs at a state, which is projected onto closed loops."""
+        system = system or self.system
+        runner = self.runner if system is self.system else Runner(system)
+        model, experiment = runner.model, system.experiment
+        steps = Steps(np.array([self.time]), y[None].copy(), np.zeros((1, len(model.ends))))
+        q, v, a, contacts = runner.evaluate(steps, steps.times)
+        depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
+        for k in np.flatnonzero((model.touching == 1) & (depth > 0.0)):
+            problem = "is closed at this state, where its law depends on the approach speed and has no derivative"
+            raise InputError(experiment.source, system.contacts[k][1], problem)
+        found = columns(system, steps.times, q, v, a, contacts, names)
+        closed = np.concatenate([q[0, model.free], v[0, model.free], y[2 * len(model.free) :]])
+        return Observed(closed, a[0, model.free], np.array([found[name][0] for name in names]))
+
+    def matrix(self) -> tuple[Array, LocalCoordinates, Array]:
+        """Return A, the local coordinates, and their rates at the state."""
+        found = slopes(self.runner, self.time, self.y)
+        local = local_coordinates(self.system, self.runner.model.rank, found)
+        return (found.jacobian @ local.tangent)[local.entries], local, found.rates[local.entries]
+
+    def settle(self) -> None:
+        """Move to an equilibrium near the state, or if Newton's method finds none to a stable one."""
+        start = self.y.copy()
+        if not self._settled(newton_step):
+            self.y = start
+            if not self._settled(falling_step):
+                advice = "start closer to one (positions of the experiment)"
+                raise RunError(f"no equilibrium is found from this state; {advice}")
+
+    def _settled(self, step_of: Callable[[Array, Array], Array]) -> bool:
+        """Iterate on the accelerations of the independent coordinates at rest; return whether they vanish."""
+        n = len(self.runner.model.free)
+        self.y[n:] = 0.0
+        for _ in range(_ROUNDS):
+            a, local, rates = self.matrix()
+            m = sum(name.startswith("q.") for name in local.names)
+            step = step_of(a[m : 2 * m, :m], rates[m : 2 * m])
+            part = np.abs(step / self.large[local.entries[:m]]).max()
+            step *= min(1.0, _LONGEST / part) if part > 0.0 else 1.0
+            moved = self.y + local.tangent[:, :m] @ step
+            moved[n:] = 0.0
+            self.y = self.observe(moved).y
+            if part <= _SAME:
+                break
+        return at_rest(a, rates, self.scale[local.entries])
+
+
+def at_rest(a: Array, rates: Array, scale: Array) -> bool:
+    """Check whether the rates of the states vanish, relative to their scale and the largest pole."""
+    return bool(np.all(np.abs(rates) <= _AT_REST * scale * max(np.abs(np.linalg.eigvals(a)).max(), 1e-300)))
+
+
+def newton_step(slope: Array, acceleration: Array) -> Array:
+    """Return Newton's step to where the accelerations vanish; the smallest one if the slope (m, m) is singular."""
+    return np.linalg.lstsq(slope, -acceleration)[0].astype(np.float64)
+
+
+def falling_step(slope: Array, acceleration: Array) -> Array:
+    """Return a step along the accelerations, Newton's near a stable equilibrium: all eigenvalues count as stable."""
+    values, vectors = np.linalg.eig(slope)
+    parts = np.linalg.solve(vectors, acceleration)
+    return (vectors @ (parts / np.maximum(np.abs(values), np.finfo(float).tiny))).real
