@@ -2,18 +2,19 @@
 
 A method is a tableau with a stage solver (`explicit` or `implicit`); both use the same step-size controller.
 
-| module     | responsibility                                                                         |
-|------------|----------------------------------------------------------------------------------------|
-| tableau    | Butcher tableaus: ``RADAU_IIA_5`` for stiff equations, ``DORMAND_PRINCE_5_4`` for others |
-| explicit   | a step of an explicit pair                                                             |
-| implicit   | a step of a three-stage collocation method: prediction, error estimate                 |
-| newton     | simplified Newton iterations for its stages                                            |
-| controller | ratio of the next step size to the present one                                         |
-| first_step | size of the first step                                                                 |
-| events     | the first event within a step, and a step that ends there                              |
-| driver     | the loop over steps: error control, events, records                                    |
-| stepper    | arrays of a method                                                                     |
-| shifted    | inverses of a real and a complex matrix together                                       |
-| factor     | linear algebra of small matrices                                                       |
-| parabola   | the maximum of a parabola, for searches of extremes                                    |
+| module       | responsibility                                                                           |
+|--------------|------------------------------------------------------------------------------------------|
+| tableau      | Butcher tableaus: ``RADAU_IIA_5`` for stiff equations, ``DORMAND_PRINCE_5_4`` for others |
+| explicit     | a step of an explicit pair                                                               |
+| implicit     | a step of a three-stage collocation method: prediction, error estimate                   |
+| newton       | simplified Newton iterations for its stages                                              |
+| controller   | ratio of the next step size to the present one                                           |
+| first_step   | size of the first step                                                                   |
+| events       | the first event within a step, and a step that ends there                                |
+| driver       | the loop over steps: error control, events, records                                      |
+| sensitivity  | derivatives of a step of given size                                                      |
+| stepper      | arrays of a method                                                                       |
+| shifted      | inverses of a real and a complex matrix together                                         |
+| factor       | linear algebra of small matrices                                                         |
+| parabola     | the maximum of a parabola, for searches of extremes                                      |
 """

@@ -18,7 +18,7 @@ here, and a line in `FRICTIONS`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -137,6 +137,8 @@ class Friction(NamedTuple):
     bristles: bool = False  # whether the joint has LuGre's bristles as a state
     parameters: tuple[Parameter, ...] = ()  # at most `SLOTS`
     needs: tuple[str, ...] = ("coefficient",)  # keys of `NEEDS`
+    #: Sliding speeds, of either sign, at which the slope or the curvature jumps, as a function of the parameters.
+    kinks: Callable[[Mapping[str, float]], tuple[float, ...]] = lambda parameters: ()
 
     @property
     def address(self) -> int:
@@ -152,17 +154,21 @@ class Friction(NamedTuple):
         return address(function, _F(_F, _F, named_record("friction", self.parameters, self.needs)))
 
 
+def _both(parameters: Mapping[str, float]) -> tuple[float, ...]:
+    return parameters["v_0"], parameters["v_1"]
+
+
 #: The friction laws an experiment can name.
 FRICTIONS = {
     "none": Friction(None, "0", "frictionless contact", "-", needs=()),
     "ambrosio": Friction(
         ambrosio, "mu_d clip((abs(v) - v_0)/(v_1 - v_0), 0, 1) sign(v)",
-        "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003", parameters=AMBROSIO,
+        "sliding; no stiction", "Chen 2025 Table 4; Ambrosio 2003", parameters=AMBROSIO, kinks=_both,
     ),
     "cubic": Friction(
         cubic, "cubic steps 0 -> mu_s at v_0 -> mu_d at v_1",
         "sliding with a static peak; creeps at rest", "Bai 2016 [0051]-[0055], formulas lost: our reading",
-        parameters=CUBIC,
+        parameters=CUBIC, kinks=_both,
     ),
     "coulomb": Friction(
         coulomb, "mu_d tanh(v/v_1)",
@@ -171,7 +177,7 @@ FRICTIONS = {
     "lugre": Friction(
         lugre, "sigma_0 z + sigma_1 dz/dt, dz/dt = v - sigma_0 abs(v) z/g(v)",
         "stick and slip; one state per joint", "Canudas de Wit et al., IEEE TAC 40, 1995",
-        bristles=True, parameters=LUGRE,
+        bristles=True, parameters=LUGRE, kinks=lambda parameters: (0.0,),
     ),
 }  # fmt: skip
 

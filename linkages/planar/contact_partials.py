@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, clear, kernel
+from linkages.kernel import Array, clear, inlined_kernel, kernel
 from linkages.planar.contacts import Motion, contact_action
 from linkages.planar.record_types import CORNER, JOURNAL, STOP
 
@@ -21,16 +21,28 @@ _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of t
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
-@kernel
-def contact_partials(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, out: Array
-) -> None:
-    """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `contact_action`.
+#: Changes of the inputs of a contact of `choose_stencil`: those of `Motion`, of the bristle state, and of the approach
+#: speed.
+APPROACHING = INPUTS
+CHANGES = INPUTS + 1
+#: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
+RESULTS = 8
+_CLOSING, _SLIDING = 5, 6
+#: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed.
+RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO = range(4)
+BOUNDS = 4
+#: Weights of differences of the fourth order, at -2 to 2 steps, 0 to 4, and -4 to 0; and the first place of each.
+WEIGHTS = np.array(
+    [[1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12], [-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4], [1 / 4, -4 / 3, 3.0, -4.0, 25 / 12]]
+)
+PLACES = (-2, 0, -4)
+POINTS = 5
+_WIDE = 1e-4  # step of differences of the fourth order, in parts of the smallest scale over its change
 
-    Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
-    differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
-    and laws need not supply derivatives. The rest of the Jacobian is exact.
-    """
+
+@kernel
+def input_scales(end: np.record, law: np.record, motion: Motion, out: Array) -> None:
+    """Fill ``out`` (INPUTS,) with the change of each input over which a contact's force changes."""
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     corner = end.kind == CORNER
     c = law.clearance
@@ -45,7 +57,148 @@ def contact_partials(
     turn = gap / (distance if corner else lever)  # by the gap, seen from the corner or on a worn surface
     if end.kind == STOP:
         turn = gap
-    scales = (gap, gap, speed, speed, spin, spin, turn, turn, law.bristle_scale)
+    out[0], out[1], out[2], out[3], out[4], out[5] = gap, gap, speed, speed, spin, spin
+    out[6], out[7], out[8] = turn, turn, law.bristle_scale
+
+
+@inlined_kernel
+def _moved(motion: Motion, change: Array, h: float) -> Motion:
+    """Move the motion of a contact by h times a change."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    return (
+        ex + h * change[0],
+        ey + h * change[1],
+        vx + h * change[2],
+        vy + h * change[3],
+        wb + h * change[4],
+        wj + h * change[5],
+        nx + h * change[6],
+        ny + h * change[7],
+    )
+
+
+@kernel
+def choose_stencil(
+    end: np.record,
+    law: np.record,
+    table: Array,
+    approach: float,
+    bristle: float,
+    motion: Motion,
+    bounds: Array,
+    change: Array,
+    value: float,
+    room: Array,
+) -> tuple[float, int]:
+    """Choose the step and the places of differences along a direction, so that they stay within the bounds.
+
+    Parameters
+    ----------
+    bounds : (BOUNDS,) array
+    change : (CHANGES,) array
+        Of the arguments along the direction.
+    value : float
+        Change of a law's parameters along the direction, in parts of their magnitudes.
+    room : (INPUTS,) array
+        To work in.
+
+    Returns
+    -------
+    step : float
+        In parts of the changes; zero if nothing changes.
+    kind : int
+        Line of `WEIGHTS`.
+    """
+    input_scales(end, law, motion, room)
+    worst = value * max(1.0, law.clearance / room[0])
+    for i in range(INPUTS):
+        if change[i] != 0.0 and room[i] > 0.0:
+            worst = max(worst, abs(change[i]) / room[i])
+    damped = 0.0 < approach < math.inf
+    if damped:
+        worst = max(worst, abs(change[APPROACHING]) / approach)
+    if not worst > 0.0:
+        return 0.0, 0
+    h = _WIDE / worst
+    low, high = -math.inf, math.inf
+    for i in range(2):
+        least, most = bounds[2 * i], bounds[2 * i + 1]
+        if not (least > -math.inf or most < math.inf):
+            continue
+        here = _bounded(end, law, table, approach, bristle, motion, change, 0.0, i)
+        ahead = _bounded(end, law, table, approach, bristle, motion, change, h, i)
+        behind = _bounded(end, law, table, approach, bristle, motion, change, -h, i)
+        rate = (ahead - behind) / (2.0 * h)
+        if rate != 0.0 and abs(rate) * h > 1e-14 * abs(here):
+            first, last = (least - here) / rate, (most - here) / rate
+            low, high = max(low, min(first, last)), min(high, max(first, last))
+    if low <= -2.0 * h and high >= 2.0 * h:
+        return h, 0
+    if high >= -low:
+        return min(h, 0.25 * high), 1
+    return min(h, -0.25 * low), 2
+
+
+@kernel
+def _bounded(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    s: float, which: int,
+) -> float:  # fmt: skip
+    """Ratio of speeds, or sliding speed, at s times a change."""
+    z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
+    found = contact_action(end, law, table, began, z, _moved(motion, change, s))
+    return found[_SLIDING] if which else found[_CLOSING] / began
+
+
+@kernel
+def add_contact_change(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    s: float, weight: float, out: Array,
+) -> None:  # fmt: skip
+    """Add the results of `contact_action` at s times a change, times a weight, to ``out`` (RESULTS,)."""
+    z = bristle + s * change[INPUTS - 1]
+    found = contact_action(end, law, table, approach + s * change[APPROACHING], z, _moved(motion, change, s))
+    for i in range(RESULTS):
+        out[i] += weight * found[i]
+
+
+@kernel
+def exact_partials(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array,
+    out: Array,
+) -> None:  # fmt: skip
+    """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
+    change, room, found = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS)
+    clear(out)
+    for i in range(INPUTS):
+        if (6 <= i < 8 and end.kind == JOURNAL) or (i == 8 and law.bristle_scale == 0.0):
+            continue
+        change[i] = 1.0
+        h, kind = choose_stencil(end, law, table, approach, bristle, motion, bounds, change, 0.0, room)
+        clear(found)
+        for point in range(POINTS):
+            weight = WEIGHTS[kind, point]
+            if h > 0.0 and weight != 0.0:
+                s = (PLACES[kind] + point) * h
+                add_contact_change(end, law, table, approach, bristle, motion, change, s, weight / h, found)
+        for k in range(OUTPUTS):
+            out[k, i] = found[k]
+        change[i] = 0.0
+
+
+@kernel
+def contact_partials(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, out: Array
+) -> None:
+    """Fill ``out`` (OUTPUTS, INPUTS) with the partial derivatives of `contact_action`.
+
+    Central differences, with a step for each input. A law is a smooth function of a few well-scaled inputs, so the
+    differences are accurate to 1e-7 of its largest change (measured: films 5e-8, contact 6e-8, both together 1.4e-7),
+    and laws need not supply derivatives. The rest of the Jacobian is exact.
+    """
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    scales = np.empty(INPUTS)
+    input_scales(end, law, motion, scales)
     clear(out)
     for i in range(INPUTS):
         if 6 <= i < 8 and end.kind == JOURNAL:

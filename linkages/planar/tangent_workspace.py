@@ -9,7 +9,7 @@ import numpy as np
 from linkages.kernel import Array, Records, record_type
 from linkages.kernel.simd import LaneArray as Lanes
 from linkages.kernel.simd import lane_array
-from linkages.planar.contact_partials import INPUTS, OUTPUTS
+from linkages.planar.contact_partials import BOUNDS, INPUTS, OUTPUTS
 
 #: Velocity and acceleration of a section relative to its beam's frame, without turning; v.H v of the modal rates.
 SECTION_RATES = record_type(vx="f8", vy="f8", ax="f8", ay="f8", shortening="f8")
@@ -25,6 +25,7 @@ class Scratch(NamedTuple):
     """Arrays of a Jacobian and of `linkages.kernel.simd.WIDTH` directions at a time."""
 
     partials: Array  # of the contacts, (nc, OUTPUTS, INPUTS); see `linkages.planar.contact_partials`
+    bounds: Array  # of the contacts' speeds, (nc, BOUNDS); see the same, infinite without any
     force: Array  # wrench that each body gets through its joint at the state, (nb, 3)
     mass: Array  # mass matrix of all coordinates, (n, n); rows and columns of driven ones are 0
     changed: Array  # 1 where the directions change a coordinate, (n,)
@@ -56,7 +57,7 @@ class Scratch(NamedTuple):
 def make_scratch(nb: int, n: int, nr: int, nc: int, nm: int) -> Scratch:
     """Make the arrays for nb bodies of nm modes, n coordinates, nr closure rows and nc contacts, all zero."""
     tree = nb, 3
-    fixed: list[Any] = [np.zeros(shape) for shape in ((nc, OUTPUTS, INPUTS), tree, (n, n), n, nb)]
+    fixed: list[Any] = [np.zeros(shape) for shape in ((nc, OUTPUTS, INPUTS), (nc, BOUNDS), tree, (n, n), n, nb)]
     records = np.zeros(nb, SECTION_RATES), np.zeros((nb, nm), MODE_PRODUCTS)
     lanes = (nb,), (nb,), (n,), (nc,), (n,), (n,), tree, tree, tree, tree, tree, (n,), (nr,)
     single = (n,), (n,), tree, (n,), (nr, nr), (nr,)

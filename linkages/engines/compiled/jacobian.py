@@ -13,13 +13,21 @@ from typing import Any
 
 from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.model import Equations, Work
-from linkages.kernel import Array, clear, kernel, lazy_kernel
+from linkages.kernel import Array, clear, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.planar.arrays import Arrays
 from linkages.planar.articulated_body import acceleration_response
 from linkages.planar.closure_rows import add_row_wrench, row_acceleration
 from linkages.planar.composite_inertia import mass_matrix
-from linkages.planar.contact_partials import BRISTLE_RATE, COUPLE, FORCE_X, FORCE_Y, INPUTS, contact_partials
+from linkages.planar.contact_partials import (
+    BRISTLE_RATE,
+    COUPLE,
+    FORCE_X,
+    FORCE_Y,
+    INPUTS,
+    contact_partials,
+    exact_partials,
+)
 from linkages.planar.contacts import APPROACH, BRISTLE, FX, FY, contact_motion
 from linkages.planar.flexible_tangent import prepare_flexible
 from linkages.planar.loads import load_wrenches_tangent
@@ -39,6 +47,18 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
 
     f is `linkages.engines.compiled.equations.derivatives`; lines of positions are those of df/dy.
     """
+    _fill(equations, t, y, False, mass, out)
+
+
+@lazy_kernel
+def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
+    """Fill the same as `jacobian` with `exact_partials` of the contacts, for derivatives of a run."""
+    _fill(equations, t, y, True, mass, out)
+
+
+@kernel
+def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, out: Array) -> None:
+    """Fill the Jacobian."""
     model, work = equations.model, equations.work
     w, n, nz = work.dynamics, len(model.free), len(model.bristles)
     if not is_solved(work, t, y):
@@ -47,7 +67,11 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
     for k in range(len(model.ends)):
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
-        contact_partials(model.ends[k], model.laws[k], model.tables[k], approach, bristle, motion, s.partials[k])
+        end, law, table = model.ends[k], model.laws[k], model.tables[k]
+        if exact:
+            exact_partials(end, law, table, approach, bristle, motion, s.bounds[k], s.partials[k])
+        else:
+            contact_partials(end, law, table, approach, bristle, motion, s.partials[k])
     if w.interpolated[0] > 0.0:
         solve_neighbour(model.bodies, model.rows, model.rank, model.size, model.gravity, w)
         work.solved[0] = math.nan
@@ -158,12 +182,12 @@ def _add_loads_tangent(equations: Equations, s: Scratch, t: float, count: int) -
                 s.dwrench[i, k] = with_lane(s.dwrench[i, k], column, lane(s.dwrench[i, k], column) + dwrench[i, k])
 
 
-@kernel
-def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
-    """Add the change of a contact's wrenches; returns that of its bristles' rate, in lanes."""
-    w, end = work.dynamics, model.ends[k]
+@inlined_kernel
+def contact_inputs(model: Arrays, w: Workspace, s: Scratch, k: int) -> Any:
+    """Compute the changes of the inputs of `linkages.planar.contact_partials`, in lanes."""
+    end = model.ends[k]
     b, j = end.bearing.body, end.journal.body
-    ex, ey, arms = gap(w.pose, end.bearing, end.journal)
+    _, _, arms = gap(w.pose, end.bearing, end.journal)
     dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
     dvx, dvy = gap_rate_tangent(w.vel, s.dvel, end.bearing, end.journal, arms, moved)
     turn = s.dpose[b, 0]
@@ -171,7 +195,17 @@ def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
     if end.kind == CORNER:
         nx, ny = turned(w.pose, b, end.nx, end.ny)
         frame = -turn * ny, turn * nx
-    inputs = (dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], s.dz[k])
+    return dex, dey, dvx, dvy, s.dvel[b, 0], s.dvel[j, 0], frame[0], frame[1], s.dz[k]
+
+
+@kernel
+def _contact_tangent(model: Arrays, work: Work, s: Scratch, k: int) -> Any:
+    """Add the change of a contact's wrenches; returns that of its bristles' rate, in lanes."""
+    w, end = work.dynamics, model.ends[k]
+    b, j = end.bearing.body, end.journal.body
+    ex, ey, arms = gap(w.pose, end.bearing, end.journal)
+    dex, dey, moved = gap_tangent(s.dpose, end.bearing, end.journal, arms)
+    inputs = contact_inputs(model, w, s, k)
     dfx, dfy, dcouple, drate = 0.0, 0.0, 0.0, 0.0
     for i in range(INPUTS):
         dfx += s.partials[k, FORCE_X, i] * inputs[i]

@@ -1,0 +1,156 @@
+"""Kinks: states at which the force of a contact is continuous but its slope jumps, other than its start and its end.
+
+A step across a kink is no solution of smooth equations: its derivative has an error of the order of its size. Steps are
+therefore differentiated in parts that end at kinks.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.engines.compiled.equations import solve_state
+from linkages.engines.compiled.methods import attempt
+from linkages.engines.compiled.model import Equations
+from linkages.integrate.stepper import Stepper, copy
+from linkages.kernel import Array, kernel
+from linkages.laws import FRICTIONS
+from linkages.laws.contact.contact_forces import GRAZING
+from linkages.planar.contact_partials import RATIO_FROM, SLIDING_FROM
+from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
+from linkages.system import System
+
+_RATIOS, _SPEEDS = 3, 4  # numbers of kinks of a contact: in the ratio of speeds, in the sliding speed
+KINKS = _RATIOS + _SPEEDS
+_TRIES = 40
+_CLOSE = 1e-9  # of a kink's speed: its distance that counts as zero
+_NEAR = 1e-7  # a step that starts so near to a kink starts at it
+_SLOW = 1e-6  # smallest speed of a kink for that [m/s]
+
+
+def kinks(system: System) -> Array:
+    """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, and sliding speeds.
+
+    NaN where there are fewer. The damping of a contact is limited, and no contact pulls.
+    """
+    result = np.full((len(system.models), KINKS), np.nan)
+    for row, model, law in zip(result, system.models, system.laws, strict=True):
+        limit, chi = float(law["damping_limit"]), float(law["hysteresis"])
+        if model.can_touch and chi > 0.0:
+            if math.isfinite(limit):
+                row[:2] = limit, -limit
+            if chi * limit > 1.0:
+                row[2] = -1.0 / chi
+        if model.can_touch and model.friction is not None and model.friction.acts:
+            speeds = FRICTIONS[model.friction.law].kinks(model.friction.parameters)
+            both = sorted({side * speed for speed in speeds for side in (-1.0, 1.0)})
+            row[_RATIOS : _RATIOS + len(both)] = both
+    return result
+
+
+class Kinked(NamedTuple):
+    """Arrays to locate kinks: distances at the start and the end of a step, sides of the kinks, contacts that act."""
+
+    starts: Array  # (nc, KINKS)
+    ends: Array
+    sides: Array
+    acting: Array  # (nc,)
+
+
+def make_kinked(nc: int) -> Kinked:
+    """Make the arrays for nc contacts; no side is known."""
+    return Kinked(np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan), np.zeros(nc))
+
+
+@kernel
+def kink_values(equations: Equations, limits: Array, out: Array) -> None:
+    """Fill ``out`` (nc, KINKS) with the distances to the kinks at a solved state, in parts of their speeds."""
+    work = equations.work
+    for k in range(len(limits)):
+        found, approach = work.contacts[k], max(work.memory[k, APPROACH], GRAZING)
+        for j in range(KINKS):
+            out[k, j] = math.nan
+            if j < _RATIOS:
+                if approach < math.inf:
+                    out[k, j] = found[CLOSING] / approach - limits[k, j]
+            else:
+                out[k, j] = (found[SLIDING] - limits[k, j]) / max(abs(limits[k, j]), _SLOW)
+
+
+@kernel
+def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array, work: Kinked) -> None:
+    """Fill the sides of the kinks on which an attempted step from (t, y) starts; NaN where a contact does not act.
+
+    A step that starts at a kink is on the side to which it moves, unless the step before has ended there.
+    """
+    solve_state(equations, t + h, s.new)
+    kink_values(equations, limits, work.ends)
+    acts = equations.work.contacts
+    for k in range(len(limits)):
+        work.acting[k] = 1.0 if acts[k, PENETRATION] > 0.0 or acts[k, LOAD] > 0.0 else 0.0
+    solve_state(equations, t, y)
+    kink_values(equations, limits, work.starts)
+    for k in range(len(limits)):
+        if acts[k, PENETRATION] > 0.0 or acts[k, LOAD] > 0.0:
+            work.acting[k] = 1.0
+        for j in range(KINKS):
+            start = work.starts[k, j]
+            if work.acting[k] == 0.0 or start != start:
+                work.sides[k, j] = math.nan
+            elif abs(start) > _NEAR:
+                work.sides[k, j] = math.copysign(1.0, start)
+            elif work.sides[k, j] != work.sides[k, j]:
+                work.sides[k, j] = math.copysign(1.0, work.ends[k, j])
+
+
+@kernel
+def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, limits: Array, work: Kinked) -> float:
+    """Shorten an attempted step from (t, y) to end at its first kink, and attempt it; return its size, -1 if it failed.
+
+    Regula falsi, with every third step a bisection. `set_sides` has been called; the side of the kink is changed.
+    """
+    low, high, size = 0.0, h, h
+    for trial in range(_TRIES):
+        solve_state(equations, t + size, s.new)
+        kink_values(equations, limits, work.ends)
+        kink, contact, root, value = -1, 0, math.inf, 0.0
+        for k in range(len(limits)):
+            for j in range(KINKS):
+                start, end = work.starts[k, j] * work.sides[k, j], work.ends[k, j] * work.sides[k, j]
+                if end < 0.0:
+                    start = max(start, 0.0) + 0.5 * _CLOSE
+                    own = low + (size - low) * start / (start - end)
+                    if own < root:
+                        kink, contact, root, value = j, k, own, end
+        if kink < 0:
+            if trial == 0:
+                return h
+            low, root = size, 0.5 * (size + high)
+            for k in range(len(limits)):
+                copy(work.ends[k], work.starts[k])
+        elif value >= -_CLOSE or size - low <= 4e-16 * (t + h):
+            work.sides[contact, kink] = -work.sides[contact, kink]
+            return size
+        else:
+            high = size
+        size = 0.5 * (low + high) if trial % 3 == 2 or not low < root < high else root
+        error, _ = attempt(equations, s, t, size, y, True)
+        if not error <= 1.0:
+            return -1.0
+    return size
+
+
+@kernel
+def set_bounds(limits: Array, work: Kinked, bounds: Array) -> None:
+    """Fill the bounds (nc, BOUNDS) of the contacts' speeds on the sides of the kinks; infinite where none acts."""
+    for k in range(len(limits)):
+        for first, last, place in ((0, _RATIOS, RATIO_FROM), (_RATIOS, KINKS, SLIDING_FROM)):
+            low, high = -math.inf, math.inf
+            for j in range(first, last):
+                if work.sides[k, j] > 0.0:
+                    low = max(low, limits[k, j])
+                elif work.sides[k, j] < 0.0:
+                    high = min(high, limits[k, j])
+            bounds[k, place], bounds[k, place + 1] = low, high
