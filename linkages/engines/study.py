@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
+from linkages.engines.heat import settle
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
@@ -89,7 +90,8 @@ def study(
 ) -> Study:
     """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
 
-    Use `simulate` if the run alone is needed.
+    Use `simulate` if the run alone is needed. With a heat balance (``joints.NAME.heat``) the run is repeated until the
+    temperature of the oil settles, see `linkages.engines.heat`; `Study.system` has this temperature.
 
     Parameters
     ----------
@@ -124,6 +126,7 @@ def study(
         check_duration(exact)
     run = simulate(system, engine, stage("run"))
     found = Study(system, engine, run, ideal(system, engine), None)
+    found = settle(found, lambda warmer, name: simulate(warmer, engine, stage(name)))
     return estimate_error(found, stage) if error_estimate else found
 
 

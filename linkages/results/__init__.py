@@ -17,6 +17,7 @@
 | peak_errors       | errors of peaks, from a run at a tighter tolerance                        |
 | joint_validity    | validity of joint laws in a run                                           |
 | film_error        | error of a closed-form film in a run against a film of finite length      |
+| film_heat         | heat balance of the oil in the joints of a run                            |
 | flexible_validity | validity of the flexible-link model in a run                              |
 | validity          | rules of validity, and their warnings                                     |
 | indeterminate     | forces and torques that the motion does not determine                     |
