@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from linkages.explore.lyapunov import largest_exponent
     from linkages.explore.modes import Modes, modes
     from linkages.explore.sections import crossings, horizon, stroboscopic
+    from linkages.explore.sensitivity import Sensitivities, sensitivities
     from linkages.explore.spectra import spectrum
     from linkages.explore.sweep import sweep
     from linkages.explore.wear.life import wear_life
@@ -81,6 +82,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "explore.lyapunov": ("largest_exponent",),
         "explore.modes": ("Modes", "modes"),
         "explore.sections": ("crossings", "horizon", "stroboscopic"),
+        "explore.sensitivity": ("Sensitivities", "sensitivities"),
         "explore.spectra": ("spectrum",),
         "explore.sweep": ("sweep",),
         "explore.wear.life": ("wear_life",),

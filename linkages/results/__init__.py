@@ -4,6 +4,7 @@
 |-------------------|---------------------------------------------------------------------------|
 | trajectory        | outputs over time, status, provenance; save and load                      |
 | loops             | gaps of the loops of a run, and the last sample with closed loops         |
+| derivatives       | derivatives of outputs with respect to values                             |
 | extremes          | smallest and largest values over continuous time, integrals               |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
 | configuration     | the configuration of a linkage as comparable numbers                      |
