@@ -35,6 +35,7 @@ from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
 GRAVITY = 9.80665
 #: Cells around and along half the length of the mesh, and of the one on which the search starts.
 CELLS, COARSE = (240, 20), (72, 6)
+_SMOOTH = 1e-6  # step of differences of films in closed form, over the least thickness
 _THINNEST = 1e-3  # of the clearance: films are not solved below
 _CHART = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # eccentricity ratios of a chart
 
@@ -391,7 +392,8 @@ def _equilibrium(
 
 
 def _operating(case: BearingCase, force: Any, x: float, y: float, film: SurfaceFilm | None, torque: float) -> Bearing:
-    found = coefficients(force, x, y, _thickness(case, x, y).least(case.length / case.diameter))
+    least = _thickness(case, x, y).least(case.length / case.diameter)
+    found = coefficients(force, x, y, least, *(() if film is not None else (_SMOOTH,)))
     unit = case.force_unit / case.clearance
     scale = case.force_unit / case.load
     whirl = stability(found.stiffness * scale, found.damping * scale)

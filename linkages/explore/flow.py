@@ -34,6 +34,7 @@ class Flow:
         Error scale of each entry of the state.
     status : Status
         OK as long as the run can continue.
+    runner : Runner
 
     Raises
     ------
@@ -43,8 +44,8 @@ class Flow:
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self._runner = Runner(system)
-        self.y, self.scale = self._runner.start, self._runner.scale
+        self.runner = Runner(system)
+        self.y, self.scale = self.runner.start, self.runner.scale
         self.t, self.status = 0.0, Status.OK
         self._step = 0.0
         self._last: Record | None = None
@@ -74,7 +75,7 @@ class Flow:
 
     def _take(self, most: int, until: float | None = None) -> Record:
         """Take some steps, up to a time or the end of the run."""
-        record = self._runner.run(self.t, self.y, self._step, most, until)
+        record = self.runner.run(self.t, self.y, self._step, most, until)
         self.t, self.y, self._step = float(record.times[-1]), record.states[-1].copy(), record.next_step
         if record.status not in (DONE, PAUSED):
             self.status = STATUS[record.status]
@@ -90,7 +91,7 @@ class Flow:
     @property
     def memory(self) -> Array:
         """Return the contacts' memory, (nc, 2); see `linkages.planar.contacts.APPROACH`."""
-        return self._runner.memory
+        return self.runner.memory
 
     @property
     def step(self) -> float:
@@ -100,7 +101,7 @@ class Flow:
     def resume(self, t: float, y: Array, memory: Array, step: float) -> None:
         """Set state, contacts' memory and next step of the run; contacts keep their status."""
         self.t, self.y, self._step = t, y, step
-        runner = self._runner
+        runner = self.runner
         runner.memory[:] = memory
         contacts = runner.evaluate(self.here(), np.array([self.t]))[3]
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
@@ -108,11 +109,18 @@ class Flow:
 
     def here(self) -> Steps:
         """Return the present state as `Steps` without steps."""
-        return Steps(np.array([self.t]), self.y[None, :].copy(), self._runner.memory[:, 0][None, :].copy())
+        return Steps(np.array([self.t]), self.y[None, :].copy(), self.runner.memory[:, 0][None, :].copy())
+
+    def closed(self, t: float, y: Array) -> Array:
+        """Project a state onto the closed loops at a time."""
+        model = self.runner.model
+        steps = Steps(np.array([t]), y[None, :].copy(), np.zeros((1, len(model.ends))))
+        q, v, _, _ = self.runner.evaluate(steps, steps.times)
+        return np.concatenate([q[0, model.free], v[0, model.free], y[2 * len(model.free) :]])
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
         """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
-        q, v, a, contacts = self._runner.evaluate(piece, times)
+        q, v, a, contacts = self.runner.evaluate(piece, times)
         return columns(self.system, times, q, v, a, contacts, names)
 
 

@@ -10,9 +10,8 @@ accelerations linearly, so B is exact as well. C and D are central differences, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
+from linkages.explore.differences import extrapolated
 from linkages.explore.local_coordinates import LocalCoordinates
 from linkages.explore.operating_point import Observed, OperatingPoint, at_rest
 from linkages.outputs.registry import pack, unit
@@ -196,14 +196,6 @@ def _by_inputs(
         steps.append(1.0 / max(np.max(np.abs(change) / usual), _LEAST))
         found.append(extrapolated(lambda value: added(value).outputs, _STEP * steps[k]))
     return B, *_joined(found, len(names), np.array(steps))
-
-
-def extrapolated(f: Callable[[float], Array], step: float) -> tuple[Array, Array]:
-    """Differentiate f at 0 by central differences with three steps, extrapolated twice (order 6); and their error."""
-    first = [(f(h) - f(-h)) / (2.0 * h) for h in (step, 0.5 * step, 0.25 * step)]
-    second = [(4.0 * fine - coarse) / 3.0 for coarse, fine in pairwise(first)]
-    third = (16.0 * second[1] - second[0]) / 15.0
-    return third, np.abs(third - second[1])
 
 
 def _joined(found: list[tuple[Array, Array]], rows: int, scale: Array) -> tuple[Array, float]:

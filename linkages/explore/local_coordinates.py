@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.engines.compiled.linear import Slopes
+from linkages.engines.compiled.linear import Closure
+from linkages.kernel import Indices
 from linkages.system import System
 
 _PREFERRED = 1e-3  # weight in the choice of dependent coordinates of those with a drive: they stay independent
@@ -33,40 +34,37 @@ class LocalCoordinates:
     """
 
     names: tuple[str, ...]
-    entries: np.ndarray
+    entries: Indices
     tangent: Array
 
 
-def local_coordinates(system: System, rank: int, slopes: Slopes) -> LocalCoordinates:
+def local_coordinates(system: System, closure: Closure, like: LocalCoordinates | None = None) -> LocalCoordinates:
     """Choose minimal coordinates at a state.
 
     Parameters
     ----------
     system : System
-    rank : int
-        Number of independent closure rows.
-    slopes : Slopes
-        Derivatives at the state, from `linkages.engines.compiled.linear.slopes`.
+    closure : Closure
+        Derivatives of the loops at the state.
+    like : LocalCoordinates, optional
+        Coordinates at another state, to choose the same.
     """
-    tree, rows, ny = system.tree, slopes.rows, len(slopes.rates)
+    tree, (rows, turning, rank) = system.tree, closure
     n = len(tree.free_dofs)
-    independent, follow, turn = np.arange(n), np.zeros((0, n)), np.zeros((0, n))
-    dependent = independent[:0]
+    independent = np.arange(n)
+    dependent, follow, turn = independent[:0], np.zeros((0, n)), np.zeros((0, n))
     if rank:
-        from scipy.linalg import qr  # SciPy's import takes long
-
-        weight = np.where(np.isin(tree.free_dofs, tree.powered_dofs), _PREFERRED, 1.0)
-        dependent = np.sort(qr(rows * weight, mode="r", pivoting=True)[1][:rank])
-        independent = np.setdiff1d(np.arange(n), dependent)
+        independent = _independent(system, closure) if like is None else like.entries[like.entries < n]
+        dependent = np.setdiff1d(np.arange(n), independent)
         ways = np.zeros((n, n - rank))
         ways[independent] = np.eye(n - rank)
         own = np.linalg.pinv(rows[:, dependent])
         follow = -own @ rows[:, independent]
         ways[dependent] = follow
-        turn = -own @ slopes.turning @ ways
-    m, nz = len(independent), ny - 2 * n
+        turn = -own @ turning @ ways
+    m, nz = len(independent), len(system.bristles)
     entries = np.concatenate([independent, n + independent, 2 * n + np.arange(nz)])
-    tangent = np.zeros((ny, len(entries)))
+    tangent = np.zeros((2 * n + nz, len(entries)))
     tangent[entries, np.arange(len(entries))] = 1.0
     if rank:
         tangent[dependent, :m] = follow
@@ -76,3 +74,13 @@ def local_coordinates(system: System, rank: int, slopes: Slopes) -> LocalCoordin
     kinds = {"q": coordinates, "v": coordinates, "z": bristles}
     names = [f"{kind}.{name}" for kind, owners in kinds.items() for name in owners]
     return LocalCoordinates(tuple(names), entries, tangent)
+
+
+def _independent(system: System, closure: Closure) -> Indices:
+    """Choose independent free coordinates: the others have the best conditioned closure rows."""
+    from scipy.linalg import qr  # SciPy's import takes long
+
+    tree = system.tree
+    weight = np.where(np.isin(tree.free_dofs, tree.powered_dofs), _PREFERRED, 1.0)
+    order = qr(closure.rows * weight, mode="r", pivoting=True)[1]
+    return np.sort(order[closure.rank :])

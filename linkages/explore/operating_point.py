@@ -100,7 +100,7 @@ class OperatingPoint:
     def matrix(self) -> tuple[Array, LocalCoordinates, Array]:
         """Return A, the local coordinates, and their rates at the state."""
         found = slopes(self.runner, self.time, self.y)
-        local = local_coordinates(self.system, self.runner.model.rank, found)
+        local = local_coordinates(self.system, found.closure)
         return (found.jacobian @ local.tangent)[local.entries], local, found.rates[local.entries]
 
     def settle(self) -> None:

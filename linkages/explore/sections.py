@@ -98,17 +98,45 @@ def stroboscopic(
     pack(flow.system, names)
     if transient:
         flow.advance(transient * period)
+    done = (lambda count: None) if progress is None else partial(_done, progress, transient, revolutions)
+    return recorded(flow, transient * period, period, names, revolutions, done)
+
+
+def _done(progress: Callable[[float], None], transient: int, revolutions: int, count: int) -> None:
+    progress((transient + count) / (transient + revolutions))
+
+
+def recorded(
+    flow: Flow,
+    start: float,
+    period: float,
+    names: Sequence[str],
+    revolutions: int,
+    done: Callable[[int], None] = lambda count: None,
+) -> Section:
+    """Continue a run over some revolutions and record a section.
+
+    Parameters
+    ----------
+    flow : Flow
+        A run that has reached the start.
+    start, period : float
+        Start of the first revolution, and the duration of each [s].
+    names : sequence of str
+    revolutions : int
+    done : callable
+        Called with the number of finished revolutions.
+    """
     times: list[float] = []
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
     while len(times) < revolutions and flow.status is Status.OK:
-        piece = flow.advance((transient + len(times) + 1) * period)
+        piece = flow.advance(start + (len(times) + 1) * period)
         if flow.status is not Status.OK:
             break
         evaluate = partial(flow.columns, piece, names=names)
         run = sample(np.unique(piece.times), evaluate, Status.OK, {})
         times.append(flow.t)
-        if progress is not None:
-            progress((transient + len(times)) / (transient + revolutions))
+        done(len(times))
         for name, extreme in extremes(run, names).items():
             found[name].append((float(run[name][-1]), extreme.min, extreme.max))
     table = {name: np.array(rows).reshape(-1, 3).T for name, rows in found.items()}

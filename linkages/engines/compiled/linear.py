@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.equations import derivatives
+from linkages.engines.compiled.equations import derivatives, set_state
 from linkages.engines.compiled.jacobian import jacobian
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.runner import Runner
@@ -18,8 +18,26 @@ from linkages.planar.composite_inertia import mass_matrix
 from linkages.planar.kinematics import body_accelerations, body_velocities
 
 
+class Closure(NamedTuple):
+    """Derivatives of the nr closure rows at a state, with nf free coordinates.
+
+    Attributes
+    ----------
+    rows : (nr, nf) array
+        Change of the rows with the free coordinates, and of their rates with the free rates.
+    turning : (nr, nf) array
+        Change of the rows' rates with the free coordinates.
+    rank : int
+        Number of independent rows.
+    """
+
+    rows: Array
+    turning: Array
+    rank: int
+
+
 class Slopes(NamedTuple):
-    """Derivatives of the equations dy/dt = f(t, y) at a state y (ny,), with nf free ones of n coordinates, nr rows.
+    """Derivatives of the equations dy/dt = f(t, y) at a state y (ny,), with n coordinates.
 
     Attributes
     ----------
@@ -29,17 +47,13 @@ class Slopes(NamedTuple):
         df/dy.
     masses : (n, n) array
         Mass matrix of all coordinates; zero rows and columns for prescribed ones.
-    rows : (nr, nf) array
-        Change of the closure rows with the free coordinates, and of their rates with the free rates.
-    turning : (nr, nf) array
-        Change of the rows' rates with the free coordinates.
+    closure : Closure
     """
 
     rates: Array
     jacobian: Array
     masses: Array
-    rows: Array
-    turning: Array
+    closure: Closure
 
 
 class Linear(NamedTuple):
@@ -73,6 +87,11 @@ def _fill(equations: Equations, t: float, y: Array, dy: Array, mass: Array, out:
 
 
 @kernel
+def _place(equations: Equations, t: float, y: Array) -> None:
+    set_state(equations.model, reference(equations.work), t, y)
+
+
+@kernel
 def _row_curvature(equations: Equations, v: Array, out: Array) -> None:
     """Fill out (nr,) with the accelerations of the closure rows at rates v (n,) and zero accelerations."""
     model, w = equations.model, equations.work.dynamics
@@ -103,6 +122,14 @@ def slopes(runner: Runner, t: float, y: Array) -> Slopes:
     rates, mass, out, masses = np.zeros(ny), np.zeros((ny - n, ny - n)), np.zeros((ny, ny)), np.zeros((len(w.q),) * 2)
     _fill(equations, t, y, rates, mass, out, masses)
     out[n:] = np.linalg.solve(mass, out[n:])
+    return Slopes(rates, out, masses, closure_at(runner, t, y))
+
+
+def closure_at(runner: Runner, t: float, y: Array) -> Closure:
+    """Differentiate the closure rows at a state; see `Slopes`."""
+    equations, model = runner.aside(), runner.model
+    w = equations.work.dynamics
+    _place(equations, t, y)
     rows = closure_jacobian(model.bodies, model.rows, w.pose, len(w.q))[:, model.free]
     turning, up, down = np.zeros_like(rows), np.zeros(len(rows)), np.zeros(len(rows))
     if len(rows) and w.v.any():
@@ -112,7 +139,7 @@ def slopes(runner: Runner, t: float, y: Array) -> Slopes:
             _row_curvature(equations, w.v + unit, up)
             _row_curvature(equations, w.v - unit, down)
             turning[:, k] = (up - down) / (4.0 * unit[place])
-    return Slopes(rates, out, masses, rows, turning)
+    return Closure(rows, turning, model.rank)
 
 
 def linearised(runner: Runner, t: float) -> Linear:
@@ -126,7 +153,7 @@ def linearised(runner: Runner, t: float) -> Linear:
         Time at which loads act [s].
     """
     model, n = runner.model, len(runner.model.free)
-    rates, changes, masses, rows, _ = slopes(runner, t, runner.start)
+    rates, changes, masses, (rows, _, _) = slopes(runner, t, runner.start)
     own = masses[np.ix_(model.free, model.free)]
     ways = np.linalg.svd(rows)[2][model.rank :].T if len(rows) else np.eye(n)
     pushed = ways.T @ own

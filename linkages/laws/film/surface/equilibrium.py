@@ -107,7 +107,7 @@ def _newton(
     return None
 
 
-def coefficients(force: Force, x: float, y: float, least: float) -> Coefficients:
+def coefficients(force: Force, x: float, y: float, least: float, part: float = _DIFFERENCE) -> Coefficients:
     """Differentiate a film's force at a place by central differences.
 
     Parameters
@@ -116,8 +116,10 @@ def coefficients(force: Force, x: float, y: float, least: float) -> Coefficients
     x, y : float
     least : float
         Least thickness of the film there.
+    part : float
+        Step of the differences over it; default: for films on a mesh.
     """
-    h = _DIFFERENCE * least
+    h = part * least
     columns = []
     for step in np.eye(4) * h:
         ahead = np.array(force(x + step[0], y + step[1], step[2], step[3]))

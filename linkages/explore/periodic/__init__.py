@@ -1,0 +1,12 @@
+"""Periodic motions, their stability, and their branches over one value.
+
+| module       | responsibility                                                                  |
+|--------------|---------------------------------------------------------------------------------|
+| multipliers  | Floquet multipliers: stability, kinds of bifurcations                           |
+| continuation | Newton's method and pseudo-arclength continuation of any equations              |
+| shooting     | periodic motions as equations, with a known or an unknown period                |
+| tracing      | a branch with its bifurcations; the start of a doubled branch                   |
+| return_map   | the return map of a linkage, with exact derivatives                             |
+| motion       | a periodic motion of a linkage                                                  |
+| branches     | all branches of a linkage from one motion                                       |
+"""

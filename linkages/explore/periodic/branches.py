@@ -1,0 +1,267 @@
+"""Branches of periodic motions of a linkage over one value, and their bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.brief import Brief, counted
+from linkages.errors import InputError
+from linkages.explore.periodic.continuation import Point, Settings, solve
+from linkages.explore.periodic.motion import ACCURACY, TOLERANCE, PeriodicMotion, made, monodromy
+from linkages.explore.periodic.multipliers import DOUBLING, FOLD
+from linkages.explore.periodic.return_map import ReturnMap, least_clearance
+from linkages.explore.periodic.shooting import forced
+from linkages.explore.periodic.tracing import Bifurcation, Seen, Trace, doubled, trace, turned
+from linkages.model.experiment import ARGUMENT
+from linkages.outputs.registry import pack
+from linkages.system import System
+
+#: Largest step along a branch, over the range of the value (and, of the states, over their scale).
+STEP = 0.05
+_FIRST, _LEAST = 0.2, 1e-4  # first and smallest step, over the largest
+_MOST = 400  # points of a branch
+_SAME = 1e-4  # distance of two bifurcations over the range, below which they are one
+
+
+@dataclass(frozen=True, eq=False)
+class Event:
+    """A bifurcation of a branch.
+
+    Attributes
+    ----------
+    kind : str
+        See `linkages.explore.periodic.multipliers`.
+    motion : PeriodicMotion
+        The motion there.
+    multiplier : complex
+        The Floquet multiplier on the unit circle; NaN for grazing.
+    """
+
+    kind: str
+    motion: PeriodicMotion
+    multiplier: complex
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A branch of motions with the same period.
+
+    Attributes
+    ----------
+    periods : int
+        Common periods of the drives in a period of the motion.
+    source : (int, int) or None
+        Index of the branch and of its event, a period doubling, from which this one comes.
+    motions : tuple of PeriodicMotion
+        In the order along the branch.
+    events : tuple of Event
+        In the same order.
+    """
+
+    periods: int
+    source: tuple[int, int] | None
+    motions: tuple[PeriodicMotion, ...]
+    events: tuple[Event, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branches(Brief):
+    """All branches found from one motion, over the value at `path` from `low` to `high`."""
+
+    path: str
+    low: float
+    high: float
+    outputs: tuple[str, ...]
+    branches: tuple[Branch, ...]
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        points = sum(len(branch.motions) for branch in self.branches)
+        line = f"{self.path}, {counted(len(self.branches), 'branch')[:-1]}, {counted(points, 'motion')}"
+        kinds = [event.kind for branch in self.branches for event in branch.events]
+        return line, {"bifurcations": ", ".join(kinds) or "none"}
+
+
+def branches(
+    system: System,
+    path: str,
+    low: float,
+    high: float,
+    start: float | None = None,
+    outputs: Sequence[str] = (),
+    periods: int = 1,
+    transient: int = 50,
+    doublings: int = 2,
+    step: float = STEP,
+    accuracy: float = ACCURACY,
+    tolerance: float = TOLERANCE,
+    progress: Callable[[float], None] | None = None,
+    origin: str = ARGUMENT,
+) -> Branches:
+    """Follow periodic motions over a value by pseudo-arclength continuation, and switch branches at period doublings.
+
+    Unstable motions are followed as well as stable ones. Use `sweep` for motions that do not repeat.
+
+    Parameters
+    ----------
+    system : System
+    path : str
+        Dotted path of the value, of the experiment or, with ``sdf.``, of the machine.
+    low, high : float
+        Range of the value.
+    start : float, optional
+        Value of the first motion; default: `low`.
+    outputs : sequence of str
+        Outputs that each motion keeps, see `linkages.outputs.registry`.
+    periods : int
+        Number of common periods of the drives in one period of the first motion.
+    transient : int
+        Common periods of the drives from the experiment's start to the guess of the first motion.
+    doublings : int
+        Period doublings in sequence at which branches are followed.
+    step : float
+        Largest step along a branch, over the range.
+    accuracy, tolerance : float
+        See `linkages.periodic_motion`.
+    progress : callable, optional
+        Called with the covered fraction of the range of the first branch, 0 to 1.
+    origin : str
+        Origin of the values, named in errors.
+
+    Returns
+    -------
+    Branches
+
+    Raises
+    ------
+    InputError
+        If path or range is not valid; see also `linkages.periodic_motion`.
+    RunError
+        If the first motion is not found.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"))
+    >>> found = linkages.branches(system, "joints.B.viscosity", 0.3, 0.4, transient=3, step=0.5)
+    >>> [motion.stable for motion in found.branches[0].motions][-1]
+    True
+    """
+    if not low < high:
+        raise InputError(origin, path, f"the range {low:g} to {high:g} is empty; give low < high")
+    first = low if start is None else start
+    if not low <= first <= high:
+        raise InputError(origin, path, f"the first motion's value {first:g} is not from {low:g} to {high:g}")
+    for value in (low, high, first):
+        system.replaced({path: value}, origin)
+    pack(system, outputs)
+    search = _Search(
+        system, path, low, high, step, accuracy, tolerance, tuple(outputs), progress or (lambda done: None)
+    )
+    return Branches(path, low, high, tuple(outputs), tuple(search.all(first, periods, transient, doublings)))
+
+
+#: Return map and traces of a branch, and where it comes from.
+_Level = tuple[ReturnMap, list[Trace], tuple[int, int] | None]
+
+
+class _Search(NamedTuple):
+    """The branches of one call of `branches`."""
+
+    system: System
+    path: str
+    low: float
+    high: float
+    step: float
+    accuracy: float
+    tolerance: float
+    outputs: tuple[str, ...]
+    progress: Callable[[float], None]
+
+    def all(self, first: float, periods: int, transient: int, doublings: int) -> list[Branch]:
+        """Trace the branch of the first motion, and those that come from period doublings."""
+        given = ReturnMap(self.system.replaced({self.path: first}), self.path, periods, transient, self.accuracy)
+        settings = self._settings(given)
+        point = solve(forced(given), given.start, first, settings)
+        ends = [turned(point)] * (first > self.low) + [point] * (first < self.high)
+        level: list[_Level] = [(given, [self._trace(given, end, settings) for end in ends], None)]
+        found: list[Branch] = []
+        for depth in range(doublings + 1):
+            below: list[_Level] = []
+            for of, traces, source in level:
+                found.append(self._branch(of, traces, source))
+                if depth < doublings:
+                    below += self._switched(of, traces, len(found) - 1, settings)
+            level = below
+        return found
+
+    def _switched(
+        self, given: ReturnMap, traces: list[Trace], index: int, settings: Settings
+    ) -> Iterator[tuple[ReturnMap, list[Trace], tuple[int, int]]]:
+        """Trace the branches from the period doublings of a branch, each once: one may join two doublings."""
+        rejoined: list[float] = []
+        for k, event in enumerate(_in_order(traces)[1]):
+            if event.kind != DOUBLING or any(abs(event.point.p - p) < _SAME * self._range for p in rejoined):
+                continue
+            new = self._doubled(event, given.periods, settings)
+            if new is not None:
+                line = new[1]
+                rejoined += [found.point.p for found in line.bifurcations if found.kind == FOLD]
+                yield new[0], [line], (index, k)
+
+    @property
+    def _range(self) -> float:
+        return self.high - self.low
+
+    def _settings(self, given: ReturnMap) -> Settings:
+        ends = [self.system.replaced({self.path: value}) for value in (self.low, self.high)]
+        sizes = given.sizes(max(map(least_clearance, ends)))
+        steps = {"first": _FIRST * self.step, "least": _LEAST * self.step, "most": self.step}
+        return Settings(sizes, self._range, np.minimum(given.error, sizes), self.tolerance, **steps)
+
+    def _trace(self, given: ReturnMap, point: Point, settings: Settings) -> Trace:
+        """Trace a branch from a point in the direction of its tangent."""
+
+        def report(point: Point) -> None:
+            self.progress(abs(point.p - self.low) / self._range)
+
+        limits = (self.low, self.high)
+        return trace(forced(given), point, limits, settings, _seen, _MOST, report)
+
+    def _doubled(self, event: Bifurcation, periods: int, settings: Settings) -> tuple[ReturnMap, Trace] | None:
+        """Trace the branch that begins at a period doubling; None if its start is not found."""
+        given = self._map(event.point, 2 * periods)
+        first = doubled(forced(given), event, monodromy(event.point), settings)
+        return None if first is None else (given, self._trace(given, first, settings))
+
+    def _map(self, point: Point, periods: int) -> ReturnMap:
+        """Make a return map that starts at a motion of a branch."""
+        passage = point.detail.detail
+        return ReturnMap(passage.system, self.path, periods, 0, self.accuracy, (passage.y, passage.memory))
+
+    def _branch(self, given: ReturnMap, traces: list[Trace], source: tuple[int, int] | None) -> Branch:
+        """Join the traces of a branch, and compute the outputs of its motions."""
+        points, found = _in_order(traces)
+        motions = tuple(self._motion(given, point) for point in points)
+        events = tuple(Event(b.kind, self._motion(given, b.point), b.multiplier) for b in found)
+        return Branch(given.periods, source, motions, events)
+
+    def _motion(self, given: ReturnMap, point: Point) -> PeriodicMotion:
+        motion = made(given, point, point.p)
+        return replace(motion, outputs=motion.section(self.outputs)) if self.outputs else motion
+
+
+def _seen(point: Point) -> Seen:
+    passage = point.detail.detail
+    return Seen(passage.multipliers, passage.contacts)
+
+
+def _in_order(traces: list[Trace]) -> tuple[list[Point], list[Bifurcation]]:
+    """Join one trace, or the traces in both directions from the same point, the backward one first."""
+    first, *rest = traces
+    if not rest:
+        return first.points, first.bifurcations
+    return first.points[:0:-1] + rest[0].points, first.bifurcations[::-1] + rest[0].bifurcations

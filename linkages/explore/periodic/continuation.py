@@ -1,0 +1,225 @@
+"""Newton's method and pseudo-arclength continuation for a system of equations g(u, p) = 0 with one parameter p.
+
+Unknowns and parameter are divided by scales. A point has a unit tangent; the next point lies on the hyperplane normal
+to it at the distance of the step. So folds need no special treatment. Keller, Numerical solution of bifurcation and
+nonlinear eigenvalue problems, in Applications of Bifurcation Theory, Academic Press 1977, pp. 359-384; Allgower and
+Georg, Introduction to Numerical Continuation Methods, SIAM 2003, ch. 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.errors import RunError
+
+_ROUNDS = 12  # Newton iterations
+_HALVINGS = 5  # of a Newton step that increases the residual
+_GOOD = 3  # iterations of a correction after which the step is kept
+_GROWTH, _SHRINK = 1.5, 0.5  # factors of the step
+_BENT = 0.9  # cosine of two tangents below which the step is repeated with half its length
+_FAR = 2.0  # correction over the step above which the solution may be one of another branch
+_BISECTIONS = 60
+
+
+class Residual(NamedTuple):
+    """Residual g (n,) at u and p, its derivatives dg/du (n, n) and dg/dp (n,), and whatever belongs to the point."""
+
+    value: Array
+    by_u: Array
+    by_p: Array
+    detail: Any = None
+
+
+#: g(u, p); it raises `RunError` where it does not exist.
+Problem = Callable[[Array, float], Residual]
+
+
+class Settings(NamedTuple):
+    """Scales of unknowns (n,), parameter and residual (n,); tolerance of the residual; steps in scaled arclength."""
+
+    scale: Array
+    scale_p: float
+    error: Array
+    tolerance: float = 1e-9
+    first: float = 0.02
+    least: float = 1e-5
+    most: float = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A solution: u (n,), p, unit tangent (n + 1,) of scaled unknowns, `Residual.detail`, largest residual."""
+
+    u: Array
+    p: float
+    tangent: Array
+    detail: Any
+    residual: float
+
+
+def solve(problem: Problem, u: Array, p: float, settings: Settings) -> Point:
+    """Solve g(u, p) = 0 at a fixed p by Newton's method; the tangent points to larger p.
+
+    Raises
+    ------
+    RunError
+        If the method does not converge.
+    """
+    up = np.append(np.zeros(len(u)), 1.0)
+    found = _newton(problem, np.append(u / settings.scale, p / settings.scale_p), up, settings)
+    if found is None:
+        raise RunError(
+            "Newton's method finds no periodic motion from this start; start closer to one (a longer transient)"
+        )
+    return _point(*found[:2], up, settings)
+
+
+def follow(problem: Problem, start: Point, low: float, high: float, settings: Settings) -> Iterator[Point]:
+    """Follow a branch from a point along its tangent, up to a limit of p or where the step gets too small.
+
+    Parameters
+    ----------
+    problem : callable
+    start : Point
+        Not yielded.
+    low, high : float
+        Limits of p; a point exactly there ends the branch.
+    settings : Settings
+
+    Yields
+    ------
+    Point
+    """
+    point, size = start, settings.first
+    while size >= settings.least:
+        found = step(problem, point, size, settings)
+        if found is None or found[0].tangent @ point.tangent < _BENT:
+            size *= _SHRINK
+            continue
+        ahead, rounds = found
+        if not low <= ahead.p <= high:
+            if low <= point.p <= high and (end := _end(problem, point, ahead, low, high, settings)) is not None:
+                yield end
+            return
+        yield ahead
+        point = ahead
+        size = min(settings.most, size * (_GROWTH if rounds < _GOOD else 1.0 if rounds == _GOOD else _SHRINK))
+
+
+def step(problem: Problem, point: Point, size: float, settings: Settings) -> tuple[Point, int] | None:
+    """Take a step of a size along the branch; return the point and the number of iterations, or None."""
+    guess = _packed(point, settings) + size * point.tangent
+    found = _newton(problem, guess, point.tangent, settings)
+    if found is None or np.linalg.norm(found[0] - guess) > _FAR * size:
+        return None
+    return _point(found[0], found[1], point.tangent, settings), found[2]
+
+
+def locate(
+    problem: Problem, point: Point, ahead: Point, test: Callable[[Point], float], settings: Settings, tolerance: float
+) -> Point:
+    """Find the point between two neighbours where a test function vanishes, which has opposite signs at them.
+
+    Regula falsi (Illinois) on the step from the first point; it ends when the bracket is smaller than the tolerance in
+    scaled arclength. A test function may be discontinuous: then the end with the sign of the second point is returned.
+    It ends early where a correction does not converge, as at an impact that grazes.
+    """
+    low, high = 0.0, float((_packed(ahead, settings) - _packed(point, settings)) @ point.tangent)
+    f_low, f_high, best, side = test(point), test(ahead), ahead, 0
+    for k in range(_BISECTIONS):
+        if high - low <= tolerance:
+            break
+        size = (low * f_high - high * f_low) / (f_high - f_low) if k % 4 != 3 else 0.5 * (low + high)
+        if not low < size < high:
+            size = 0.5 * (low + high)
+        found = step(problem, point, size, settings)
+        if found is None:
+            return best
+        value = test(found[0])
+        if value == 0.0:
+            return found[0]
+        if (value > 0.0) == (f_high > 0.0):
+            high, f_high, best = size, value, found[0]
+            f_low *= 0.5 if side == 1 else 1.0
+            side = 1
+        else:
+            low, f_low = size, value
+            f_high *= 0.5 if side == -1 else 1.0
+            side = -1
+            if abs(value) < abs(test(best)):
+                best = found[0]
+    return best
+
+
+def _packed(point: Point, settings: Settings) -> Array:
+    return np.append(point.u / settings.scale, point.p / settings.scale_p)
+
+
+def _newton(problem: Problem, w: Array, normal: Array, settings: Settings) -> tuple[Array, Residual, int] | None:
+    """Solve for scaled unknowns w (n + 1,) on the hyperplane through the first guess; None if it does not converge."""
+    residual = _evaluate(problem, w, settings)
+    for rounds in range(_ROUNDS):
+        if residual is None:
+            return None
+        if size_of(residual, settings) <= settings.tolerance:
+            return w, residual, rounds
+        change = np.linalg.lstsq(
+            _bordered(residual, normal, settings), -np.append(residual.value / settings.scale, 0.0)
+        )[0]
+        if not np.isfinite(change).all():
+            return None
+        for _ in range(_HALVINGS):
+            ahead = _evaluate(problem, w + change, settings)
+            if ahead is not None and size_of(ahead, settings) < size_of(residual, settings):
+                break
+            change *= 0.5
+        else:
+            return None
+        w, residual = w + change, ahead
+    return None
+
+
+def _evaluate(problem: Problem, w: Array, settings: Settings) -> Residual | None:
+    try:
+        found = problem(w[:-1] * settings.scale, float(w[-1]) * settings.scale_p)
+    except RunError:
+        return None
+    return found if np.isfinite(found.value).all() and np.isfinite(found.by_u).all() else None
+
+
+def size_of(residual: Residual, settings: Settings) -> float:
+    """Return the largest residual over its scale."""
+    return float(np.abs(residual.value / settings.error).max())
+
+
+def _bordered(residual: Residual, normal: Array, settings: Settings) -> Array:
+    """Return the scaled Jacobian (n + 1, n + 1), with the normal of the hyperplane as its last row."""
+    by_u = residual.by_u * settings.scale / settings.scale[:, None]
+    by_p = residual.by_p * settings.scale_p / settings.scale
+    return np.vstack([np.column_stack([by_u, by_p]), normal])
+
+
+def _point(w: Array, residual: Residual, ahead: Array, settings: Settings) -> Point:
+    """Make the point of a solution, with the tangent along a direction."""
+    tangent = np.linalg.svd(_bordered(residual, ahead, settings)[:-1])[2][-1]
+    tangent = tangent * (1.0 if tangent @ ahead >= 0.0 else -1.0)
+    u, p = w[:-1] * settings.scale, float(w[-1]) * settings.scale_p
+    return Point(u, p, tangent, residual.detail, size_of(residual, settings))
+
+
+def _end(problem: Problem, point: Point, ahead: Point, low: float, high: float, settings: Settings) -> Point | None:
+    """Find the point at the limit of p between a point and the next one, which is beyond."""
+    limit = low if ahead.p < low else high
+    share = (limit - point.p) / (ahead.p - point.p)
+    guess = (1.0 - share) * _packed(point, settings) + share * _packed(ahead, settings)
+    guess[-1] = limit / settings.scale_p
+    found = _newton(problem, guess, np.append(np.zeros(len(point.u)), 1.0), settings)
+    if found is None:
+        return None
+    end = _point(found[0], found[1], point.tangent, settings)
+    return Point(end.u, limit, end.tangent, end.detail, end.residual)

@@ -1,0 +1,295 @@
+"""The return map of a linkage over whole periods of its drives, with exact derivatives.
+
+The state at the section consists of minimal coordinates (`linkages.explore.local_coordinates`), and of the approach
+speeds that contacts remember. Such a speed is an unknown if the contact is closed at the section and begins anew
+within the period; otherwise it has no effect, or keeps its value. Revolute coordinates that advance by whole turns in a
+period are compared without these turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.engines.compiled.linear import closure_at
+from linkages.engines.compiled.model import per_length
+from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.sensitivity import differentiate
+from linkages.errors import InputError, RunError, Status
+from linkages.explore.differences import extrapolated
+from linkages.explore.flow import Flow
+from linkages.explore.local_coordinates import LocalCoordinates, local_coordinates
+from linkages.explore.periodic.multipliers import Multipliers, multipliers
+from linkages.explore.periodic.shooting import Return
+from linkages.explore.sections import Section, recorded
+from linkages.outputs.registry import pack
+from linkages.planar.contacts import CLEARANCE_OUTPUTS
+from linkages.planar.record_types import REVOLUTE
+from linkages.results.steady_state import common_period
+from linkages.system import System
+
+_LOOSE = 1e-4  # step of differences of the period, over the value
+_STEPS = 200  # least steps per period: no error control sees what a steady motion does with a disturbance
+_AMPLE = 5.0  # clearances that count as a usual change
+_LIFTS = 8  # corrections of a state towards closed loops
+_LIFTED = 1e-14  # error of the independent coordinates, over the scale of the state
+_BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """One passage of the return map.
+
+    Attributes
+    ----------
+    system : System
+    period : float
+        Time of the passage [s].
+    start : float
+        Time of its start [s].
+    y, memory : (ny,), (nc, 2) arrays
+        State at the start and what contacts remember; see `linkages.explore.flow.Flow`.
+    multipliers : (n,) array of complex
+        Floquet multipliers; NaN if an impact grazes.
+    contacts : tuple of int
+        For each contact that can touch, how often it begins; -1 if it stays closed.
+    """
+
+    system: System
+    period: float
+    start: float
+    y: Array
+    memory: Array
+    multipliers: Multipliers
+    contacts: tuple[int, ...]
+
+    def section(self, names: Sequence[str], revolutions: int) -> Section:
+        """Run once more, and compute outputs at the end of each of the revolutions and their extremes within."""
+        pack(self.system, names)
+        flow = Flow(self.system)
+        flow.resume(self.start, self.y, self.memory, 0.0)
+        return recorded(flow, self.start, self.period / revolutions, names, revolutions)
+
+
+class ReturnMap:
+    """The return map of a linkage as a function of the state at the section and of one value.
+
+    Attributes
+    ----------
+    start : (nx,) array
+        State at the section after the transient.
+    error : (nx,) array
+        Scale of each entry in the engine's error control.
+    period : float
+        Common period of the drives at the first value [s].
+    names : tuple of str
+        Its names; ``approach.CONTACT`` are approach speeds.
+
+    Parameters
+    ----------
+    system : System
+    path : str, optional
+        Dotted path of the value.
+    periods : int
+        Number of common periods of the drives in a passage.
+    transient : int
+        Common periods before the section, from the start of the experiment.
+    accuracy : float
+        Accuracy of the runs.
+    given : pair of arrays, optional
+        State at the section and what contacts remember there, instead of a transient.
+
+    Raises
+    ------
+    InputError
+        If the drives have no common period, or nothing is free.
+    RunError
+        If the transient fails.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        path: str | None,
+        periods: int,
+        transient: int,
+        accuracy: float,
+        given: tuple[Array, Array] | None = None,
+    ) -> None:
+        self._system = system.replaced({"solver.accuracy": min(accuracy, system.experiment.solver.accuracy)})
+        self._path, self.periods = path, periods
+        ramps = (drive.ramp for drive in system.experiment.drives.values())
+        period = self._period(None if path is None else system.value(path))
+        #: Periods before the section: a drive must have its speed; at t = 0 a run resets what contacts remember.
+        self._first = 1 + int(np.ceil(max(ramps, default=0.0) / period))
+        transient = max(transient, self._first)
+        self._flows: dict[float | None, tuple[Flow, float]] = {}
+        flow, period = self._flow(None if path is None else system.value(path), transient + 1)
+        self.period = period
+        if given is None:
+            flow.advance((transient - 1) * period)
+            last = flow.advance(transient * period)
+            self._range = np.ptp(last.states, axis=0)
+        else:
+            self._range = np.zeros(len(flow.y))
+            flow.resume(transient * period, *given, 0.0)
+        _check(flow)
+        self._local = self._coordinates(flow, flow.t, flow.y)
+        if not len(self._local.entries):
+            problem = "they determine the whole motion, so every motion is periodic"
+            raise InputError(system.experiment.source, "drives", problem)
+        model = flow.runner.model
+        self._reference = flow.y.copy()
+        self._memory = flow.memory.copy()
+        self._latched = np.flatnonzero((model.touching == 1) & np.isfinite(flow.memory[:, 0]))
+        self._range = self._range[self._local.entries]
+        self.start = np.concatenate([flow.y[self._local.entries], self._memory[self._latched, 0]])
+        speeds = system.motion_rate * np.maximum(system.laws["clearance"][self._latched], 1e-9 * system.tree.extent)
+        self.error = np.concatenate([flow.scale[self._local.entries], speeds])
+        records = system.tree.bodies.records
+        turns = np.flatnonzero(np.isin(system.tree.free_dofs, records["dof"][records["type"] == REVOLUTE]))
+        self._turning = np.flatnonzero(np.isin(self._local.entries, turns))
+        self.names = (*self._local.names, *(f"approach.{system.contacts[k][1]}" for k in self._latched))
+        self._turns: Array | None = None
+
+    def sizes(self, clearance: float) -> Array:
+        """Return a usual change of each entry (nx,): some clearances in the time of the motion, or else its range."""
+        length = _AMPLE * clearance
+        if length == np.inf:
+            state = np.where(self._range > 0.0, self._range, self.error[: len(self._local.entries)])
+            return np.concatenate([state, self.error[len(state) :]])
+        rate = max(self._system.motion_rate, 2.0 * np.pi / self.period)
+        position = length * per_length(self._system)
+        bristles = np.full(len(self._system.bristles), self.error.min())
+        state = np.concatenate([position, rate * position, bristles])[self._local.entries]
+        return np.concatenate([state, np.full(len(self._latched), rate * length)])
+
+    def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
+        """Return a flow for a value, and the common period of its drives."""
+        period = self._period(value)
+        longest = min(self._system.experiment.solver.max_step or np.inf, period / _STEPS)
+        changed: dict[str, float] = {"duration": periods * period, "solver.max_step": longest}
+        if self._path is not None and value is not None:
+            changed[self._path] = value
+        return Flow(self._system.replaced(changed)), period
+
+    def _period(self, value: float | None) -> float:
+        """Return the common period of the drives at a value [s]."""
+        given = self._system if self._path is None or value is None else self._system.replaced({self._path: value})
+        period = common_period(given)
+        if period is None:
+            where = self._system.experiment.source
+            raise InputError(where, "drives", "have no common period, or loads depend on time: no motion is periodic")
+        return period
+
+    def __call__(self, x: Array, value: float) -> Return:
+        """Map the state x at the section to the state after the passage, with derivatives.
+
+        Raises
+        ------
+        RunError
+            If the run fails.
+        """
+        begin = self._first
+        if value not in self._flows:
+            self._flows = {value: self._flow(value, begin + self.periods)}
+        flow, period = self._flows[value]
+        first, last = begin * period, (begin + self.periods) * period
+        memory = self._memory.copy()
+        memory[self._latched, 0] = x[len(self._local.entries) :]
+        y = self._lifted(flow, first, x[: len(self._local.entries)])
+        flow.status = Status.OK
+        flow.resume(first, y, memory, 0.0)
+        steps = flow.advance(last)
+        _check(flow)
+        return self._returned(flow, period, steps, x, value)
+
+    def _returned(self, flow: Flow, period: float, steps: Steps, x: Array, value: float) -> Return:
+        """Differentiate a passage and collect its result."""
+        local, latched, runner = self._local, self._latched, flow.runner
+        nx, ny, nm = len(local.entries), len(flow.y), len(latched)
+        paths = () if self._path is None else (self._path,)
+        tangent = self._coordinates(flow, steps.times[0], steps.states[0], local).tangent
+        columns = np.zeros((ny, nx + nm + len(paths)))
+        columns[:, :nx] = tangent
+        remembered = np.zeros((steps.memory.shape[1], columns.shape[1]))
+        remembered[latched, nx + np.arange(nm)] = 1.0
+        found = differentiate(runner, steps, paths, columns, remembered)
+        end = np.concatenate([flow.y[local.entries], flow.memory[latched, 0]])
+        whole = np.vstack([found.states[-1][local.entries], found.memory[-1][latched]])
+        monodromy, by_p = whole[:, : nx + nm], np.zeros(nx + nm)
+        rates = [_rate(flow, steps, t) for t in steps.times[[0, -1]]]
+        if paths:
+            slope = self._period_slope(value)
+            by_p = whole[:, -1].copy()
+            if slope:
+                early = whole[:, :nx] @ rates[0][local.entries] * self._first
+                late = np.concatenate([rates[1][local.entries], np.zeros(nm)]) * (self._first + self.periods)
+                by_p += (late - early) * slope
+        begins = np.array([np.count_nonzero(found.event == k + 1) for k in range(steps.memory.shape[1])])
+        depth = runner.evaluate(steps, steps.times[:1])[3][0, :, CLEARANCE_OUTPUTS.index("penetration")]
+        kept = np.concatenate([np.ones(nx, dtype=bool), (begins > 0)[latched] & (depth > 0.0)[latched]])
+        spectrum = multipliers(monodromy[np.ix_(kept, kept)])
+        for k in np.flatnonzero(~kept):
+            end[k], by_p[k], monodromy[k] = x[k], 0.0, 0.0
+        if self._turns is None:
+            self._turns = np.zeros(len(x))
+            self._turns[self._turning] = np.round((end - x)[self._turning] / (2.0 * np.pi)) * 2.0 * np.pi
+        closed = runner.model.touching == 1
+        contacts = np.where((begins == 0) & (depth > 0.0), -1, begins)[closed]
+        start = Steps(steps.times[:1], steps.states[:1], steps.memory[:1])
+        memory = np.zeros_like(flow.memory)
+        memory[:, 0] = start.memory[0]
+        passage = Passage(
+            flow.system, self.periods * period, float(start.times[0]), start.states[0].copy(), memory, spectrum,
+            tuple(int(k) for k in contacts),
+        )  # fmt: skip
+        rate = np.concatenate([rates[1][local.entries], np.zeros(nm)])
+        return Return(end - self._turns, monodromy, by_p, rate, passage)
+
+    def _period_slope(self, value: float) -> float:
+        """Differentiate the common period by the value; only drives change it."""
+        if not (self._path or "").startswith("drives."):
+            return 0.0
+        step = _LOOSE * abs(value) if value else _LOOSE
+        return float(extrapolated(lambda change: np.array([self._period(value + change)]), step)[0][0])
+
+    def _coordinates(self, flow: Flow, t: float, y: Array, like: LocalCoordinates | None = None) -> LocalCoordinates:
+        """Choose minimal coordinates at a state; `like` gives the choice."""
+        if like is not None and not flow.runner.model.rank:
+            return like
+        return local_coordinates(self._system, closure_at(flow.runner, t, y), like)
+
+    def _lifted(self, flow: Flow, t: float, x: Array) -> Array:
+        """Return the state with closed loops whose minimal coordinates are x, from the last such state."""
+        local, y = self._local, self._reference
+        if not flow.runner.model.rank:
+            return x.copy()
+        for _ in range(_LIFTS):
+            missing = x - y[local.entries]
+            if np.abs(missing / flow.scale[local.entries]).max() <= _LIFTED:
+                break
+            y = flow.closed(t, y + local.tangent @ missing)
+        self._reference, self._local = y, self._coordinates(flow, t, y, local)
+        return y
+
+
+def least_clearance(system: System) -> float:
+    """Return the smallest clearance of the joints [m]; infinite without clearance joints."""
+    return min((system.experiment.joints[name].clearance or np.inf for name in system.tree.play), default=np.inf)
+
+
+def _rate(flow: Flow, steps: Steps, t: float) -> Array:
+    """Compute dy/dt at a time of a run, (ny,)."""
+    runner = flow.runner
+    _, v, a, contacts = runner.evaluate(steps, np.array([t]))
+    free = runner.model.free
+    return np.concatenate([v[0, free], a[0, free], contacts[0, runner.model.bristles, _BRISTLE_RATE]])
+
+
+def _check(flow: Flow) -> None:
+    if flow.status is not Status.OK:
+        raise RunError(f"{flow.status.value} at t = {flow.t:.6g} s; {flow.status.remedy}")

@@ -1,0 +1,145 @@
+"""Trace a branch of periodic motions: points, bifurcations between them, and the start of a doubled branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.explore.periodic.continuation import Point, Problem, Settings, follow, locate, step
+from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
+
+_LOCATED = 1e-8  # scaled arclength to which bifurcations are located
+_GRAZED = 1e-9  # and to which a change of the contacts is
+_SMOOTH = 1e-3  # distance of a located multiplier from the circle above which it jumped there
+_STARTS = (1.0, 0.5, 0.25, 0.1, 0.04)  # sizes of the first step on a doubled branch, over the first step of a branch
+
+
+class Seen(NamedTuple):
+    """Facts of a point that bifurcations change: Floquet multipliers, and how often each contact begins."""
+
+    multipliers: Multipliers
+    contacts: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Bifurcation:
+    """A bifurcation: its kind (see `multipliers`), its point, and the multiplier on the unit circle (NaN: none)."""
+
+    kind: str
+    point: Point
+    multiplier: complex
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A branch in one direction: its points with the first one, and its bifurcations in order."""
+
+    points: list[Point]
+    bifurcations: list[Bifurcation]
+
+
+def trace(
+    problem: Problem,
+    start: Point,
+    limits: tuple[float, float],
+    settings: Settings,
+    look: Callable[[Point], Seen],
+    most: int,
+    report: Callable[[Point], None] = lambda point: None,
+) -> Trace:
+    """Follow a branch from a point along its tangent, and locate the bifurcations between its points.
+
+    Parameters
+    ----------
+    problem : callable
+    start : Point
+    limits : (float, float)
+        Lowest and highest p.
+    settings : Settings
+    look : callable
+        Returns multipliers and contacts of a point.
+    most : int
+        Largest number of points.
+    report : callable
+        Called with each point.
+    """
+    points, found = [start], list[Bifurcation]()
+    for point in follow(problem, start, *limits, settings):
+        found += _between(problem, points[-1], point, settings, look)
+        points.append(point)
+        report(point)
+        if len(points) > most or (len(points) > 5 and _distance(point, start, settings) < 0.5 * settings.most):
+            break  # the last one: the branch is closed
+    return Trace(points, found)
+
+
+def turned(point: Point) -> Point:
+    """Return the point with the opposite direction of its branch."""
+    return replace(point, tangent=-point.tangent)
+
+
+def doubled(problem: Problem, bifurcation: Bifurcation, monodromy: Array, settings: Settings) -> Point | None:
+    """Return the first point of the doubled branch beyond a period doubling; None if no correction converges.
+
+    Parameters
+    ----------
+    problem : callable
+        Of motions with twice the period.
+    bifurcation : Bifurcation
+    monodromy : (n, n) array
+        Of the bifurcation's point.
+    settings : Settings
+    """
+    point = bifurcation.point
+    values, vectors = np.linalg.eig(monodromy)
+    away = vectors[:, np.argmin(np.abs(values + 1.0))].real / settings.scale
+    ahead = replace(point, tangent=np.append(away / np.linalg.norm(away), 0.0))
+    for size in _STARTS:
+        found = step(problem, ahead, size * settings.first, settings)
+        if found is not None and found[0].p != point.p:
+            return found[0]
+    return None
+
+
+def _between(
+    problem: Problem, point: Point, ahead: Point, settings: Settings, look: Callable[[Point], Seen]
+) -> Iterator[Bifurcation]:
+    """Locate the bifurcations between two neighbours."""
+    before, after = look(point), look(ahead)
+    turns_back = point.tangent[-1] * ahead.tangent[-1] < 0.0
+    grazes = before.contacts != after.contacts
+    if grazes:
+        changed = _sign(lambda p: look(p).contacts == after.contacts)
+        at = locate(problem, point, ahead, changed, settings, _GRAZED)
+        yield Bifurcation(GRAZING, at, complex("nan"))
+    if turns_back:
+        at = locate(problem, point, ahead, lambda p: float(p.tangent[-1]), settings, _LOCATED)
+        nearest = look(at).multipliers
+        yield Bifurcation(FOLD, at, complex(nearest[np.argmin(np.abs(nearest - 1.0))]))
+    k = crossing(before.multipliers, after.multipliers)
+    if k is None:
+        return
+
+    def outside(p: Point) -> float:
+        return float(np.abs(look(p).multipliers[k])) - 1.0
+
+    at = locate(problem, point, ahead, outside, settings, _LOCATED)
+    multiplier = complex(look(at).multipliers[k])
+    what = kind(multiplier, turns_back)
+    if what != FOLD and not (grazes and abs(abs(multiplier) - 1.0) > _SMOOTH):
+        yield Bifurcation(what, at, multiplier)
+
+
+def _sign(holds: Callable[[Point], bool]) -> Callable[[Point], float]:
+    """Turn a condition into a test function: 1 where it holds, else -1."""
+    return lambda point: 1.0 if holds(point) else -1.0
+
+
+def _distance(point: Point, other: Point, settings: Settings) -> float:
+    """Compute the distance of two points in scaled unknowns."""
+    apart = np.append((point.u - other.u) / settings.scale, (point.p - other.p) / settings.scale_p)
+    return float(np.linalg.norm(apart))
