@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from linkages.engines.study import ideal, simulate, study
     from linkages.errors import AssemblyError, InputError, RunError, Status
     from linkages.explore.bearing import bearing
-    from linkages.explore.bearing_heat import Heat, warm_bearing
+    from linkages.explore.bearing_heat import warm_bearing
     from linkages.explore.compare import compare
     from linkages.explore.linearisation import StateSpace, linearise
     from linkages.explore.lyapunov import largest_exponent
@@ -52,10 +52,12 @@ if TYPE_CHECKING:
     from linkages.explore.periodic.branches import branches
     from linkages.explore.periodic.motion import PeriodicMotion, periodic_motion
     from linkages.explore.sections import crossings, horizon, stroboscopic
+    from linkages.explore.sensitivity import Sensitivities, sensitivities
     from linkages.explore.spectra import spectrum
     from linkages.explore.sweep import sweep
     from linkages.explore.wear.life import wear_life
     from linkages.files.shipped import find_file
+    from linkages.laws.heat import Heat
     from linkages.live.widget import play
     from linkages.model.experiment import Experiment, load_experiment
     from linkages.model.mechanism import Mechanism, load_mechanism
@@ -76,7 +78,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "engines.study": ("ideal", "simulate", "study"),
         "errors": ("AssemblyError", "InputError", "RunError", "Status"),
         "explore.bearing": ("bearing",),
-        "explore.bearing_heat": ("Heat", "warm_bearing"),
+        "explore.bearing_heat": ("warm_bearing",),
         "explore.compare": ("compare",),
         "explore.linearisation": ("StateSpace", "linearise"),
         "explore.lyapunov": ("largest_exponent",),
@@ -84,10 +86,12 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "explore.periodic.branches": ("branches",),
         "explore.periodic.motion": ("PeriodicMotion", "periodic_motion"),
         "explore.sections": ("crossings", "horizon", "stroboscopic"),
+        "explore.sensitivity": ("Sensitivities", "sensitivities"),
         "explore.spectra": ("spectrum",),
         "explore.sweep": ("sweep",),
         "explore.wear.life": ("wear_life",),
         "files.shipped": ("find_file",),
+        "laws.heat": ("Heat",),
         "live.widget": ("play",),
         "model.experiment": ("Experiment", "load_experiment"),
         "model.mechanism": ("Mechanism", "load_mechanism"),

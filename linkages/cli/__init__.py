@@ -16,6 +16,7 @@
 | play          | ``linkages play``: the live page of an experiment                     |
 | modes         | ``linkages modes``: chooses linkage or 3-RRR robot; the robot         |
 | linearise     | ``linkages linearise``: a linear state-space model                    |
+| sensitivity   | ``linkages sensitivity``: derivatives with respect to values          |
 | linkage_modes | natural frequencies and mode shapes of a linkage                      |
 | keys          | ``linkages keys``: keys of an experiment file, outputs of a run       |
 | doctor        | ``linkages doctor``: check of the installation                        |
@@ -54,6 +55,7 @@ _OWN = (
     "import",
     "modes",
     "linearise",
+    "sensitivity",
     "play",
     "keys",
     "doctor",

@@ -87,8 +87,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compute the operating point; returns the exit status."""
     from linkages.explore.bearing import bearing, chart
-    from linkages.explore.bearing_heat import Heat, warm_bearing
+    from linkages.explore.bearing_heat import warm_bearing
     from linkages.laws.film.surface.grooves import Groove
+    from linkages.laws.heat import Heat
 
     supply = _number("--supply-pressure", options.supply_pressure, "Pa")
     grooves = [Groove(**_groove(text, supply)) for text in options.groove]

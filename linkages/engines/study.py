@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
+from linkages.engines.heat import settle
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
@@ -28,7 +29,11 @@ _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, whi
 
 
 def simulate(
-    system: System, engine: str = DEFAULT, progress: Progress | None = None, outputs: Sequence[str] | None = None
+    system: System,
+    engine: str = DEFAULT,
+    progress: Progress | None = None,
+    outputs: Sequence[str] | None = None,
+    wrt: Sequence[str] = (),
 ) -> Trajectory:
     """Run a system.
 
@@ -44,6 +49,9 @@ def simulate(
         Called with the simulated time [s] at intervals.
     outputs : sequence of str, optional
         Columns of the trajectory, for the compiled engine: fewer take less time. Default: all.
+    wrt : sequence of str, optional
+        Dotted paths of values, for the compiled engine: `Trajectory.sensitivity` has the derivatives of the columns at
+        fixed times with respect to them, in units of the column per unit of the value.
 
     Returns
     -------
@@ -53,7 +61,7 @@ def simulate(
     Raises
     ------
     InputError
-        If the engine or an output is unknown.
+        If the engine or an output is unknown, or a path has no number or no derivative.
     AssemblyError
         If the linkage cannot be assembled at t = 0.
 
@@ -66,14 +74,18 @@ def simulate(
     'ok'
     >>> round(linkages.extremes(run, ["A.force"])["A.force"].peak, 2)  # N
     3.32
+    >>> run = linkages.simulate(system, outputs=["slider7.x"], wrt=["sdf.frames.link6_D.pose.x"])
+    >>> run.sensitivity["sdf.frames.link6_D.pose.x"]["slider7.x"][-1].round(4).item()  # m/m
+    1.0005
     """
-    if outputs is None:
+    if outputs is None and not wrt:
         return _with_units(system, load_engine(engine).simulate(system, progress))
     if engine != DEFAULT:
-        raise InputError("argument", "outputs", "are chosen for the compiled engine alone; leave them out")
+        what = "wrt" if wrt else "outputs"
+        raise InputError("argument", what, "is for the compiled engine alone; leave it out")
     from linkages.engines.compiled.simulation import simulate as simulate_compiled
 
-    return _with_units(system, simulate_compiled(system, progress, outputs))
+    return _with_units(system, simulate_compiled(system, progress, outputs, wrt))
 
 
 def _with_units(system: System, run: Trajectory) -> Trajectory:
@@ -89,7 +101,8 @@ def study(
 ) -> Study:
     """Run a system, its ideal counterpart and optionally the run at a tighter tolerance.
 
-    Use `simulate` if the run alone is needed.
+    Use `simulate` if the run alone is needed. With a heat balance (``joints.NAME.heat``) the run is repeated until the
+    temperature of the oil settles, see `linkages.engines.heat`; `Study.system` has this temperature.
 
     Parameters
     ----------
@@ -124,6 +137,7 @@ def study(
         check_duration(exact)
     run = simulate(system, engine, stage("run"))
     found = Study(system, engine, run, ideal(system, engine), None)
+    found = settle(found, lambda warmer, name: simulate(warmer, engine, stage(name)))
     return estimate_error(found, stage) if error_estimate else found
 
 

@@ -13,6 +13,7 @@
 | operating_point   | a state or an equilibrium, and the equations there                                      |
 | local_coordinates | minimal coordinates near a state of closed loops                                        |
 | mode_shapes       | mode shapes at points and lines                                                         |
+| sensitivity       | derivatives of peaks, means and works with respect to values                            |
 | bearing           | a journal bearing under a static load: equilibrium, coefficients, stability             |
 | bearing_heat      | temperature of its oil by a lumped heat balance                                         |
 | differences       | finite differences of smooth functions                                                  |

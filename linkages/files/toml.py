@@ -66,24 +66,41 @@ def read_toml(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 def replace_values(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:
-    """Replace values in nested tables by dotted path, in place; strings are read as TOML values."""
+    """Replace values in nested tables by dotted path, in place; strings are read as TOML values.
+
+    A number in a list has its place, from 0, as the last part of its path; that of a vector its axis: ``gravity.y``.
+    """
     for path, value in overrides.items():
         parts = path.split(".")
         if not all(parts):
             problem = "is not a path; write keys with dots between them, such as joints.A.clearance"
             raise InputError(origin, f'"{path}"', problem)
-        table = data
+        table: Any = data
         for part in parts[:-1]:
+            if isinstance(table.get(part), list):
+                table[part] = list(table[part])  # the list may belong to another table
             table = table.setdefault(part, {})
-            if not isinstance(table, dict):
+            if not isinstance(table, dict | list) or (isinstance(table, list) and part != parts[-2]):
                 raise InputError(origin, path, f'"{part}" is a value, not a table')
-        table[parts[-1]] = parse_value(value) if isinstance(value, str) else value
+        key: str | int = _place(table, parts[-1], path, origin) if isinstance(table, list) else parts[-1]
+        table[key] = parse_value(value) if isinstance(value, str) else value
+
+
+def _place(values: list[Any], part: str, path: str, source: str | Path) -> int:
+    """Return the index of a component: x, y, z of a vector; otherwise the places in the list, from 0."""
+    known = {axis: k for k, axis in enumerate("xyz")} if len(values) == 3 else {str(k): k for k in range(len(values))}
+    if part not in known:
+        raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')
+    return known[part]
 
 
 def value_at(table: Table, path: str, source: Path) -> float:
     """Return the number at a dotted path of a table; InputError if there is none."""
     here: Any = table
     for part in path.split("."):
+        if isinstance(here, list):
+            here = here[_place(here, part, path, source)]
+            continue
         known = dict(here) if isinstance(here, BaseModel | Mapping) else {}
         if part not in known:
             raise InputError(source, path, f'has no "{part}"; {nearest(part, known)}')

@@ -10,6 +10,7 @@
 | user_laws  | user-defined laws                                                       |
 | mixed      | transition between film and contact: blend, asperities                  |
 | viscosity  | viscosity of an oil at a temperature                                    |
+| heat       | temperature of an oil from a lumped heat balance                        |
 | journal    | journal kinematics and the force pair on journal and bearing            |
 | wear       | worn profiles, contact on them, Archard's law                           |
 | table      | tables of all laws for the documentation                                |

@@ -348,7 +348,7 @@ def value_unit(path: str) -> str:
         return _OF_MACHINE.get(parts[-1], "")
     named = ".".join(["NAME" if k == 1 and len(parts) > 2 else part for k, part in enumerate(parts)])
     known = dict(keys())
-    meaning = known.get(path, known.get(named, ""))
+    meaning = known.get(path, known.get(named, known.get(path.rpartition(".")[0], "")))
     return bracketed(meaning)
 
 
@@ -360,6 +360,8 @@ def _is_plain(value: Any) -> bool:
 def _build(
     source: Path, data: dict[str, Any], sources: Mapping[str, str], overrides: Mapping[str, Any], origin: str
 ) -> Experiment:
+    if any(path.startswith("gravity.") for path in overrides):
+        data.setdefault("gravity", [0.0, 0.0, 0.0])
     replace_values(data, overrides, origin)
     replaced = dict.fromkeys(overrides, origin)
     experiment = validate(Experiment, data, source, replaced)

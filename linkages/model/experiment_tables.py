@@ -12,9 +12,10 @@ from linkages.files.toml import Finite, NonNegative, Positive, Table, check_hist
 from linkages.laws import CONTACTS, FILMS, FRICTIONS
 from linkages.laws.film.surface.grooves import Groove, check_grooves
 from linkages.laws.film.surface.surface_film import NoLoadError
+from linkages.laws.heat import COLDEST, CONDUCTANCE, FRESH, HOTTEST, INLET, SPECIFIC_HEAT, SURROUNDINGS, Heat
 from linkages.laws.viscosity import ISO_VG
 from linkages.model.functions import TIME, formula, program
-from linkages.model.law_tables import LawTable
+from linkages.model.law_tables import LawTable, parameter_field
 from linkages.planar import motion
 from linkages.planar.motion import Pieces, Program
 
@@ -202,9 +203,19 @@ class Mixed(Table):
 class Oil(Table):
     """A mineral oil by its ISO VG grade, at a temperature: gives the viscosity."""
 
-    grade: Annotated[int, Field(gt=1)] = Field(description="ISO VG grade: kinematic viscosity at 40 C [mm2/s]")
-    temperature: Annotated[float, Field(ge=-50, le=250)] = Field(description="[degC]")
+    grade: Annotated[int, Field(gt=1)] = Field(
+        description='ISO VG grade, such as 46 or "ISO VG 46": kinematic viscosity at 40 C [mm2/s]'
+    )
+    temperature: Annotated[float, Field(ge=COLDEST, le=HOTTEST)] = Field(
+        description="temperature of the film; with a heat balance its first guess [degC]"
+    )
     density: Positive = Field(870.0, description="density at 15 C [kg/m3]")
+
+    @field_validator("grade", mode="before")
+    @classmethod
+    def _without_its_name(cls, grade: object) -> object:
+        number = grade.removeprefix("ISO VG ") if isinstance(grade, str) else ""
+        return int(number) if number.isdecimal() else grade
 
     @field_validator("grade")
     @classmethod
@@ -212,6 +223,23 @@ class Oil(Table):
         if grade not in ISO_VG:
             raise ValueError(f"ISO VG {grade} is no grade; one of {', '.join(map(str, ISO_VG))}")
         return grade
+
+
+class HeatBalance(Table):
+    """Lumped heat balance of a film over a cycle: film power against the flow out of the ends and conduction.
+
+    ``linkages simulate`` repeats the run until the temperature settles; other commands use the oil's temperature.
+    """
+
+    inlet: float = parameter_field(INLET)
+    conductance: float = parameter_field(CONDUCTANCE, CONDUCTANCE.default)
+    surroundings: float | None = parameter_field(SURROUNDINGS, None)
+    specific_heat: float = parameter_field(SPECIFIC_HEAT, SPECIFIC_HEAT.default)
+    fresh: float = parameter_field(FRESH, FRESH.default)
+
+    def of(self, oil: Oil) -> Heat:
+        """Return the heat balance of an oil."""
+        return Heat(oil.grade, density_15=oil.density, **dict(self))
 
 
 class Wear(Table):
@@ -288,6 +316,7 @@ class JointModel(LawTable):
     groove: GrooveTable | None = Field(None, description="lubricated: feed groove of the finite film")
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="oil, instead of a viscosity")
+    heat: HeatBalance | None = Field(None, description="lumped heat balance of the oil in a finite film")
     contact: Contact | None = Field(None, description="dry and mixed: normal contact")
     friction: Friction | None = Field(None, description="dry and mixed: friction; default: none")
     mixed: Mixed | None = Field(None, description="mixed: combination of film and contact")
@@ -317,6 +346,7 @@ class JointModel(LawTable):
         if missing:
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
         self._check_groove()
+        self._check_heat()
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
         asperities = self.mixed is not None and self.mixed.law == "greenwood-tripp"
@@ -335,6 +365,16 @@ class JointModel(LawTable):
             raise ValueError('groove needs model "lubricated" and film "finite"')
         if self.cavitation == "guembel":
             raise ValueError('groove needs cavitation "reynolds" or "mass-conserving"')
+
+    def _check_heat(self) -> None:
+        if self.heat is None or not self.has_film:
+            return
+        if self.oil is None:
+            raise ValueError("heat needs oil, for the viscosity at a temperature")
+        if self.film != "finite":
+            raise ValueError(f'heat needs film "finite": film "{self.film}" has no flow out of its ends')
+        if not self.shear_torque:
+            raise ValueError("heat needs shear_torque = true: shear is most of the film's power")
 
     @property
     def laws(self) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 from pydantic import ConfigDict, Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 from pydantic.fields import FieldInfo
@@ -126,7 +126,12 @@ def _table(parameters: tuple[Parameter, ...], required: bool) -> type[Table]:
     for parameter in parameters:
         if hasattr(Table, parameter.name):  # `LawTable` rejects the law
             continue
-        kind = Annotated[float, Field(allow_inf_nan=False, **parameter.bounds)]
         default = parameter.default if parameter.default is not None or not required else ...
-        fields[parameter.name] = (kind, Field(default, description=f"{parameter.meaning} [{parameter.unit}]"))
+        fields[parameter.name] = (float, parameter_field(parameter, default))
     return create_model("Parameters", __base__=Table, **fields)
+
+
+def parameter_field(parameter: Parameter, default: Any = ...) -> Any:
+    """Make the field of a table from a declared parameter."""
+    bounds: dict[str, Any] = {**parameter.bounds, "allow_inf_nan": False}
+    return Field(default, description=f"{parameter.meaning} [{parameter.unit}]", **bounds)

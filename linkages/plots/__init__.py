@@ -11,6 +11,7 @@
 | links              | flexible links: deflection, stress and its place, strain energy                      |
 | mode_figures       | natural frequencies and mode shapes of a linkage at rest                             |
 | frequency_response | Bode plot of a linear model                                                          |
+| tornado            | changes of peaks with 1 % of each value                                              |
 | attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
 | bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |

@@ -63,7 +63,13 @@ def render(results: Results) -> str:
         answer=words.answer(results),
         results=[
             table
-            for make in (page_tables.outputs, page_tables.joints, page_tables.drives, page_tables.links)
+            for make in (
+                page_tables.outputs,
+                page_tables.joints,
+                page_tables.heats,
+                page_tables.drives,
+                page_tables.links,
+            )
             if (table := make(results))
         ],
         estimated=bool(results.summary["error"]),

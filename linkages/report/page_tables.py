@@ -100,6 +100,18 @@ def drives(results: Results) -> Table:
     return Table("Drives", (*head, *_whole(results)), rows)
 
 
+def heats(results: Results) -> Table | None:
+    """Tabulate the heat balances of the oil; None without any."""
+    found = {name: joint["heat"] for name, joint in results.summary["joints"].items() if "heat" in joint}
+    names = ("temperature", "viscosity", "power", "flow", "by_flow", "by_conduction")
+    rows = [(name, *(number(heat[key]) for key in names)) for name, heat in found.items()]
+    head = (
+        "joint", "temperature [°C]", "viscosity [Pa s]", "power of the film [W]", "flow out of the ends [m³/s]",
+        "heat by flow [W]", "heat by conduction [W]",
+    )  # fmt: skip
+    return Table("Oil temperature: lumped heat balance of a cycle", head, rows) if rows else None
+
+
 def links(results: Results) -> Table | None:
     """Tabulate deflections, bending moments and stresses of flexible links; None without any."""
     rows, shown = [], reported(results.summary)

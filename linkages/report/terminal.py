@@ -12,6 +12,9 @@ from linkages.results.summary import peaks_by_key
 from linkages.results.warnings import relative
 
 _NONE = "-"
+#: Columns of a heat balance, and their headings.
+_HEAT = ("temperature", "viscosity", "power", "by_flow", "by_conduction")
+_HEAT_HEAD = ("T [degC]", "mu [Pa s]", "power [W]", "flow [W]", "cond. [W]")
 
 
 def format_summary(summary: dict[str, Any]) -> str:
@@ -62,6 +65,10 @@ def format_table(summary: dict[str, Any]) -> str:
         exact, force, ratio = (ideal["joints"][name]["force"], value["force"], value.get("eccentricity_ratio", {}))
         peaks = exact["peak"], force["peak"], force["time"], ratio.get("peak")
         rows.append(row(label, peaks, f"{name}.force.peak"))
+    heats = {name: joint["heat"] for name, joint in summary["joints"].items() if "heat" in joint}
+    if heats:
+        rows += [("", ""), ("oil (lumped heat balance)", "".join(f"{name:>12s}" for name in _HEAT_HEAD))]
+        rows += [(name, "".join(_cell(heat[key], 12) for key in _HEAT)) for name, heat in heats.items()]
     for kind in ("drives", "loads"):
         found = shown.get(kind, {})
         if found:

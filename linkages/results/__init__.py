@@ -4,6 +4,7 @@
 |-------------------|---------------------------------------------------------------------------|
 | trajectory        | outputs over time, status, provenance; save and load                      |
 | loops             | gaps of the loops of a run, and the last sample with closed loops         |
+| derivatives       | derivatives of outputs with respect to values                             |
 | extremes          | smallest and largest values over continuous time, integrals               |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
 | configuration     | the configuration of a linkage as comparable numbers                      |
@@ -17,6 +18,7 @@
 | peak_errors       | errors of peaks, from a run at a tighter tolerance                        |
 | joint_validity    | validity of joint laws in a run                                           |
 | film_error        | error of a closed-form film in a run against a film of finite length      |
+| film_heat         | heat balance of the oil in the joints of a run                            |
 | flexible_validity | validity of the flexible-link model in a run                              |
 | validity          | rules of validity, and their warnings                                     |
 | indeterminate     | forces and torques that the motion does not determine                     |

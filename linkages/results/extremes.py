@@ -268,9 +268,9 @@ def integral(trajectory: Trajectory, values: str | Array) -> float:
     True
     """
     values = trajectory[values] if isinstance(values, str) else _sampled(trajectory, values)
-    if len(values) < 3:
-        return 0.0
     step = np.diff(trajectory.time)
+    if len(values) < 3:  # a straight line
+        return float((step * (values[1:] + values[:-1]) / 2.0).sum())
     bend = np.diff(np.diff(values) / step) / (step[1:] + step[:-1])  # half the second derivative
     at_ends = np.concatenate([bend[:1], bend]) + np.concatenate([bend, bend[-1:]])
     return float((step * (values[1:] + values[:-1]) / 2.0 - step**3 * at_ends / 12.0).sum())

@@ -36,12 +36,22 @@ class _Ratio(_Part):
     peak: Finite
 
 
+class _Heat(_Part):
+    temperature: Finite
+    viscosity: Finite
+    power: Finite
+    flow: Finite
+    by_flow: Finite
+    by_conduction: Finite
+
+
 class _Joint(_Part):
     model: str
     force: _Peak
     eccentricity_ratio: _Ratio | None = None
     contact_fraction: Finite | None = None
     impacts: int | None = Field(None, ge=0)
+    heat: _Heat | None = None
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +16,7 @@ from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import STOP
 from linkages.results.characteristics import effort_of, numbers, peaks_by_key
 from linkages.results.divergence import apart
+from linkages.results.film_heat import JointHeat, heat_warnings
 from linkages.results.impacts import Impact, impacts
 from linkages.results.indeterminate import indeterminate
 from linkages.results.joint_validity import outside
@@ -46,6 +47,8 @@ class Study(Brief):
         Motion of the linkage with every joint ideal; see `linkages.ideal`.
     tighter : Trajectory or None
         The run repeated at a ten times tighter tolerance.
+    heat : dict of str to JointHeat
+        Heat balances of the joints that have one, by name.
     """
 
     system: System
@@ -53,6 +56,7 @@ class Study(Brief):
     run: Trajectory
     ideal: Trajectory
     tighter: Trajectory | None
+    heat: dict[str, JointHeat] = field(default_factory=dict)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         title = self.system.experiment.title or self.system.experiment.source.stem
@@ -174,6 +178,8 @@ def summarize(study: Study) -> dict[str, Any]:
     system, tree = study.system, study.system.tree
     quality = system.assembly.quality
     whole = numbers(system, study.run, study.meaningless, study.contacts)
+    for name, heat in study.heat.items():
+        whole["joints"][name]["heat"] = heat.content
     ideal = numbers(system, study.ideal, _ideal_meaningless(study))
     windows = {name: _window(study, span, ideal) for name, span in study.windows.items()}
     motion = study.motion
@@ -248,6 +254,7 @@ def judge(study: Study, whole: dict[str, Any]) -> dict[str, Any]:
         *outside(study.system, study.run, study.contacts),
         *unstretched(study.system, study.run),
         *geared(study.system),
+        *heat_warnings(study.heat),
     ]
     judged: dict[str, Any] = {"error": error, "warnings": found, "windows": {}}
     for name, window in whole.get("windows", {}).items():

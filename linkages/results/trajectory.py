@@ -18,6 +18,7 @@ from linkages.files import table_formats
 from linkages.files.archives import read_arrays
 from linkages.files.writing import whole
 from linkages.outputs.columns import Columns
+from linkages.results.derivatives import NONE, Derivatives
 from linkages.results.loops import Loops
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ class Trajectory(Brief):
         Function that gives all columns at any times of the run (dense output); None if loaded from a file.
     units : dict of str
         SI unit of each column; empty if unknown.
+    sensitivity : Derivatives
+        Derivatives of the columns with respect to values: ``run.sensitivity[PATH][OUTPUT]``; empty unless requested.
     """
 
     time: Array
@@ -57,6 +60,7 @@ class Trajectory(Brief):
     provenance: dict[str, Any] = field(default_factory=dict)
     evaluate: Callable[[Array], Columns] | None = None
     units: dict[str, str] = field(default_factory=dict)
+    sensitivity: Derivatives = NONE
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.columns:

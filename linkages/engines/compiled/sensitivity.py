@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.differentiated import differentiate_run, make_column
 from linkages.engines.compiled.job import make_given
 from linkages.engines.compiled.kinks import kinks
+from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.output_derivatives import OutputTable
 from linkages.engines.compiled.replay import Steps
+from linkages.engines.compiled.run_derivatives import GRAZED, KNOWN, SINGULAR, differentiate_run, differentiate_states
 from linkages.engines.compiled.runner import Runner
+from linkages.engines.compiled.step_derivatives import Column, make_column
 from linkages.engines.compiled.variation import vary
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
+from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
+from linkages.planar.contacts import WIDTH
+from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives
+
+_FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
 class Sensitivity(NamedTuple):
@@ -35,7 +44,7 @@ class Sensitivity(NamedTuple):
     event_times : (nt, m) array
         Derivatives of the events' times.
     status : int
-        See `linkages.engines.compiled.differentiated`.
+        See `linkages.engines.compiled.run_derivatives`.
     known : int
         Number of times with derivatives.
     """
@@ -47,6 +56,105 @@ class Sensitivity(NamedTuple):
     event_times: Array
     status: int
     known: int
+
+
+class Differentiation:
+    """A finished run and np values: its derivatives at the steps, and at any times.
+
+    Parameters
+    ----------
+    runner : Runner
+    steps : Steps
+        See `linkages.engines.compiled.runner.join`. The first time need not be zero.
+    paths : sequence of str
+        Dotted paths of the values, as for `linkages.System.replaced`.
+
+    Raises
+    ------
+    InputError
+        If a path has no number or no derivative.
+    """
+
+    def __init__(self, runner: Runner, steps: Steps, paths: Sequence[str] = ()) -> None:
+        system = runner.system
+        self.runner, self.steps, self.paths = runner, steps, tuple(paths)
+        self._nearby = [Neighbours(system, path) for path in self.paths]
+        given = make_given(system, pack(system, ()), np.zeros((0, 2)))
+        self._variation, self.start = vary(system, self._nearby, given)
+        ny, n = len(runner.start), len(runner.model.free)
+        self._numbers = packed(runner.aside()), self._variation, packed(make_stepper(ny, n)), runner.tolerance
+        self._kinks = kinks(system)
+
+    def _column(self, m: int) -> Column:
+        ny, model = len(self.runner.start), self.runner.model
+        return make_column(ny, ny - len(model.free), len(model.ends), m, self.runner.implicit)
+
+    def at_steps(self, start: Array | None = None, memory: Array | None = None) -> Sensitivity:
+        """Differentiate at the steps; see `differentiate`."""
+        runner, nt, ny = self.runner, len(self.steps.times), len(self.runner.start)
+        first = np.concatenate([np.eye(ny), self.start], axis=1) if start is None else np.asarray(start, np.float64)
+        m, nc = first.shape[1], len(runner.model.ends)
+        column = self._column(m)
+        column.before[:] = first
+        if memory is not None:
+            column.remembered[:] = memory
+        found = (
+            np.full((nt, ny, m), np.nan),
+            np.full((nt, nc, m), np.nan),
+            np.zeros(nt, np.int64),
+            np.full((nt, m), np.nan),
+        )
+        rate = float(runner.system.motion_rate)
+        status, known = differentiate_run(
+            *self._numbers, packed(self.steps), runner.landing, rate, self._kinks, packed(column), *found
+        )
+        return Sensitivity(self.steps.times, *found, status, known)
+
+    @cached_property
+    def columns(self) -> Sensitivity:
+        """Derivatives at the steps, NaN beyond the horizon: where errors of the run would change the state visibly."""
+        found = self.at_steps()
+        ny, scale = len(self.runner.start), self.runner.scale
+        growth = np.abs(found.states[:, :, :ny] * scale / scale[:, None]).max(axis=(1, 2), initial=0.0)
+        accuracy = self.runner.system.experiment.solver.accuracy
+        beyond = np.flatnonzero(accuracy * growth[: found.known] > _FELT)
+        if not len(beyond):
+            return found
+        found.states[beyond[0] :], found.memory[beyond[0] :] = np.nan, np.nan
+        return found._replace(known=int(beyond[0]), status=_BEYOND)
+
+    def changes(self, times: Array) -> tuple[Array, Array, Array, Array]:
+        """Differentiate coordinates, rates, accelerations (np, nt, n) and contacts (np, nt, nc, WIDTH)."""
+        model, count, nt, found = self.runner.model, len(self.paths), len(times), self.columns
+        n, nc = len(model.free) + len(model.driven), len(model.ends)
+        dq, dv, da = (np.zeros((count, nt, n)) for _ in range(3))
+        out = dq, dv, da, np.zeros((count, nt, nc, WIDTH))
+        differentiate_states(
+            *self._numbers, packed(self.steps), self._kinks, packed(self._column(found.states.shape[2])), found.states,
+            found.memory, np.asarray(times, dtype=np.float64), *out,
+        )  # fmt: skip
+        return out
+
+    def outputs(self, times: Array, names: Sequence[str] | None = None) -> dict[str, Columns]:
+        """Compute the derivatives of outputs at any times of the run, by path."""
+        table = OutputTable(self.runner.system, names)
+        state, changes = self.runner.evaluate(self.steps, times), self.changes(times)
+        return {
+            near.path: table.derivatives(near, times, state, change, self.runner.model)
+            for near, *change in zip(self._nearby, *changes, strict=True)
+        }
+
+    def derivatives(self, times: Array, names: Sequence[str] | None = None) -> Derivatives:
+        """Return the derivatives of outputs, by default of all, at times of the run."""
+        found = self.columns
+        until = float(self.steps.times[found.known - 1]) if found.known else -np.inf
+        return Derivatives(
+            self.outputs(times, names), _STATUS[found.status], until, lambda times: self.outputs(times, names)
+        )
+
+
+_BEYOND = 3
+_STATUS = {KNOWN: OK, SINGULAR: STUCK, GRAZED: GRAZING, _BEYOND: HORIZON}
 
 
 def differentiate(
@@ -65,8 +173,7 @@ def differentiate(
         Derivatives of the first state; the last np columns are those of the values. Default: the identity, and the
         derivatives of the system's own start.
     memory : (nc, m) array, optional
-        Derivatives of the approach speeds at the first state; default zero, and for a contact that begins at the start
-        of a run those of its speed.
+        Derivatives of the approach speeds at the first state; default zero.
 
     Returns
     -------
@@ -77,30 +184,4 @@ def differentiate(
     InputError
         If a path has no number or no derivative.
     """
-    system, model = runner.system, runner.model
-    variation, own = vary(system, paths, make_given(system, pack(system, ()), np.zeros((0, 2))))
-    ny, nc, nt = len(runner.start), len(model.ends), len(steps.times)
-    first = np.concatenate([np.eye(ny), own], axis=1) if start is None else np.asarray(start, dtype=np.float64)
-    m = first.shape[1]
-    column = make_column(ny, ny - len(model.free), nc, m, runner.implicit)
-    column.before[:] = first
-    if memory is not None:
-        column.remembered[:] = memory
-    states, remembered, times = np.full((nt, ny, m), np.nan), np.full((nt, nc, m), np.nan), np.full((nt, m), np.nan)
-    event = np.zeros(nt, np.int64)
-    status, count = differentiate_run(
-        packed(runner.aside()),
-        variation,
-        packed(make_stepper(ny, len(model.free))),
-        runner.tolerance,
-        packed(steps),
-        runner.landing,
-        float(system.motion_rate),
-        kinks(system),
-        packed(column),
-        states,
-        remembered,
-        event,
-        times,
-    )
-    return Sensitivity(steps.times, states, remembered, event, times, status, count)
+    return Differentiation(runner, steps, paths).at_steps(start, memory)

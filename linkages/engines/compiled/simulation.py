@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from linkages.engines.budget import WINDOW, Budget
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
+from linkages.engines.compiled.sensitivity import Differentiation
 from linkages.engines.methods import method
 from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
@@ -24,7 +26,10 @@ _CHUNK = WINDOW  # steps between two looks at the clock and at the keyboard
 
 
 def simulate(
-    system: System, progress: Callable[[float], None] | None = None, outputs: Sequence[str] | None = None
+    system: System,
+    progress: Callable[[float], None] | None = None,
+    outputs: Sequence[str] | None = None,
+    wrt: Sequence[str] = (),
 ) -> Trajectory:
     """Simulate a system with the compiled engine.
 
@@ -35,6 +40,8 @@ def simulate(
         Called with the simulated time [s] now and then.
     outputs : sequence of str, optional
         Columns of the trajectory; linkages with closed loops add their coordinates. Default: all.
+    wrt : sequence of str, optional
+        Dotted paths of values; `Trajectory.sensitivity` has the derivatives of the columns with respect to them.
 
     Returns
     -------
@@ -86,7 +93,10 @@ def simulate(
         "wall_time": wall,
     }
     times = np.unique(steps.times[steps.times <= end])
-    return sample(times, replay, status, provenance, loops)
+    run = sample(times, replay, status, provenance, loops)
+    return (
+        run if not wrt else replace(run, sensitivity=Differentiation(runner, steps, wrt).derivatives(run.time, outputs))
+    )
 
 
 def longest_step(system: System) -> float | None:

@@ -30,9 +30,10 @@ from linkages.kernel import kernel, lazy_kernel
 from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import basis, collocation
 from linkages.laws.film.surface.balance import Thickness
+from linkages.laws.film.surface.complementarity import State
 from linkages.laws.film.surface.grooves import Groove
-from linkages.laws.film.surface.surface_film import solve_film
-from linkages.laws.film.surface.surface_mesh import surface_mesh
+from linkages.laws.film.surface.surface_film import SurfaceFilm, solve_film
+from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
 
 #: Raised whenever the solver or the layout changes.
 VERSION = 1
@@ -125,22 +126,49 @@ def solve_grooved(
     out, guess = np.empty((len(angles), _CHANNELS)), None
     for row, y in zip(out, angles, strict=True):
         deps, half_ew = math.cos(y), math.sin(y) / math.sqrt(root_q)
-        speed = half_ew * eps / (eps * eps + _CENTRE**2) if rule == "mass-conserving" else 0.0
-        film = solve_film(
-            mesh,
-            Thickness(eps, 0.0),
-            placed,
-            rule=rule,
-            velocity=(deps, eps * speed - half_ew),
-            speed=speed,
-            full_when_closing=True,
-            guess=guess,
-        )
+        film = quasi_static_film(mesh, eps, placed, rule, deps, half_ew, guess)
         guess = film.state
         f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
         scale = 2.0 * slenderness * math.hypot(f_n, f_t)
         row[:] = film.force[0] / scale, film.force[1] / scale, film.shear / (2.0 * slenderness) * root_q
     return out
+
+
+def quasi_static_film(
+    mesh: SurfaceMesh,
+    eps: float,
+    grooves: tuple[Groove, ...],
+    rule: str,
+    deps: float,
+    half_ew: float,
+    guess: State | None = None,
+) -> SurfaceFilm:
+    """Solve the film whose content is stationary seen from the eccentricity, which points along x.
+
+    Parameters
+    ----------
+    mesh : SurfaceMesh
+        Of these grooves.
+    eps, deps, half_ew : float
+        Eccentricity ratio, its rate and half the wedge rate [1/s].
+    grooves : tuple of Groove
+        Angles from the eccentricity.
+    rule : str
+        Of cavitation.
+    guess : State, optional
+        Of a neighbouring film on this mesh.
+    """
+    speed = half_ew * eps / (eps * eps + _CENTRE**2) if rule == "mass-conserving" else 0.0
+    return solve_film(
+        mesh,
+        Thickness(eps, 0.0),
+        grooves,
+        rule=rule,
+        velocity=(deps, eps * speed - half_ew),
+        speed=speed,
+        full_when_closing=True,
+        guess=guess,
+    )
 
 
 def build_groove_map(

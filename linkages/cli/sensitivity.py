@@ -1,0 +1,95 @@
+"""``linkages sensitivity``: derivatives of peaks, means and works with respect to values."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from linkages.cli.folders import output_folder, results_folder
+from linkages.cli.options import add_file, add_settings, load_system, written
+from linkages.cli.progress import stages
+from linkages.files.writing import json_text
+
+if TYPE_CHECKING:
+    from linkages.explore.sensitivity import Sensitivities
+    from linkages.system import System
+
+HELP = "derivatives of peaks, means and works of a run with respect to values"
+
+_EXAMPLES = """examples:
+  linkages sensitivity seven_bar.toml --wrt joints.A.clearance joints.A.viscosity sdf.links.link6.mass
+  linkages sensitivity my.toml --wrt drives.O.speed gravity.y --output slider.ax --check
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
+    parser.epilog = _EXAMPLES
+    add_file(parser)
+    parser.add_argument(
+        "--wrt", nargs="+", action="extend", required=True, metavar="PATH", help="values; of the machine with sdf."
+    )
+    parser.add_argument(
+        "--output", action="append", metavar="NAME", help="an output; may be repeated; default: the experiment's, "
+        "forces and eccentricities of clearance joints, torques of drives",
+    )  # fmt: skip
+    parser.add_argument(
+        "--check", action="store_true", help="compare the derivatives of peaks with differences of runs"
+    )
+    parser.add_argument("--no-error-estimate", action="store_true", help="do not repeat the run at a tighter accuracy")
+    parser.add_argument("--no-plots", action="store_true", help="write no figure")
+    add_settings(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute the derivatives; return the exit status."""
+    from linkages.explore.sensitivity import sensitivities
+
+    system = load_system(options)
+    out = output_folder(options, f"{system.experiment.source.stem}_sensitivity", "sensitivity")
+    progress = stages(options, system.experiment.duration, "s")
+    found = sensitivities(system, options.wrt, options.output, not options.no_error_estimate, options.check, progress)
+    with (outputs := results_folder(out, "sensitivity")) as folder:
+        (folder / "sensitivity.json").write_text(json_text(found.derivatives, 1), encoding="utf-8")
+        (folder / "details.json").write_text(json_text(_details(found), 1), encoding="utf-8")
+        if not options.no_plots:
+            from linkages.plots.tornado import tornado_figure
+
+            tornado_figure(found).savefig(folder / "tornado.png")
+    if not options.quiet:
+        print(format_sensitivities(found, system))
+        print(f"\n{written(out, outputs.names)}")
+    return 0
+
+
+def _details(found: Sensitivities) -> dict[str, Any]:
+    """Return the content of ``details.json``: values, numbers, errors, differences and warnings."""
+    return {
+        "values": found.values, "numbers": found.numbers, "errors": found.errors, "differences": found.checks,
+        "warnings": found.warnings, "run": found.run.provenance,
+    }  # fmt: skip
+
+
+def format_sensitivities(found: Sensitivities, system: System) -> str:
+    """Format the derivatives of peaks: for each output the values, the strongest first."""
+    from linkages.model.experiment import value_unit
+    from linkages.outputs.registry import unit
+    from linkages.report.terminal import format_warnings
+
+    lines = [system.experiment.title or system.experiment.source.stem, "derivatives of peaks, and changes by 1 %"]
+    for key in (key for key in found.numbers if key.endswith(".peak")):
+        label = unit(system, key.removesuffix(".peak"))
+        lines += ["", f"{key}: {found.numbers[key]:.6g} {label}"]
+        head = f"  {'value':44s}{'derivative':>14s}{'error':>10s}{'per 1 %':>12s}"
+        lines.append(head + (f"{'differences':>14s}" if found.checks else ""))
+        for path in sorted(found.values, key=lambda path: -abs(found.per_cent(path, key) or 0.0)):
+            rate, error, share = found.derivatives[path][key], found.errors[path][key], found.per_cent(path, key)
+            value = f"{path} = {found.values[path]:.5g} {value_unit(path)}".rstrip()
+            line = f"  {value:44s}{_shown(rate, '.6g'):>14s}{_shown(error, '.1e'):>10s}"
+            line += f"{'-' if share is None else f'{100.0 * share:+.4f} %':>12s}"
+            lines.append(line + (f"{found.checks[path][key]:14.6g}" if found.checks else ""))
+    return "\n".join([*lines, *format_warnings(found.warnings)])
+
+
+def _shown(number: float | None, form: str) -> str:
+    return "-" if number is None else format(number, form)

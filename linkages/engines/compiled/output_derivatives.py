@@ -1,0 +1,123 @@
+"""Derivatives of outputs from those of the state: central differences of the formulas of all outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from linkages.engines.compiled.neighbours import Neighbours
+from linkages.kernel import Array, Indices
+from linkages.kernel.block import contents
+from linkages.kernel.by_reference import Packed, packed
+from linkages.outputs.columns import Columns, columns
+from linkages.outputs.formulas import OF_FORCES, make_view, tabulate
+from linkages.outputs.registry import JITTER, names, pack
+from linkages.planar.arrays import Arrays
+from linkages.system import System
+from linkages.system.ideal_motion import IdealMotion
+from linkages.system.rigid_segments import Segmented
+
+_STEP = 1e-5  # of differences, in parts of a value, of 1 rad, and of a clearance
+
+
+class OutputTable:
+    """Outputs of a system, whose numbers follow values.
+
+    Parameters
+    ----------
+    system : System
+    wanted : sequence of str, optional
+        Names of outputs; default: all. With rigid segments: those that the linkage of segments has itself.
+    """
+
+    def __init__(self, system: System, wanted: Sequence[str] | None) -> None:
+        whole = system.whole if isinstance(system, Segmented) else system
+        own = names(system, False)
+        self.names = [name for name in names(whole, False) if name in own] if wanted is None else list(wanted)
+        self._numbers = lambda one: (one.arrays, pack(one, self.names))
+        self._model, self._records = _copied(self._numbers(system))
+        self._words = _views((self._model, self._records))
+        self._initial = contents((self._model, self._records)).words.view(np.float64)
+        self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
+        self._jitter = [k for k, one in enumerate(self._records) if one["jitter"]]
+
+    def derivatives(
+        self, near: Neighbours, times: Array, state: Sequence[Array], change: Sequence[Array], model: Arrays
+    ) -> Columns:
+        """Differentiate the outputs.
+
+        Parameters
+        ----------
+        near : Neighbours
+            Of the value.
+        times : (nt,) array
+        state, change : arrays
+            Coordinates, rates, accelerations (nt, n) and contacts (nt, nc, WIDTH), and their derivatives.
+        model : Arrays
+        """
+        places, rates = near.rates(self._numbers)
+        h = _STEP / self._largest(near, change, model)
+        result = np.zeros((len(self.names), len(times)))
+        for side in (-1.0, 1.0):
+            self._write(places, self._initial[places] + side * h * rates)
+            moved = [np.ascontiguousarray(x + side * h * dx) for x, dx in zip(state, change, strict=True)]
+            result += side / (2.0 * h) * self._table(times, moved)
+        self._write(places, self._initial[places])
+        if self._jitter:
+            plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
+            result[self._jitter] -= near.derivative(lambda one: _ideal(one, times, plain))
+        return dict(zip(self.names, result, strict=True))
+
+    @staticmethod
+    def _largest(near: Neighbours, change: Sequence[Array], model: Arrays) -> float:
+        """Largest change: of the value over its magnitude, of an angle, of a journal over its clearance."""
+        found = [np.array(1.0 / near.magnitude), np.abs(change[0]) / min(1.0, model.size)]
+        found += [np.abs(change[3][:, k, :2]) / law["clearance"] for k, law in enumerate(model.laws)]
+        return max(float(np.max(x, initial=0.0, where=np.isfinite(x))) for x in found)
+
+    def _table(self, times: Array, moved: Sequence[Array]) -> Array:
+        out = np.empty((len(self.names), len(times)))
+        view = make_view(self._model, moved[0].shape[1])
+        tabulate(self._records, self._with_forces, view, np.asarray(times, np.float64), *moved, out)  # type: ignore[call-arg]
+        return out
+
+    def _write(self, places: Indices, values: Array) -> None:
+        """Write numbers at places of `contents`."""
+        start = 0
+        for words in self._words:
+            end = start + len(words)
+            inside = (places >= start) & (places < end)
+            words[places[inside] - start] = values[inside]
+            start = end
+
+
+def _copied(value: Any) -> Any:
+    """Copy a named tuple with its arrays."""
+    if isinstance(value, np.ndarray):
+        return np.array(value, order="C", subok=True)
+    if isinstance(value, Packed):
+        return packed(_copied(value.unpacked))
+    if isinstance(value, tuple):
+        parts = map(_copied, value)
+        return value._make(parts) if hasattr(value, "_make") else tuple(parts)
+    return value
+
+
+def _views(value: Any) -> list[Array]:
+    """List the arrays of a named tuple as floats in the order of `contents`; a number is an array of one entry."""
+    if isinstance(value, np.ndarray):
+        return [np.asarray(value).reshape(-1).view(np.float64)] if value.size else [np.zeros(0)]
+    if isinstance(value, Packed):
+        return _views(value.unpacked)
+    if isinstance(value, tuple):
+        return [part for item in value for part in _views(item)]
+    return [] if isinstance(value, bool | np.bool_) else [np.zeros(1)]
+
+
+def _ideal(system: System, times: Array, wanted: Sequence[str]) -> Array:
+    """Compute outputs (no, nt) of the ideal linkage."""
+    states = IdealMotion(system).states(np.asarray(times, dtype=np.float64))
+    found = columns(system, times, *states, names=wanted)
+    return np.stack([found[name] for name in wanted])

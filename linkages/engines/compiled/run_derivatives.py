@@ -1,0 +1,200 @@
+"""A finished run, differentiated at its steps and at any times."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from linkages.engines.compiled.equations import set_state, solve_state
+from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
+from linkages.engines.compiled.forcing import law_change
+from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.replay import Steps, remember, replay
+from linkages.engines.compiled.step_derivatives import Column, advance, close_columns, linearise
+from linkages.engines.compiled.variation import Variation, move
+from linkages.integrate.factor import back_substitute, factorise
+from linkages.integrate.stepper import Stepper, copy
+from linkages.kernel import Array, Indices, kernel
+from linkages.planar.contact_partials import APPROACHING, PLACES, POINTS, RESULTS, WEIGHTS
+from linkages.planar.contacts import BRISTLE_RATE, CLOSING, COUPLE, EX, EY, FX, FY, LOAD, PENETRATION, SLIDING
+from linkages.planar.motion import last_start
+
+#: Places of the results of a contact in `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
+_PLACES = (FX, FY, COUPLE, BRISTLE_RATE, PENETRATION, CLOSING, SLIDING, LOAD)
+_FAR = 1e-3  # step of differences of the fourth order of drives, in parts of a value's magnitude
+#: Status of the columns after a step: known; not known, because a step was singular or Newton's method failed; not
+#: known, because a contact began without speed.
+KNOWN, SINGULAR, GRAZED = 0, 1, 2
+
+
+@kernel
+def differentiate_run(
+    equations: Equations,
+    variation: Variation,
+    s: Stepper,
+    tolerance: Array,
+    steps: Steps,
+    landing: Array,
+    rate: float,
+    limits: Array,
+    c: Column,
+    states: Array,
+    memory: Array,
+    event: Indices,
+    times: Array,
+) -> tuple[int, int]:
+    """Differentiate a run.
+
+    Parameters
+    ----------
+    landing : (nc,) array
+        See `linkages.planar.contacts.landing`.
+    rate : float
+        Rate of the motion [rad/s].
+    limits : (nc, KINKS) array
+        See `linkages.engines.compiled.kinks.kinks`.
+    c : Column
+        With the columns at the start in ``before`` and ``remembered``.
+    states, memory : (nt, ny, m), (nt, nc, m) arrays
+        Filled with the columns after each step.
+    event : (nt,) array of int
+        Filled with the contact that begins (k + 1) or ends (-k - 1) at each time; 0 without.
+    times : (nt, m) array
+        Filled with the derivatives of the events' times.
+
+    Returns
+    -------
+    status : int
+    count : int
+        Number of times at which the columns are known.
+    """
+    nt, nc, model, work = len(steps.times), steps.memory.shape[1], equations.model, equations.work
+    deep = np.zeros(nc)
+    for k in range(nt):
+        t, y = steps.times[k], steps.states[k]
+        remember(equations, steps, max(k - 1, 0))
+        if k > 0 and not advance(equations, variation, s, tolerance, steps, k - 1, t, limits, c):
+            return SINGULAR, k
+        if k > 0 and len(model.rows):
+            solve_state(equations, t, y)
+            if not work.dynamics.interpolated[0] > 0.0:
+                close_columns(equations, variation, t, y, c)
+        if nc:
+            solve_state(equations, t, y)
+        for i in range(nc):
+            now = work.contacts[i, PENETRATION] if model.touching[i] else -1.0
+            begins = now > 0.0 and (deep[i] <= 0.0 or steps.memory[k, i] != steps.memory[max(k - 1, 0), i])
+            if k > 0 and (begins or (now < 0.0 < deep[i])):
+                fine = begin_or_end(
+                    equations, variation, t, y, i, begins, steps.memory[k, i], rate, 2.0 * landing[i], c, times[k]
+                )
+                if not fine:
+                    return GRAZED, k
+                event[k] = i + 1 if begins else -i - 1
+                solve_state(equations, t, y)
+            deep[i] = now
+        for i in range(len(c.before)):
+            copy(c.before[i], states[k, i])
+        for i in range(nc):
+            copy(c.remembered[i], memory[k, i])
+    return KNOWN, nt
+
+
+@kernel
+def _state_changes(
+    equations: Equations, variation: Variation, p: int, j: int, t: float, y: Array, c: Column, dq: Array, dv: Array,
+    da: Array, contacts: Array,
+) -> None:  # fmt: skip
+    """Fill the changes of coordinates, rates, accelerations and contacts along column j and value p at a solved state.
+
+    Mass, Jacobian and forcing of the state are the first of ``c``; the mass is factorised.
+    """
+    model, n, k = equations.model, len(equations.model.free), len(c.own)
+    for i in range(k):
+        total = c.forcing[0, i, j]
+        for column in range(len(y)):
+            total += c.jacobian[0, i, column] * c.before[column, j]
+        c.own[i] = total
+    back_substitute(c.mass[0], c.pivots, c.own)
+    for i in range(n):
+        place = model.free[i]
+        dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.own[i]
+    for i in range(len(model.driven)):
+        place = model.driven[i]
+        dq[place], dv[place], da[place] = 0.0, 0.0, 0.0
+    if variation.kinematics[p] and len(model.driven):
+        _drive_changes(variation, p, t, y, dq, dv, da)
+    motions_along(equations, variation, p, t, y, c.before[:, j].copy(), c.direction)
+    for i in range(len(model.ends)):
+        copy(c.direction[i], c.contacts.change)
+        c.contacts.change[APPROACHING] = c.remembered[i, j]
+        law_change(equations, variation, p, i, c.contacts)
+        contacts[i, EX], contacts[i, EY] = c.direction[i, 0], c.direction[i, 1]
+        for result in range(RESULTS):
+            contacts[i, _PLACES[result]] = c.contacts.found[result]
+
+
+@kernel
+def _drive_changes(variation: Variation, p: int, t: float, y: Array, dq: Array, dv: Array, da: Array) -> None:
+    """Fill the changes of the prescribed coordinates with value p: their motions are linear in most values."""
+    model, w, h = variation.equations.model, variation.equations.work.dynamics, _FAR * variation.unit[p]
+    for point in range(POINTS):
+        if WEIGHTS[0, point] != 0.0:
+            move(variation, p, (PLACES[0] + point) * h)
+            set_state(model, variation.equations.work, t, y)
+            for i in range(len(model.driven)):
+                place = model.driven[i]
+                dq[place] += WEIGHTS[0, point] / h * w.q[place]
+                dv[place] += WEIGHTS[0, point] / h * w.v[place]
+                da[place] += WEIGHTS[0, point] / h * w.a[place]
+    move(variation, p, 0.0)
+
+
+@kernel
+def differentiate_states(
+    equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, limits: Array, c: Column,
+    states: Array, memory: Array, times: Array, dq: Array, dv: Array, da: Array, contacts: Array,
+) -> None:  # fmt: skip
+    """Fill the derivatives of a run's coordinates and contacts at any times with respect to np values.
+
+    Parameters
+    ----------
+    states, memory : arrays
+        From `differentiate_run`; NaN where columns are not known.
+    times : (nt,) array
+    dq, dv, da : (np, nt, n) arrays
+    contacts : (np, nt, nc, WIDTH) array
+    """
+    nv, m, n = len(variation.unit), c.before.shape[1], len(c.y)
+    y = np.empty(n)
+    for i in range(len(times)):
+        t = times[i]
+        k = last_start(steps.times, len(steps.times), t)
+        for row in range(n):
+            copy(states[k, row], c.before[row])
+        for row in range(c.remembered.shape[0]):
+            copy(memory[k, row], c.remembered[row])
+        known = c.before[0, 0] == c.before[0, 0]
+        if known:
+            known = advance(equations, variation, s, tolerance, steps, k, t, limits, c)
+        replay(equations, s, tolerance, steps, t, y)
+        if known and t > steps.times[k] and len(equations.model.rows):
+            close_columns(equations, variation, t, y, c)
+            solve_state(equations, t, y)
+        if known:
+            copy(y, c.y)
+            linearise(equations, variation, t, c, 0)
+            known = factorise(c.mass[0], c.pivots)
+            solve_state(equations, t, y)
+        for p in range(nv):
+            if known:
+                _state_changes(
+                    equations, variation, p, m - nv + p, t, y, c, dq[p, i], dv[p, i], da[p, i], contacts[p, i]
+                )
+            else:
+                for q in range(dq.shape[2]):
+                    dq[p, i, q], dv[p, i, q], da[p, i, q] = math.nan, math.nan, math.nan
+                for q in range(contacts.shape[2]):
+                    for r in range(contacts.shape[3]):
+                        contacts[p, i, q, r] = math.nan

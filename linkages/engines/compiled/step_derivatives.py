@@ -1,0 +1,205 @@
+"""A step of a finished run, differentiated: columns of derivatives of the state.
+
+Each step is repeated from the recorded state, to a smaller residual, and its equations are differentiated at the stages
+(`linkages.integrate.sensitivity`). The sizes of the steps are fixed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.engines.compiled.equations import derivatives, set_state
+from linkages.engines.compiled.forcing import (
+    ContactState,
+    approach_forcing,
+    make_contact_state,
+    note_contacts,
+    note_partials,
+    value_forcing,
+)
+from linkages.engines.compiled.jacobian import exact_jacobian
+from linkages.engines.compiled.kinks import Kinked, make_kinked, set_bounds, set_sides, shortened
+from linkages.engines.compiled.methods import attempt
+from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.replay import Steps, around, remember
+from linkages.engines.compiled.variation import Variation, move
+from linkages.integrate.implicit import set_last_step
+from linkages.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
+from linkages.integrate.stepper import Stepper, copy, restart
+from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
+from linkages.kernel import Array, Indices, clear, kernel
+from linkages.kernel.simd import lane
+from linkages.planar.closure_rows import row_rate, row_value
+from linkages.planar.contact_partials import CHANGES
+from linkages.planar.projection import correct
+
+_MOST = 1000  # attempts within one step
+_MILD = 1e-5  # step of central differences of closure rows [rad, or parts of the linkage's length]
+
+_collocation = collocation_sensitivity(RADAU_IIA_5)
+_explicit = explicit_sensitivity(DORMAND_PRINCE_5_4)
+_RADAU_C = RADAU_IIA_5.c
+_PAIR_A, _PAIR_C = DORMAND_PRINCE_5_4.a, DORMAND_PRINCE_5_4.c
+
+
+class Column(NamedTuple):
+    """Arrays of a differentiated run: ny entries of the state, nc contacts, m columns, the last np along values."""
+
+    before: Array  # columns at the start of a step, (ny, m)
+    after: Array  # at its end
+    remembered: Array  # derivatives of the contacts' approach speeds, (nc, m)
+    mass: Array  # at the stages, (s, k, k)
+    jacobian: Array  # (s, k, ny)
+    forcing: Array  # (s, k, m)
+    full: Array  # Jacobian of all entries, (ny, ny)
+    y: Array  # state at a stage, (ny,)
+    dy: Array
+    own: Array  # (k,)
+    direction: Array  # changes of the contacts' motions along a column, (nc, CHANGES)
+    pivots: Indices  # (k,)
+    contacts: ContactState
+    kinked: Kinked
+
+
+def make_column(ny: int, k: int, nc: int, m: int, implicit: bool) -> Column:
+    """Make the arrays for ny entries of the state, k of them rates and others, nc contacts and m columns."""
+    stages = 3 if implicit else 6
+    return Column(
+        np.zeros((ny, m)), np.zeros((ny, m)), np.zeros((nc, m)), np.zeros((stages, k, k)), np.zeros((stages, k, ny)),
+        np.zeros((stages, k, m)), np.zeros((ny, ny)), np.zeros(ny), np.zeros(ny), np.zeros(k), np.zeros((nc, CHANGES)),
+        np.zeros(k, np.int64),
+        make_contact_state(nc, k), make_kinked(nc),
+    )  # fmt: skip
+
+
+@kernel
+def linearise(equations: Equations, variation: Variation, t: float, c: Column, stage: int) -> None:
+    """Fill mass, Jacobian and forcing of a stage, at the state ``y`` at time t."""
+    np_, m, k = len(variation.unit), c.before.shape[1], c.mass.shape[1]
+    n = len(c.y)
+    derivatives(equations, t, c.y, c.dy)
+    note_contacts(equations, c.contacts)
+    exact_jacobian(equations, t, c.y, c.mass[stage], c.full)
+    note_partials(equations, c.contacts)
+    rates, forcing = c.dy[n - k :], c.forcing[stage]
+    for i in range(k):
+        for j in range(n):
+            c.jacobian[stage, i, j] = c.full[n - k + i, j]
+        for j in range(m):
+            forcing[i, j] = 0.0
+    for contact in range(c.remembered.shape[0]):
+        if approach_forcing(equations, variation, contact, t, c.y, rates, c.contacts, c.own):
+            for j in range(m):
+                for i in range(k):
+                    forcing[i, j] += c.own[i] * c.remembered[contact, j]
+    for p in range(np_):
+        value_forcing(equations, variation, p, t, c.y, rates, c.contacts, c.own)
+        for i in range(k):
+            forcing[i, m - np_ + p] += c.own[i]
+
+
+@kernel
+def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float, h: float, y: Array, c: Column) -> bool:
+    """Differentiate the step that has been attempted from (t, y); fill ``after``."""
+    n = len(y)
+    if equations.implicit:
+        for stage in range(3):
+            for i in range(n):
+                c.y[i] = y[i] + lane(s.z[i], stage)
+            linearise(equations, variation, t + _RADAU_C[stage] * h, c, stage)
+        return _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+    for stage in range(len(_PAIR_C)):
+        for i in range(n):
+            total = 0.0
+            for j in range(stage):
+                total += _PAIR_A[stage, j] * s.stages[j, i]
+            c.y[i] = y[i] + h * total
+        linearise(equations, variation, t + _PAIR_C[stage] * h, c, stage)
+    return _explicit(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+
+
+@kernel
+def advance(
+    equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, k: int, t: float,
+    limits: Array, c: Column,
+) -> bool:  # fmt: skip
+    """Take the columns ``before`` from the start of step k to time t within it; False if they cannot be had.
+
+    The step is divided at kinks.
+    """
+    start = steps.times[k]
+    remember(equations, steps, k)
+    if not t > start:
+        return True
+    points, y = around(steps.times, k), steps.states[k].copy()
+    copy(tolerance, s.scale)
+    restart(s)
+    now, h, attempts = start, t - start, 0
+    while now + h > now and attempts < _MOST:
+        attempts += 1
+        derivatives(equations, now, y, s.f0)
+        set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
+        error, _ = attempt(equations, s, now, h, y, True)
+        if not error <= 1.0:  # Newton's method did not converge over so long a step
+            h *= 0.5
+            continue
+        if len(limits):
+            set_sides(equations, s, now, h, y, limits, c.kinked)
+            set_bounds(limits, c.kinked, equations.work.scratch.bounds)
+            h = shortened(equations, s, now, h, y, limits, c.kinked)
+            if h < 0.0:
+                return False
+        if not _attempted(equations, variation, s, now, h, y, c):
+            return False
+        for i in range(len(y)):
+            copy(c.after[i], c.before[i])
+        copy(s.new, y)
+        now = now + h if h < t - now else t
+        h = t - now
+        if h > 0.0:
+            restart(s)
+    return not now < t
+
+
+@kernel
+def _difference_step(equations: Equations, variation: Variation, p: int, c: Column, j: int) -> float:
+    """Step of central differences along column j, and value p unless it is -1."""
+    model = equations.model
+    worst = 1.0 / variation.unit[p] if p >= 0 else 0.0
+    for i in range(len(model.free)):
+        worst = max(worst, abs(c.before[i, j]) / min(1.0, model.size))
+    return _MILD / worst if worst > 0.0 else 1.0
+
+
+@kernel
+def close_columns(equations: Equations, variation: Variation, t: float, y: Array, c: Column) -> None:
+    """Project the columns ``before`` of a closed state onto the linearised closure, as the run projects states."""
+    model, w = equations.model, equations.work.dynamics
+    n, m, nr = len(model.free), c.before.shape[1], len(model.rows)
+    moved, at = variation.equations.model, variation.equations.work.dynamics
+    x = np.zeros(len(w.q))
+    for j in range(m):
+        p = j - (m - len(variation.unit))
+        h = _difference_step(equations, variation, p, c, j)
+        for rates in range(2):
+            clear(w.row_error)
+            for side in (-1.0, 1.0):
+                if p >= 0:
+                    move(variation, p, side * h)
+                for i in range(len(y)):
+                    c.y[i] = y[i] + side * h * c.before[i, j]
+                set_state(moved, variation.equations.work, t, c.y)
+                for r in range(nr):
+                    row = moved.rows[r]
+                    value = row_rate(row, at.pose, at.vel) if rates else row_value(row, at.pose)
+                    w.row_error[r] -= side * value / (2.0 * h)
+            clear(x)
+            correct(model.stiff, model.rows, model.rank, w, x)
+            for i in range(n):
+                c.before[i + rates * n, j] += x[model.free[i]]
+        if p >= 0:
+            move(variation, p, 0.0)
+    equations.work.solved[0] = math.nan

@@ -1,0 +1,66 @@
+"""Temperature of the oil as the equilibrium of a cycle: runs are repeated until power and removed heat are equal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from linkages.errors import RunError, Status
+from linkages.laws.heat import NEAR
+from linkages.results.film_heat import heated, joint_heat
+from linkages.results.summary import Study
+from linkages.results.trajectory import Trajectory
+from linkages.system import System
+
+#: Most runs for one equilibrium, and the origin of the temperatures that it sets.
+_MOST, _ORIGIN = 12, "heat balance"
+
+
+def settle(study: Study, rerun: Callable[[System, str], Trajectory]) -> Study:
+    """Repeat a run until the temperatures of its oil change by less than `linkages.laws.heat.NEAR`.
+
+    Each run's motion gives the power and flow of a cycle (`linkages.results.film_heat`). The next temperature is the
+    one at which this motion would be in balance; the power is taken as proportional to the viscosity. The temperature
+    that settles has no approximation left.
+
+    Parameters
+    ----------
+    study : Study
+        Of a run at the first guess of the temperatures.
+    rerun : callable
+        Runs a system; its second argument names the run.
+
+    Returns
+    -------
+    Study
+        Of the system with the last temperatures, and its `heat`; without it if a run fails.
+
+    Raises
+    ------
+    RunError
+        If no temperature balances.
+    """
+    names = heated(study.system)
+    for count in range(1, _MOST + 1):
+        if not names or study.run.status is not Status.OK:
+            return study
+        try:
+            heats = {name: joint_heat(study.system, study.run, name, *_cycle(study)) for name in names}
+        except ArithmeticError as problem:
+            raise RunError(f"{problem}; the joints are {', '.join(names)}") from None
+        if count == _MOST or all(abs(heat.change) < NEAR for heat in heats.values()):
+            return replace(study, heat=heats)
+        values = {f"joints.{name}.oil.temperature": heat.balanced for name, heat in heats.items()}
+        system = study.system.replaced(values, _ORIGIN)
+        study = replace(study, system=system, run=rerun(system, f"run {count + 1}, oil temperature"))
+    raise AssertionError("the loop returns at its last round")
+
+
+def _cycle(study: Study) -> tuple[tuple[float, float], bool]:
+    """Return the last period of the motion, or the reported part of a run without one; whether the motion repeats."""
+    motion, end = study.motion, float(study.run.time[-1])
+    if motion.cycle is not None:
+        return motion.cycle, True
+    if motion.period is not None and motion.period <= end:
+        return (end - motion.period, end), False
+    return study.windows.get(study.reported, (float(study.run.time[0]), end)), False

@@ -1,0 +1,233 @@
+"""Derivatives of peaks, means and works of a run with respect to values, with marks where they mean less.
+
+The derivative of a peak is that of its output at the time of the peak (envelope theorem): the output is stationary
+there, so that the change of the time does not matter.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from linkages.arrays import Array
+from linkages.brief import Brief, counted
+from linkages.engines.compiled.batch import simulate_batch
+from linkages.engines.study import simulate
+from linkages.errors import InputError, RunError, Status
+from linkages.outputs.registry import default_outputs
+from linkages.results.derivatives import MEANING, OK
+from linkages.results.extremes import extremes, integral
+from linkages.results.trajectory import Progress, Trajectory
+from linkages.results.warnings import warning
+from linkages.system import System
+
+_TIGHTER = 0.1  # accuracy of the run that gives the errors, over that of the run
+_SAFETY = 1.5  # factor on the change, because the tighter run has an error too
+_NEAR = 1e-3  # relative distance of two maxima whose order may change
+_BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
+_SLOPE = 0.05  # of a parabola's own slope there: what is steeper is a kink or a jump
+_CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value
+
+
+@dataclass(frozen=True, repr=False)
+class Sensitivities(Brief):
+    """Derivatives of a run's characteristic numbers.
+
+    Attributes
+    ----------
+    values : dict of float
+        The values by path, SI units.
+    numbers : dict of float
+        The numbers by key: ``A.force.peak``, ``slider.ax.mean``, ``slider.ax.rms``, ``O.work``.
+    derivatives : dict of dict of float or None
+        By path and key, in units of the number per unit of the value; None where there is none.
+    errors : dict of dict of float or None
+        Their errors, by the change with a ten times tighter accuracy.
+    checks : dict of dict of float
+        Differences of runs, by path and key of peaks; empty unless requested.
+    warnings : list of dict
+        As in ``summary.json``.
+    run : Trajectory
+    """
+
+    values: dict[str, float]
+    numbers: dict[str, float]
+    derivatives: dict[str, dict[str, float | None]]
+    errors: dict[str, dict[str, float | None]]
+    checks: dict[str, dict[str, float]]
+    warnings: list[dict[str, Any]]
+    run: Trajectory
+
+    def _facts(self) -> tuple[str, dict[str, str]]:
+        line = f"{counted(len(self.numbers), 'number')}, {counted(len(self.values), 'value')}"
+        return line, {"numbers": ", ".join(self.numbers), "values": ", ".join(self.values)}
+
+    def per_cent(self, path: str, key: str) -> float | None:
+        """Return the change of a number with a value that grows by 1 %, in parts of the number.
+
+        None where there is no derivative, or the value or the number is zero.
+        """
+        rate, number = self.derivatives[path][key], self.numbers[key]
+        return (
+            None
+            if rate is None or number == 0.0 or self.values[path] == 0.0
+            else 0.01 * rate * self.values[path] / number
+        )
+
+
+def sensitivities(
+    system: System,
+    wrt: Sequence[str],
+    outputs: Sequence[str] | None = None,
+    error_estimate: bool = True,
+    check: bool = False,
+    progress: Callable[[str], Progress] | None = None,
+) -> Sensitivities:
+    """Differentiate the peaks, means, root mean squares and works of a run with respect to values.
+
+    Use `linkages.simulate` with ``wrt`` for derivatives over time.
+
+    Parameters
+    ----------
+    system : System
+    wrt : sequence of str
+        Dotted paths of values.
+    outputs : sequence of str, optional
+        Default: those of `simulate_batch`.
+    error_estimate : bool
+        Whether to repeat the run at a ten times tighter accuracy.
+    check : bool
+        Whether to compute differences of runs of the fourth order as well.
+    progress : callable, optional
+        Called with the name of each stage; returns the stage's progress function.
+
+    Returns
+    -------
+    Sensitivities
+
+    Raises
+    ------
+    InputError
+        If a path or an output is not valid.
+    RunError
+        If the run does not reach its end.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"), {"duration": 0.012})
+    >>> found = linkages.sensitivities(system, ["drives.O.speed"], ["slider.ax"], error_estimate=False)
+    >>> round(found.per_cent("drives.O.speed", "slider.ax.peak"), 4)
+    0.0255
+    """
+    paths = tuple(dict.fromkeys(wrt))
+    if not paths:
+        raise InputError("argument", "wrt", "names no value; give dotted paths, such as joints.A.clearance")
+    names = list(dict.fromkeys(default_outputs(system) if outputs is None else outputs))
+    stage = progress or (lambda name: lambda time: None)
+    found = _Differentiated(system, paths, names, stage("run"))
+    errors: dict[str, dict[str, float | None]] = {path: dict.fromkeys(found.numbers) for path in paths}
+    if error_estimate:
+        tighter = system.replaced({"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
+        finer = _Differentiated(tighter, paths, names, stage("error estimate"))
+        errors = {path: _changes(found.derivatives[path], finer.derivatives[path]) for path in paths}
+    checks = {path: _differences(system, path, names) for path in paths} if check else {}
+    values = {path: system.value(path) for path in paths}
+    return Sensitivities(values, found.numbers, found.derivatives, errors, checks, found.warnings, found.run)
+
+
+def _changes(rates: dict[str, float | None], finer: dict[str, float | None]) -> dict[str, float | None]:
+    return {
+        key: None if rate is None or (other := finer[key]) is None else _SAFETY * abs(rate - other)
+        for key, rate in rates.items()
+    }
+
+
+def _differences(system: System, path: str, names: Sequence[str]) -> dict[str, float]:
+    """Differences of the fourth order of the peaks of runs, by key; NaN where a run fails."""
+    value = system.value(path)
+    step = _CHECK * (abs(value) or 1.0)
+    batch = simulate_batch(system, [path], [[value + k * step] for k in (-2, -1, 1, 2)], names)
+    slopes = np.array([1 / 12, -2 / 3, 2 / 3, -1 / 12]) @ batch.peak[:, 0] / step
+    return {f"{name}.peak": float(slope) for name, slope in zip(names, slopes, strict=True)}
+
+
+class _Differentiated:
+    """A run with the derivatives of its numbers."""
+
+    def __init__(self, system: System, paths: Sequence[str], names: Sequence[str], progress: Progress) -> None:
+        drives = list(system.experiment.drives)
+        columns = [*names, *(f"{name}.power" for name in drives)]
+        self.run = simulate(system, progress=progress, outputs=list(dict.fromkeys(columns)), wrt=paths)
+        if self.run.status is not Status.OK:
+            raise RunError(f"the run ended at t = {self.run.time[-1]:.6g} s: {self.run.status.value}")
+        self._system, self._rates = system, self.run.sensitivity
+        self.numbers: dict[str, float] = {}
+        self.derivatives: dict[str, dict[str, float | None]] = {path: {} for path in paths}
+        self.warnings: list[dict[str, Any]] = []
+        self._peaks(names)
+        for name in names:
+            self._averages(name)
+        for name in drives:
+            self._add(f"{name}.work", f"{name}.power", integral(self.run, f"{name}.power"), np.ones_like(self.run.time))
+        if self._rates.status != OK:
+            what = f"derivatives end at t = {self._rates.until:.6g} s: {MEANING[self._rates.status]}"
+            remedy = "give a duration up to there; derivatives of numbers of the whole run are null"
+            self.warnings.append(warning("derivatives", self._rates.until, what, remedy))
+
+    def _peaks(self, names: Sequence[str]) -> None:
+        found = extremes(self.run, names)
+        times = np.array([found[name].time for name in names])
+        order = np.unique(times)
+        rates = self._rates.evaluate(order)
+        for name, time in zip(names, times, strict=True):
+            sign = 1.0 if found[name].max >= -found[name].min else -1.0
+            self.numbers[f"{name}.peak"] = found[name].peak
+            for path, columns in rates.items():
+                rate = sign * float(columns[name][np.searchsorted(order, time)])
+                self.derivatives[path][f"{name}.peak"] = rate if np.isfinite(rate) else None
+            if (mark := _mark(self.run, name, sign, time)) is not None:
+                what = f"the peak of {name} at t = {time:.6g} s {mark}"
+                remedy = "compare with differences of runs (--check)"
+                self.warnings.append(warning("peak", float(time), what, remedy))
+
+    def _averages(self, name: str) -> None:
+        """Add mean and root mean square over the run."""
+        column, span = self.run[name], float(self.run.time[-1] - self.run.time[0])
+        self._add(f"{name}.mean", name, integral(self.run, name) / span, np.full_like(column, 1.0 / span))
+        if (rms := math.sqrt(max(integral(self.run, column**2) / span, 0.0))) > 0.0:
+            self._add(f"{name}.rms", name, rms, column / (span * rms))
+
+    def _add(self, key: str, name: str, number: float, weight: Array) -> None:
+        """Add a number whose derivative is the integral of a weight times the derivative of an output."""
+        self.numbers[key] = number
+        for path, columns in self._rates.items():
+            rate = integral(self.run, weight * columns[name])
+            self.derivatives[path][key] = rate if math.isfinite(rate) else None
+
+
+def _mark(run: Trajectory, name: str, sign: float, time: float) -> str | None:
+    """Return why the derivative of a peak means less than others; None if nothing is known against it."""
+    values, times = sign * run[name], run.time
+    if time in (times[0], times[-1]):
+        return "is at an end of the run: its derivative is that at this fixed time"
+    assert run.evaluate is not None
+    k = min(max(int(np.searchsorted(times, time)), 1), len(times) - 1)
+    h = _BESIDE * (times[k] - times[k - 1])
+    around = np.clip(time + h * np.array([-2.0, -1.0, 0.0, 1.0, 2.0]), times[0], times[-1])
+    beside = sign * run.evaluate(around)[name]
+    left, right = (beside[1] - beside[0]) / h, (beside[4] - beside[3]) / h
+    usual = (np.ptp(values) or 1.0) / (times[k] - times[k - 1])
+    if max(abs(left), abs(right)) > _SLOPE * usual:
+        return "is at a kink or a jump: its time changes with the values, which its derivative does not include"
+    inner = values[1:-1]
+    tops = np.flatnonzero((inner >= values[:-2]) & (inner > values[2:])) + 1
+    away = tops[np.abs(tops - k) > 2]
+    if len(away) and values[away].max() > (1.0 - _NEAR) * beside[2]:
+        other = times[away[np.argmax(values[away])]]
+        return f"is as high as another one at t = {other:.6g} s: beyond a small change of the values that one counts"
+    return None
