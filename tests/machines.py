@@ -59,6 +59,22 @@ def joint(name: str, parent: str, child: str, kind: str = "revolute", axis: str 
 <axis><xyz>{axis}</xyz></axis>{inner}</joint>"""
 
 
+def rotor_in_block(outer="block", inner="rotor", length=0.02) -> str:
+    """A driven rotor and a block that can only translate, with a bearing A between: a static bearing under a load."""
+
+    def body(name: str) -> str:
+        return f"""<link name="{name}"><inertial><mass>0.05</mass>
+<inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia></inertial></link>"""
+
+    bearing = BEARING.replace("<linkages:length>0.02", f"<linkages:length>{length}")
+    return model(
+        "rotor",
+        body("rotor") + body("carriage") + body("block")
+        + joint("O", "world", "rotor") + joint("x", "world", "carriage", "prismatic", "1 0 0")
+        + joint("y", "carriage", "block", "prismatic", "0 1 0") + joint("A", outer, inner, inner=bearing),
+    )  # fmt: skip
+
+
 def four_bar(ground=0.3, crank=0.1, coupler=0.25, follower=0.2, plane="xy", extra="") -> str:
     """Crank-rocker with bearings in the pins A (crank-coupler) and B (coupler-follower); drawn closed, crank along x."""
     x, y = circle_intersection((crank, 0.0), coupler, (ground, 0.0), follower)

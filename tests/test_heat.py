@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from machines import joint, model
+from machines import rotor_in_block
 
 import linkages
 from linkages.cli.main import main
@@ -15,25 +15,6 @@ from linkages.laws.viscosity import density, iso_vg_viscosity
 from linkages.results.film_heat import end_flows, heat_warnings
 
 RADIUS, LENGTH, CLEARANCE, SPEED, LOAD = 0.01, 0.02, 5e-5, 1000.0, 500.0
-BEARING = f"""<linkages:bearing><linkages:radius>{RADIUS}</linkages:radius>
-<linkages:length>{LENGTH}</linkages:length></linkages:bearing>"""
-
-
-def body(name):
-    return f"""<link name="{name}"><inertial><mass>0.05</mass>
-<inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz></inertia></inertial></link>"""
-
-
-def machine(outer="block", inner="rotor", bearing=BEARING):
-    """A driven rotor and a block that can only translate and carries a constant load: a static bearing A."""
-    return model(
-        "rotor",
-        body("rotor") + body("carriage") + body("block")
-        + joint("O", "world", "rotor") + joint("x", "world", "carriage", "prismatic", "1 0 0")
-        + joint("y", "carriage", "block", "prismatic", "0 1 0") + joint("A", outer, inner, inner=bearing),
-    )  # fmt: skip
-
-
 TOML = f"""duration = 0.0630
 drives.O = {{speed = {SPEED}}}
 forces.F = {{point = "block", force = [0.0, {LOAD}]}}
@@ -59,7 +40,7 @@ def warm(tmp_path_factory):
 
     @cache
     def make(engine="compiled", sdf=None, **values):
-        path = written(tmp_path_factory.mktemp("rotor"), sdf or machine(), TOML)
+        path = written(tmp_path_factory.mktemp("rotor"), sdf or rotor_in_block(), TOML)
         overrides = {f"joints.A.heat.{key}": value for key, value in values.items()}
         return linkages.study(linkages.load(path, overrides), engine, error_estimate=False)
 
@@ -117,15 +98,16 @@ def test_infinite_conduction_is_the_supply_temperature(warm):
 
 def test_the_body_with_the_bearing_does_not_matter(warm):
     """A bearing that turns about a journal at rest is the same film seen from a turning frame."""
-    still, turning = warm().heat["A"], warm(sdf=machine("rotor", "block")).heat["A"]
+    still, turning = warm().heat["A"], warm(sdf=rotor_in_block("rotor", "block")).heat["A"]
     for name in ("temperature", "power", "flow"):
         assert getattr(turning, name) == pytest.approx(getattr(still, name), rel=2e-4)
 
 
 def test_a_short_bearing_loses_the_difference_of_its_shear_flows(system_of):
     """Ocvirk: the film brings U L h_max/2 to the pressure and takes U L h_min/2 away; out of the ends flow U L c eps."""
-    short = BEARING.replace(f"<linkages:length>{LENGTH}", "<linkages:length>0.001")
-    system = system_of(machine(bearing=short), TOML, {"forces.F.force": [0.0, 0.2], "joints.A.oil.temperature": 40.0})
+    system = system_of(
+        rotor_in_block(length=0.001), TOML, {"forces.F.force": [0.0, 0.2], "joints.A.oil.temperature": 40.0}
+    )
     run = linkages.simulate(system)
     flows = end_flows(system, run, "A", (0.03, 0.06))
     eps = float(run["A.eccentricity_ratio"][-1])
@@ -142,7 +124,7 @@ def test_warnings_of_a_balance(warm):
 
 
 def test_a_simulation_reports_the_temperature(experiment_file, tmp_path, capsys):
-    path = experiment_file(machine(), TOML)
+    path = experiment_file(rotor_in_block(), TOML)
     assert main(["simulate", str(path), "--no-plots", "--no-animation", "--out", str(tmp_path / "run")]) == 0
     text = capsys.readouterr().out
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
@@ -170,7 +152,7 @@ def test_a_simulation_reports_the_temperature(experiment_file, tmp_path, capsys)
 )
 def test_invalid_values_are_refused(experiment_file, tmp_path, capsys, change, text):
     """One line and status 2, nothing written."""
-    path, ((key, value),) = experiment_file(machine(), TOML), change.items()
+    path, ((key, value),) = experiment_file(rotor_in_block(), TOML), change.items()
     given = f'{key}="{value}"' if isinstance(value, str) else f"{key}={str(value).lower()}"
     assert main(["simulate", str(path), "--set", given, "--out", str(tmp_path / "run")]) == 2
     said = capsys.readouterr().err.strip()
@@ -187,4 +169,4 @@ def test_heat_that_nothing_removes_ends_in_one_line(warm):
 def test_a_heat_balance_needs_an_oil(system_of):
     oil = 'oil = {grade = "ISO VG 46", temperature = 60.0}'
     with pytest.raises(linkages.InputError, match="heat needs oil"):
-        system_of(machine(), TOML.replace(oil, "viscosity = 0.03"))
+        system_of(rotor_in_block(), TOML.replace(oil, "viscosity = 0.03"))

@@ -11,6 +11,7 @@ from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import MAPPED, film_force
 from linkages.laws.film.groove_map import is_grooved
+from linkages.laws.film.tilted_film import tilted_action
 from linkages.laws.friction import bristle_rate, friction_coefficient
 from linkages.laws.mixed import asperity_force, dry_weight, mix
 from linkages.laws.parameters import MODELS, SHEAR
@@ -53,7 +54,7 @@ def clearance_force(
     bristle : float
         State of LuGre's bristles [m].
     angle : float
-        Of the bearing's body, for a film with a groove [rad].
+        Of the bearing's body, for a film with a groove or a tilt [rad].
 
     Returns
     -------
@@ -82,7 +83,9 @@ def clearance_force(
     delta, radius = e - c, joint.radius - c  # radius of the journal
     sliding = v_t + omega_j * radius - omega_b * (e + radius)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
-    if joint.model != _DRY:
+    if joint.tilt != 0.0:  # lubricated
+        f_n, f_t, couple, _, _, _ = tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)
+    elif joint.model != _DRY:
         alpha = math.atan2(ny, nx) - angle - joint.groove_angle if joint.film == MAPPED else 0.0
         f_n, f_t, couple = film_action(joint, table, c, e, v_n, v_t, omega_b, omega_j, alpha)
     if joint.model != _LUBRICATED:

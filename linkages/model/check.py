@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NoReturn
@@ -13,6 +14,7 @@ from linkages.files.table_keys import unit_of
 from linkages.files.toml import Table
 from linkages.files.unit_conversion import SLIDING, read
 from linkages.laws import CONTACTS
+from linkages.laws.film.closed_form import THINNEST
 from linkages.model.beam_interfaces import check_links
 from linkages.model.contact_tables import LineContact, Stop
 from linkages.model.experiment import (
@@ -147,6 +149,7 @@ class _Check:
                 self.refuse("clearance", f"is {clearance:g} m, a rounding error for a radius of {radius:g} m")
             if sum(x * x for x in model.offset) >= clearance**2:
                 self.refuse("offset", "must lie inside the clearance circle")
+            self.tilt(model, clearance, joint.bearing.length)
             if model.wear is not None and max(sum(model.wear.depths, [0.0])) > DEEPEST * radius:
                 self.refuse("wear", f"depths must not exceed {DEEPEST:g} of the bearing's radius of {radius:g} m")
             return
@@ -155,6 +158,17 @@ class _Check:
         if model.wear is not None:
             self.refuse("wear", "applies to a journal in a bearing; a guide does not wear")
         self.plain(model.contact)
+
+    def tilt(self, model: JointModel, clearance: float, length: float) -> None:
+        """Check that the ends of a tilted journal do not touch the bearing at t = 0."""
+        most = 2.0 * clearance / length
+        slope = math.hypot(*model.tilt)
+        if not model.is_tilted:
+            return
+        if slope >= most * (1.0 - THINNEST):
+            self.refuse("tilt", f"is {slope:g}; a centred journal touches the bearing at {most:g} (2 c/L) and above")
+        if math.hypot(*model.offset) + 0.5 * length * slope >= clearance * (1.0 - THINNEST):
+            self.refuse("offset", "must leave room for the tilt: an end of the journal touches the bearing")
 
     def plain(self, contact: Contact | None) -> None:
         """Check the law of a contact other than a journal in a bearing."""

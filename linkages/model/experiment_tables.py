@@ -314,6 +314,11 @@ class JointModel(LawTable):
         "guembel", description="cavitation rule of the finite film; mass-conserving needs a groove"
     )
     groove: GrooveTable | None = Field(None, description="lubricated: feed groove of the finite film")
+    tilt: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
+        [0.0, 0.0],
+        description="lubricated: slope of the journal's axis in the bearing's frame, displacement along x_P and y_P (of"
+        " the reference pose) per length along the normal [1]",
+    )
     viscosity: Viscosity | None = Field(None, description="dynamic viscosity [Pa s]")
     oil: Oil | None = Field(None, description="oil, instead of a viscosity")
     heat: HeatBalance | None = Field(None, description="lumped heat balance of the oil in a finite film")
@@ -346,6 +351,7 @@ class JointModel(LawTable):
         if missing:
             raise ValueError(f'model "{self.model}" needs {" and ".join(missing)}')
         self._check_groove()
+        self._check_tilt()
         self._check_heat()
         if self.wear is not None and self.model == "lubricated":
             raise ValueError("wear needs a contact; make the model dry or mixed")
@@ -365,6 +371,14 @@ class JointModel(LawTable):
             raise ValueError('groove needs model "lubricated" and film "finite"')
         if self.cavitation == "guembel":
             raise ValueError('groove needs cavitation "reynolds" or "mass-conserving"')
+
+    def _check_tilt(self) -> None:
+        if not self.is_tilted:
+            return
+        if self.model != "lubricated" or self.film != "finite" or self.cavitation != "guembel":
+            raise ValueError('tilt needs model "lubricated", film "finite" and cavitation "guembel"')
+        if self.small_eccentricity is not None:
+            raise ValueError("tilt and small_eccentricity exclude each other")
 
     def _check_heat(self) -> None:
         if self.heat is None or not self.has_film:
@@ -390,6 +404,16 @@ class JointModel(LawTable):
     def has_film(self) -> bool:
         """Whether there is oil between journal and bearing."""
         return self.model in ("lubricated", "mixed")
+
+    @property
+    def is_tilted(self) -> bool:
+        """Whether the journal is tilted in a film."""
+        return self.has_film and any(self.tilt)
+
+    @property
+    def is_oriented(self) -> bool:
+        """Whether the film depends on the direction of the bearing."""
+        return self.has_film and (self.groove is not None or self.is_tilted)
 
     @property
     def is_worn(self) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Records, clear, kernel, record_type
 from linkages.kernel.by_reference import packed
+from linkages.laws.film.tilted_film import tilted_action, tilted_gap
 from linkages.planar.arrays import Arrays
 from linkages.planar.beam_deflection import deflection, largest_deflection
 from linkages.planar.closure_rows import term_rate
@@ -142,9 +143,26 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
         motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
         ex, ey, vx, vy, wb, wj, _, _ = motion
         return contact[FX] * (vx + wb * ey) + contact[FY] * (vy - wb * ex) + contact[COUPLE] * (wj - wb)
-    if what == 7:
+    if what == 7 and view.model.laws[at].tilt == 0.0:
         return -contact[PENETRATION]
+    if what == 7 or what > 11:
+        return _tilted_value(what, at, view)
     return contact[what - 3]
+
+
+@kernel
+def _tilted_value(what: int, at: int, view: View) -> float:
+    """Compute the smallest film thickness (7) of a tilted journal, or the film's moment about x_P (12) or y_P."""
+    law = view.model.laws[at]
+    motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
+    ex, ey, vx, vy, wb, wj, angle, _ = motion
+    e = math.hypot(ex, ey)
+    nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
+    alpha = math.atan2(ny, nx) - angle
+    if what == 7:
+        return tilted_gap(law, e, alpha)
+    _, _, _, m_n, m_t, _ = tilted_action(law, e, vx * nx + vy * ny, vy * nx - vx * ny, wb, wj, alpha)
+    return m_n * nx - m_t * ny if what == 12 else m_n * ny + m_t * nx
 
 
 @kernel

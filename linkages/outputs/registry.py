@@ -89,8 +89,11 @@ _CONTACT = _described(
         "closing": "rate of the penetration [m/s]",
         "sliding": "sliding speed of the journal's surface [m/s]",
         "load": "normal load of the contact, without the film force [N]",
+        "mx": "moment of the film on the tilted journal about the bearing's middle, about x_P [N m]",
+        "my": "moment of the film on the tilted journal about the bearing's middle, about y_P [N m]",
     }
 )
+_TILTED = ("mx", "my")
 _PASSED = Quantity("power transmitted to the second joint", "W", 1)
 _POWER = Quantity("power that the load delivers to the linkage", "W", 2)
 
@@ -205,13 +208,20 @@ OWNERS = (
     ),
     Owner(
         CONTACT, "JOINT (film)", True, _contacts(film=True, touching=False), _contact,
-        _some(_CONTACT, "penetration", "closing", "sliding", "load"),
+        _some(_CONTACT, "penetration", "closing", "sliding", "load", *_TILTED),
+    ),
+    Owner(
+        CONTACT, "JOINT (tilted)", True,
+        lambda s: [label for (_, label), model in zip(s.tree.contacts, s.models, strict=False) if model.is_tilted],
+        _contact, {name: _CONTACT[name] for name in _TILTED},
     ),
     Owner(
         CONTACT, "JOINT (dry)", True, _contacts(film=False, touching=True), _contact,
-        _some(_CONTACT, "film_thickness"),
+        _some(_CONTACT, "film_thickness", *_TILTED),
     ),
-    Owner(CONTACT, "JOINT (mixed)", True, _contacts(film=True, touching=True), _contact, _CONTACT),
+    Owner(
+        CONTACT, "JOINT (mixed)", True, _contacts(film=True, touching=True), _contact, _some(_CONTACT, *_TILTED)
+    ),
     Owner(
         GUIDE, "GUIDE", True,
         lambda s: [name for name in s.tree.play if s.mechanism.joint[name].slot is not None], _guide,

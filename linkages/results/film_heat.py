@@ -15,8 +15,9 @@ from linkages.arrays import Array
 from linkages.laws.film.groove_map import quasi_static_film
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_mesh import surface_mesh
+from linkages.laws.film.tilted_film import tilted_action
 from linkages.results.extremes import integral
-from linkages.results.trajectory import Trajectory
+from linkages.results.trajectory import Columns, Trajectory
 from linkages.results.warnings import warning
 from linkages.system import System
 
@@ -37,7 +38,7 @@ class JointHeat:
     viscosity : float
         At this temperature [Pa s].
     power : float
-        Mean power that the film dissipates, that of a contact included [W].
+        Mean power that film and contact dissipate [W].
     flow : float
         Mean flow out of both ends [m3/s].
     by_flow, by_conduction : float
@@ -120,11 +121,16 @@ def end_flows(system: System, run: Trajectory, name: str, span: tuple[float, flo
     eps = np.hypot(*e.T)
     n = np.where(eps[:, None] > 0.0, e / np.where(eps > 0.0, eps, 1.0)[:, None], (1.0, 0.0))
     deps, v_t = np.sum(v * n, axis=1), v[:, 1] * n[:, 0] - v[:, 0] * n[:, 1]
-    spins = [middle[f"{link}.omega"] for link in (joint.parent, joint.child) if link != "world"]
-    half_ew = 0.5 * eps * sum(spins) - v_t
+    half_ew = 0.5 * eps * (_rate(middle, joint.parent) + _rate(middle, joint.child)) - v_t
     turned = np.arctan2(n[:, 1], n[:, 0])
     if joint.parent != "world":
         turned -= middle[f"{joint.parent}.angle"] - system.mechanism.place[joint.parent].angle
+    if model.is_tilted:
+        law, args = (
+            system.laws[k],
+            (c * eps, c * deps, c * v_t, _rate(middle, joint.parent), _rate(middle, joint.child)),
+        )
+        return np.array([tilted_action(law, *at)[5] for at in zip(*args, turned, strict=True)])
     slenderness, groove = 0.5 * joint.bearing.length / radius, model.groove
     flows = np.empty(_STATES)
     for i, ratio in enumerate(np.minimum(eps, most)):
@@ -133,6 +139,11 @@ def end_flows(system: System, run: Trajectory, name: str, span: tuple[float, flo
         film = quasi_static_film(mesh, float(ratio), placed, model.cavitation, float(deps[i]), float(half_ew[i]))
         flows[i] = film.end_flow
     return c * radius**2 * flows
+
+
+def _rate(columns: Columns, link: str) -> Array:
+    """Angular velocity of a link [rad/s]."""
+    return columns[f"{link}.omega"] if link != "world" else np.zeros(_STATES)
 
 
 def heat_warnings(heats: dict[str, JointHeat]) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -42,7 +43,7 @@ def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]
     """Load the maps of the finite films, one line for each contact; empty lines for contacts that need none."""
     tables: dict[int, Array] = {}
     for k, (bearing, joint) in enumerate(zip(bearings, models, strict=True)):
-        if bearing is not None and joint.has_film and FILMS[joint.film].force is None:
+        if bearing is not None and joint.has_film and not joint.is_tilted and FILMS[joint.film].force is None:
             slenderness, groove = 0.5 * bearing.length / bearing.radius, joint.groove
             if groove is None:
                 tables[k] = load_map(slenderness, joint.cavitation)
@@ -68,7 +69,8 @@ def profiles(models: Sequence[JointModel]) -> Array:
 def film_limits(laws: Records, tables: Array) -> Array:
     """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
     limits = np.full(len(laws), 1.0 - THINNEST)
-    for k in np.flatnonzero(laws["film"] == MAPPED):
+    limits -= laws["tilt"]  # an end could touch
+    for k in np.flatnonzero((laws["film"] == MAPPED) & (laws["tilt"] == 0.0)):
         if tables.shape[1]:
             limits[k] = min(limits[k], table_limit(tables[k]))
     return limits
@@ -91,6 +93,9 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
         record["film"] = film.address if record["shear"] == SHEAR["half"] else film.bare_address
         record["film_reads_record"] = bool(film.parameters)
         record["groove_angle"] = 0.0 if joint.groove is None else joint.groove.angle
+        if joint.is_tilted and bearing is not None:
+            record["tilt"] = 0.5 * bearing.length * math.hypot(*joint.tilt) / (joint.clearance or np.inf)
+            record["tilt_angle"] = math.atan2(joint.tilt[1], joint.tilt[0])
         set_parameters(record, "film", film.parameters, joint.parameters)
         oil = joint.oil
         record["viscosity"] = (

@@ -17,7 +17,7 @@ from linkages.model.experiment_tables import JointModel
 from linkages.model.mechanism import Mechanism
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
-from linkages.planar.record_types import GROOVED, WORN
+from linkages.planar.record_types import ORIENTED, WORN
 from linkages.system.flexible_link import flexible_link
 from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
 from linkages.system.load_records import pack_loads
@@ -143,7 +143,7 @@ class Unassembled(Brief):
     def ends(self) -> Records:
         """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
         ends = np.concatenate([self.tree.ends, unilateral_ends(self.tree, self.experiment)])
-        ends["kind"][[model.groove is not None and model.has_film for model in self.models]] = GROOVED
+        ends["kind"][[model.is_oriented for model in self.models]] = ORIENTED
         ends["kind"][[model.is_worn for model in self.models]] = WORN
         return ends
 

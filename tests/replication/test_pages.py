@@ -78,3 +78,25 @@ def test_every_row_names_a_command_and_every_command_has_rows(page, sources, cap
     assert all(named)
     assert {found[1] for found in named} == listed
     assert set(SOURCES) >= sources
+
+
+@pytest.fixture
+def press_films():
+    return program("docs/make_press_films.py")
+
+
+def test_page_of_the_press_films_is_that_of_its_measurements(press_films):
+    """Regenerate with ``python docs/make_press_films.py``."""
+    assert press_films.PAGE.read_text(encoding="utf-8") == press_films.page(read("press_films"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("step", ["long film", "finite film", "finite, groove, heat, sealed"])
+def test_a_step_of_the_press_films_is_measured_again(press_films, step):
+    """Forces to 1e-4, the others to 1 %: the printed digits but the last."""
+    found, stored = press_films.row(step, 10.0), read("press_films")[f"{step}/10"]
+    assert found["ideal"] == pytest.approx(stored["ideal"], rel=1e-6)
+    for name, joint in found["joints"].items():
+        assert joint["force"] == pytest.approx(stored["joints"][name]["force"], rel=1e-4)
+        for key in ("ratio", "power", "temperature"):
+            assert joint[key] == pytest.approx(stored["joints"][name][key], rel=0.01)

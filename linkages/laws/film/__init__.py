@@ -6,6 +6,7 @@
 | reynolds    | the 2D Reynolds equation of a finite film, with two rules of cavitation   |
 | film_map    | the finite film as a map, evaluated by a spline                           |
 | groove_map  | the film of a bearing with a groove as a map of three parameters          |
+| tilted_film | the finite film under a tilted journal, solved at each evaluation          |
 | map_cache   | film maps on disk                                                         |
 | surface     | films with mass conservation, grooves and tilt on a developed surface     |
 | films       | the films by name, and the evaluation of any of them                      |

@@ -1,0 +1,295 @@
+"""The film of finite length under a tilted journal, solved at each evaluation: Guembel's condition, no groove.
+
+A map would need five parameters, because the tilt turns with the bearing and so is a motion of its own. The Reynolds
+equation is therefore solved at once: along the bearing by Galerkin's method with `MODES` polynomials that vanish at
+the ends, around it by finite volumes on `LINES` lines, graded towards the thin film. The blocks of this cyclic
+tridiagonal system are of the size `MODES`.
+
+With theta counted from the eccentricity, s = z/(L/2) in [-1, 1] and the tilt (a, b) as displacement of the end s = 1
+over the clearance, along the eccentricity and across,
+
+    h = 1 - (eps + a s) cos(theta) - b s sin(theta),
+    d/dtheta (h^3 dp/dtheta) + 1/lam^2 d/ds (h^3 dp/ds) = 12 dh/dt,
+    dh/dt = -(deps + W b s) cos(theta) + (ew/2 + W a s) sin(theta),
+
+in the frame of the mean angular velocity, in which the tilt turns with -W, W = (omega_j - omega_b)/2. Pressure in units
+of mu R^2/c^2, force mu L R^3/c^2. Source: derived from Reynolds' equation; checked against
+`linkages.laws.film.surface` in the tests.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from linkages.kernel import Array, kernel, lazy_kernel
+from linkages.laws.film.closed_form import THINNEST
+from linkages.laws.parameters import SHEAR
+
+#: Polynomials along the bearing, and lines around it.
+MODES, LINES = 6, 64
+_POINTS = 12  # Gauss points along the bearing
+
+
+def _modes(s: Array) -> tuple[Array, Array]:
+    """Values and slopes of the polynomials (P_{k-1} - P_{k+1})/sqrt(4k + 2), k = 1 ... `MODES`, (MODES, ns) each."""
+    values, slopes = np.zeros((MODES, len(s))), np.zeros((MODES, len(s)))
+    for k in range(1, MODES + 1):
+        series = np.zeros(k + 2)
+        series[k - 1], series[k + 1] = 1.0, -1.0
+        series /= math.sqrt(4.0 * k + 2.0)
+        values[k - 1], slopes[k - 1] = legendre.legval(s, series), legendre.legval(s, legendre.legder(series))
+    return values, slopes
+
+
+_S, _W = legendre.leggauss(_POINTS)  # exact for the products below, of degree 17
+_PHI, _SLOPE = _modes(_S)
+_POWERS = _S ** np.arange(4)[:, None]
+#: Integrals of s^j phi_k phi_l and s^j phi_k' phi_l', (4, MODES, MODES); of phi_k and s phi_k, (2, MODES).
+_MASS = np.einsum("js,ks,ls,s->jkl", _POWERS, _PHI, _PHI, _W)
+_STIFFNESS = np.einsum("js,ks,ls,s->jkl", _POWERS, _SLOPE, _SLOPE, _W)
+_LOAD = np.einsum("js,ks,s->jk", _POWERS[:2], _PHI, _W)
+_ENDS = _modes(-np.ones(1))[1][:, 0]  # slopes at the end s = -1
+SHEAR_NONE, SHEAR_FULL = SHEAR["none"], SHEAR["full"]
+
+
+@lazy_kernel
+def tilted_film(
+    eps: float, deps: float, ew: float, spin: float, a: float, b: float, slenderness: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Force, moment, extents and flow of the film under a tilted journal.
+
+    Parameters
+    ----------
+    eps, deps, ew : float
+        As in `linkages.laws.film`.
+    spin : float
+        W, half the journal's angular velocity in the bearing's frame [1/s].
+    a, b : float
+        Tilt: displacement of the journal's centre at the end s = 1 over the clearance, along the eccentricity and
+        across. Both ends must be inside the clearance.
+    slenderness : float
+        L/D.
+
+    Returns
+    -------
+    f_n, f_t : float
+        Force on the journal, units of mu*L*R^3/c^2.
+    m_n, m_t : float
+        Moment of the pressure on the journal about the bearing's middle, units of mu*L^2*R^3/(2 c^2).
+    extent, whole : float
+        Axial means of the integral of dtheta/h over the film that carries pressure, and over the whole film.
+    flow : float
+        Volume flow out of both ends where the film carries pressure, units of c*R^2.
+    """
+    lines, modes = LINES, MODES
+    faces, middles = np.empty(lines + 1), np.empty(lines)
+    grade = 1.0 - math.sqrt(1.0 - eps * eps)
+    step = 2.0 * math.pi / lines
+    for i in range(lines + 1):  # the thin film is at 0
+        xi = (i - 0.5) * step
+        faces[i] = xi - grade * math.sin(xi)
+    for i in range(lines):
+        middles[i] = i * step - grade * math.sin(i * step)
+    diagonal, beside = np.zeros((lines, modes, modes)), np.empty((lines, modes, modes))
+    pressure = np.empty((lines, modes))
+    for i in range(lines):
+        after = middles[i + 1] if i + 1 < lines else 2.0 * math.pi
+        _cubes(eps, a, b, faces[i + 1], _MASS, 1.0 / (after - middles[i]), beside[i])
+        width = faces[i + 1] - faces[i]
+        _cubes(eps, a, b, middles[i], _STIFFNESS, width / (slenderness * slenderness), diagonal[i])
+        sines = math.sin(faces[i + 1]) - math.sin(faces[i])
+        cosines = math.cos(faces[i]) - math.cos(faces[i + 1])
+        for k in range(modes):
+            pressure[i, k] = 12.0 * (
+                _LOAD[0, k] * (deps * sines - 0.5 * ew * cosines) + _LOAD[1, k] * spin * (b * sines - a * cosines)
+            )
+    for i in range(lines):
+        diagonal[i] += beside[i] + beside[i - 1]
+    _solve_cyclic(diagonal, beside, pressure)
+    f_n, f_t, m_n, m_t, extent, whole, flow = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for g in range(_POINTS):
+        s, weight = _S[g], 0.5 * _W[g]
+        x, y = eps + a * s, b * s
+        whole += weight * 2.0 * math.pi / math.sqrt(1.0 - x * x - y * y)
+        for i in range(lines):
+            p = 0.0
+            for k in range(modes):
+                p += _PHI[k, g] * pressure[i, k]
+            if p > 0.0:
+                along = weight * p * (math.sin(faces[i + 1]) - math.sin(faces[i]))
+                across = weight * p * (math.cos(faces[i]) - math.cos(faces[i + 1]))
+                f_n, f_t = f_n - along, f_t - across
+                m_n, m_t = m_n + s * across, m_t - s * along
+                gap = 1.0 - x * math.cos(middles[i]) - y * math.sin(middles[i])
+                extent += weight * (faces[i + 1] - faces[i]) / gap
+    for side in (-1.0, 1.0):
+        for i in range(lines):
+            rise = 0.0  # of the pressure from this end inwards
+            for k in range(modes):
+                rise += _ENDS[k] * pressure[i, k] * (1.0 if k % 2 == 0 or side < 0.0 else -1.0)
+            gap = 1.0 - (eps + a * side) * math.cos(middles[i]) - b * side * math.sin(middles[i])
+            flow += max(rise, 0.0) * gap * gap * gap * (faces[i + 1] - faces[i]) / (12.0 * slenderness)
+    return f_n, f_t, m_n, m_t, extent, whole, flow
+
+
+@kernel
+def tilted_action(
+    joint: np.record, e: float, v_n: float, v_t: float, omega_b: float, omega_j: float, alpha: float
+) -> tuple[float, float, float, float, float, float]:
+    """Force, couple, moment and flow of the film of a tilted journal, see `linkages.laws.journal.film_action`.
+
+    Parameters
+    ----------
+    joint : record of `linkages.laws.PARAMETERS`
+    e : float
+        Eccentricity at the middle [m].
+    v_n, v_t : float
+        Its rate along and across [m/s].
+    omega_b, omega_j : float
+        Inertial angular velocities of bearing and journal [rad/s].
+    alpha : float
+        Angle of the eccentricity in the bearing's frame [rad].
+
+    Returns
+    -------
+    f_n, f_t : float
+        Force on the journal [N].
+    couple : float
+        About the normal of the plane, on the journal [N m].
+    m_n, m_t : float
+        Moment on the journal about the bearing's middle, in the plane [N m].
+    flow : float
+        Out of both ends [m3/s].
+
+    Notes
+    -----
+    With the moment's part of the couple, (tilt . M)/2, the pair delivers F.v + couple (omega_j - omega_b) <= 0, for an
+    observer in the bearing: minus the integral of h^3 |grad p|^2/12, and the shear.
+    """
+    c, turn = joint.clearance, alpha - joint.tilt_angle
+    a, b = joint.tilt * math.cos(turn), -joint.tilt * math.sin(turn)
+    ew = e / c * (omega_j + omega_b) - 2.0 * v_t / c
+    f_n, f_t, m_n, m_t, extent, whole, flow = tilted_film(
+        min(e / c, 1.0 - joint.tilt - THINNEST), v_n / c, ew, 0.5 * (omega_j - omega_b), a, b,
+        0.5 * joint.length / joint.radius,
+    )  # fmt: skip
+    scale = joint.viscosity * joint.length * joint.radius**3 / (c * c)
+    couple = 0.0
+    if joint.shear != SHEAR_NONE:
+        sheared = whole if joint.shear == SHEAR_FULL else extent
+        couple = c * scale * (0.5 * (a * m_n + b * m_t) - sheared * (omega_j - omega_b)) - 0.5 * e * scale * f_t
+    moment = 0.5 * joint.length * scale
+    return scale * f_n, scale * f_t, couple, moment * m_n, moment * m_t, c * joint.radius**2 * flow
+
+
+@kernel
+def tilted_gap(joint: np.record, e: float, alpha: float) -> float:
+    """Smallest film thickness under a tilted journal, which is at an end [m]; arguments as of `tilted_action`."""
+    across = joint.tilt * abs(math.cos(alpha - joint.tilt_angle))
+    eps = e / joint.clearance
+    return joint.clearance * (1.0 - math.sqrt(eps * eps + 2.0 * eps * across + joint.tilt * joint.tilt))
+
+
+@kernel
+def _cubes(eps: float, a: float, b: float, theta: float, integrals: Array, factor: float, out: Array) -> None:
+    """Fill ``out`` with the integral of h^3 times two polynomials, or their slopes, times a factor."""
+    cosine, sine = math.cos(theta), math.sin(theta)
+    h, slope = 1.0 - eps * cosine, a * cosine + b * sine
+    c0, c1, c2, c3 = h * h * h, -3.0 * h * h * slope, 3.0 * h * slope * slope, -slope * slope * slope
+    for k in range(MODES):
+        for j in range(MODES):
+            out[k, j] = factor * (
+                c0 * integrals[0, k, j] + c1 * integrals[1, k, j] + c2 * integrals[2, k, j] + c3 * integrals[3, k, j]
+            )
+
+
+@kernel
+def _solve_cyclic(diagonal: Array, beside: Array, right: Array) -> None:
+    """Solve a cyclic, symmetric, positive definite block tridiagonal system in place.
+
+    Block i has ``diagonal[i]``, and ``-beside[i]`` to the next block. All blocks but the last are eliminated in their
+    order by Cholesky's method, with their coupling to the last one; ``right`` (n, m) becomes the solution.
+    """
+    n, m = right.shape
+    last = np.zeros((n - 1, m, m))  # of each block to the last one
+    last[0] -= beside[n - 1]
+    last[n - 2] -= beside[n - 2]
+    for i in range(n - 1):
+        factor, far, x = diagonal[i], last[i], right[i]
+        _factor(factor)
+        _forward(factor, far)
+        for k in range(m):
+            for q in range(k):
+                x[k] -= factor[k, q] * x[q]
+            x[k] /= factor[k, k]
+        _subtract(far, far, diagonal[n - 1])
+        for q in range(m):
+            for j in range(m):
+                right[n - 1, j] -= far[q, j] * x[q]
+        if i < n - 2:
+            ahead = beside[i]
+            _forward(factor, ahead)  # of the coupling's negative
+            _subtract(ahead, ahead, diagonal[i + 1])
+            for q in range(m):
+                for j in range(m):
+                    right[i + 1, j] += ahead[q, j] * x[q]
+                    for k in range(m):
+                        last[i + 1, j, k] += ahead[q, j] * far[q, k]
+    _factor(diagonal[n - 1])
+    x = right[n - 1]
+    for k in range(m):
+        for q in range(k):
+            x[k] -= diagonal[n - 1, k, q] * x[q]
+        x[k] /= diagonal[n - 1, k, k]
+    _backward(diagonal[n - 1], x)
+    for i in range(n - 2, -1, -1):
+        for j in range(m):
+            for q in range(m):
+                right[i, j] -= last[i, j, q] * right[n - 1, q]
+                if i < n - 2:
+                    right[i, j] += beside[i, j, q] * right[i + 1, q]
+        _backward(diagonal[i], right[i])
+
+
+@kernel
+def _factor(a: Array) -> None:
+    """Cholesky's factor L of a matrix, in its lower part."""
+    for j in range(len(a)):
+        for k in range(j):
+            for i in range(j, len(a)):
+                a[i, j] -= a[i, k] * a[j, k]
+        pivot = math.sqrt(a[j, j])
+        for i in range(j, len(a)):
+            a[i, j] /= pivot
+
+
+@kernel
+def _forward(factor: Array, right: Array) -> None:
+    """Solve L X = right for a matrix, in place."""
+    for i in range(len(factor)):
+        for k in range(i):
+            for j in range(len(factor)):
+                right[i, j] -= factor[i, k] * right[k, j]
+        for j in range(len(factor)):
+            right[i, j] /= factor[i, i]
+
+
+@kernel
+def _backward(factor: Array, x: Array) -> None:
+    """Solve the transposed system of L for a vector, in place."""
+    for i in range(len(x) - 1, -1, -1):
+        for k in range(i + 1, len(x)):
+            x[i] -= factor[k, i] * x[k]
+        x[i] /= factor[i, i]
+
+
+@kernel
+def _subtract(left: Array, right: Array, out: Array) -> None:
+    """Subtract the transpose of a matrix times another one."""
+    for q in range(len(out)):
+        for j in range(len(out)):
+            for k in range(len(out)):
+                out[j, k] -= left[q, j] * right[q, k]
