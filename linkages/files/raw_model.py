@@ -24,7 +24,7 @@ def rotation(angles: Array) -> Array:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """A rigid transform: rotation matrix (3, 3) and translation (3,) [m]."""
 
@@ -151,7 +151,7 @@ class LinkBeam:
         return math.pi / 4.0 * (outer**2 - inner**2), math.pi / 64.0 * (outer**4 - inner**4), outer
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RawLink:
     """A rigid body with the data of the file.
 
@@ -184,7 +184,7 @@ class RawLink:
         return Pose(self.rotation, self.translation)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RawJoint:
     """A joint with the data of the file.
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import copy
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -57,13 +58,16 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
     InputError
         If the file is invalid: file, element and reason.
     """
-    return _read_flat(path, _changeable(_flat_model(path, read_whole(path))), overrides)
+    return _replaced(path, _flat_reader(path, read_whole(path)), overrides)
 
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
-def _flat_model(path: Path, text: bytes) -> ET.Element:
-    """Make the model without nested models from a file's text; callers must not change it."""
-    return flattened(path, find_model(path, parse_xml(path, text)))
+def _flat_reader(path: Path, text: bytes) -> _Reader:
+    """Read all elements of a file; readers with replaced values share those that the values do not affect."""
+    reader = _Reader(path, flattened(path, find_model(path, parse_xml(path, text))))
+    with suppress(InputError):  # of a value that may be replaced
+        reader.read()
+    return reader
 
 
 def _changeable(element: ET.Element) -> ET.Element:
@@ -76,24 +80,25 @@ def _changeable(element: ET.Element) -> ET.Element:
 
 def read_root(path: Path, root: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
     """Read the elements of an SDFormat file, as `read_sdf`."""
-    return _read_flat(path, flattened(path, find_model(path, root)), overrides)
+    return _replaced(path, _Reader(path, flattened(path, find_model(path, root))), overrides)
 
 
-def _read_flat(path: Path, model: ET.Element, overrides: Mapping[str, float] | None) -> RawModel:
+def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float] | None) -> RawModel:
     values = dict(overrides or {})
     parameters: dict[str, float] = {}
-    if (description := model.findtext("linkages:description")) is not None:
+    if (description := reader.model.findtext("linkages:description")) is not None:
         from linkages.files.description import redrawn  # needed by few files
 
         own = {key: values.pop(key) for key in list(values) if key.startswith("parameters.")}
-        model, parameters = redrawn(path, model, description, own)
-    raw = without_massless(path, read_model(path, model, values))
+        model, parameters = redrawn(path, reader.model, description, own)
+        reader = _Reader(path, model) if own else reader
+    raw = without_massless(path, reader.replaced(values).read())
     return replace(raw, values=raw.values | parameters)
 
 
-def read_model(path: Path, model: ET.Element, overrides: Mapping[str, float] | None = None) -> RawModel:
+def read_model(path: Path, model: ET.Element) -> RawModel:
     """Read a ``<model>`` without nested models, as `read_sdf`; a missing mass of a link is zero."""
-    return _Reader(path, model, overrides or {}).read()
+    return _Reader(path, model).read()
 
 
 @lru_cache(maxsize=256)
@@ -110,7 +115,21 @@ def _with_pose(visual: ET.Element, pose: str) -> str:
 
 
 class _Reader:
-    def __init__(self, path: Path, model: ET.Element, overrides: Mapping[str, float]) -> None:
+    """Reads the elements of a model, each once.
+
+    Attributes
+    ----------
+    elements : dict of str to Element
+        Copies of links, joints and frames, by name.
+    reach : dict of str to set of str
+        Elements that an element names, those that these name, and so on; itself included.
+    places : dict of str to (str, Place)
+        Owner and place of each number that can be replaced, by dotted path.
+    values : dict of str to float
+        These numbers.
+    """
+
+    def __init__(self, path: Path, model: ET.Element) -> None:
         self.path = path
         self.model = model
         self.elements: dict[str, ET.Element] = {}
@@ -121,28 +140,48 @@ class _Reader:
                 self._refuse_unknown(element, label(self.model))
         if self.model.findtext("static", "false").strip() in ("true", "1"):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
-        self.places = {
-            f"{element.tag}s.{name}.{key}": place
-            for name, element in self.elements.items()
-            for key, place in places(element)
-        }
-        self.resolved: dict[str, Pose] = {}
-        self.resolving: list[str] = []
+        self.places: dict[str, tuple[str, Place]] = {}
+        self._change(self.elements)
+        self.values = {path: place.value for path, (_, place) in self.places.items()}
+        self._resolved: dict[str, Pose] = {}
+        self._resolving: list[str] = []
+        self._parts: dict[str, Any] = {}
         self._check_beams()
-        for key, value in overrides.items():
-            self.place(key).put(value)
-        self.resolved.clear()
+        self.reach = _reach(self.elements)
+
+    def _change(self, names: Iterable[str]) -> None:
+        """Copy elements whose numbers are replaced, and find the places of these numbers."""
+        for name in list(names):
+            element = self.elements[name] = _changeable(self.elements[name])
+            for key, place in places(element):
+                self.places[f"{element.tag}s.{name}.{key}"] = name, place
+
+    def replaced(self, overrides: Mapping[str, float]) -> _Reader:
+        """Return a reader with other values; elements that they do not affect are not read again."""
+        other, changed = copy.copy(self), {self._place(path)[0] for path in overrides}
+        other.elements, other.places = dict(self.elements), dict(self.places)
+        other._change(changed)
+        for path, value in overrides.items():
+            other.places[path][1].put(value)
+        other.values = self.values | {
+            path: place.value for path, (name, place) in other.places.items() if name in changed
+        }
+        same = {name for name in self.elements if changed.isdisjoint(self.reach[name])}
+        other._resolved = {name: pose for name, pose in self._resolved.items() if name in same}
+        other._parts = {name: part for name, part in self._parts.items() if name in same}
+        other._resolving = []
+        return other
 
     def error(self, where: str, problem: str) -> InputError:
         return InputError(self.path, where, problem)
 
     def read(self) -> RawModel:
-        links = tuple(self._link(name, element) for name, element in self._tagged("link").items())
+        links = tuple(self._read("link", self._link).values())
         if not links:
             raise self.error(label(self.model), "has no <link>; a mechanism needs at least one")
-        joints = tuple(self._joint(name, element) for name, element in self._tagged("joint").items())
-        frames = {name: (self._carrier(name), self._pose(name)) for name in self._tagged("frame")}
-        values = {path: place.value for path, place in self.places.items()}
+        joints = tuple(self._read("joint", self._joint).values())
+        frames = self._read("frame", lambda name, _: (self._carrier(name), self._pose(name)))
+        values = dict(self.values)
         for link in links:
             if link.beam is not None:
                 values[f"links.{link.name}.mass"] = link.mass
@@ -151,8 +190,15 @@ class _Reader:
                 }
         return RawModel(self.model.get("name", ""), links, joints, frames, values)
 
-    def place(self, path: str) -> Place:
-        """Find the number at a dotted path."""
+    def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:
+        """Read all elements with a tag that are not read yet; return them by name."""
+        for name, element in self._tagged(tag).items():
+            if name not in self._parts:
+                self._parts[name] = part(name, element)
+        return {name: self._parts[name] for name in self._tagged(tag)}
+
+    def _place(self, path: str) -> tuple[str, Place]:
+        """Find the number at a dotted path, and its element's name."""
         if path in self.places:
             return self.places[path]
         where = f"sdf.{path}"
@@ -211,21 +257,21 @@ class _Reader:
             return Pose()
         if name == "__model__":
             return self._own_pose(self.model, label(self.model))
-        if name in self.resolved:
-            return self.resolved[name]
+        if name in self._resolved:
+            return self._resolved[name]
         element = self._find(name, asked_by)
         where = label(element)
-        if name in self.resolving:
-            chain = " -> ".join([*self.resolving[self.resolving.index(name) :], name])
+        if name in self._resolving:
+            chain = " -> ".join([*self._resolving[self._resolving.index(name) :], name])
             raise self.error(where, f"its pose is relative to itself ({chain}); break the circle")
-        if len(self.resolving) == DEEPEST:
+        if len(self._resolving) == DEEPEST:
             raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
-        self.resolving.append(name)
+        self._resolving.append(name)
         pose = element.find("pose")
         base = pose.get("relative_to", "") if pose is not None else ""
         result = self._pose(base or _attached_to(element), where) @ self._own_pose(element, where)
-        self.resolving.pop()
-        self.resolved[name] = result
+        self._resolving.pop()
+        self._resolved[name] = result
         return result
 
     def _own_pose(self, element: ET.Element, where: str) -> Pose:
@@ -333,7 +379,8 @@ class _Reader:
         pose = self._pose(name)
         # A parent given as a *frame* defines the joint's place on the parent; the standard's place
         # (the joint's reference position) is the same if the file's pose closes the loops.
-        on_parent = self._pose(ends["parent"]) if ends["parent"] in self._tagged("frame") else pose
+        on_frame = ends["parent"] in self.elements and self.elements[ends["parent"]].tag == "frame"
+        on_parent = self._pose(ends["parent"]) if on_frame else pose
         axis = np.zeros(3) if JOINT_TYPES[kind] == "fixed" else self._axis(element, where, pose)
         bearing, slot = self._annotation(element, Bearing), self._annotation(element, Slot)
         places = pose.translation, on_parent.translation
@@ -374,3 +421,18 @@ def _attached_to(element: ET.Element) -> str:
     if element.tag == "joint":
         return element.findtext("child", "").strip()
     return (element.tag == "frame" and element.get("attached_to")) or "__model__"
+
+
+def _reach(elements: Mapping[str, ET.Element]) -> dict[str, set[str]]:
+    """Find which elements each one names, directly or through others; itself included."""
+    named = {
+        name: {word for part in element.iter() for word in ((part.text or "").strip(), *part.attrib.values())}
+        for name, element in elements.items()
+    }
+    reach = {}
+    for name in elements:
+        found = [name]
+        for other in found:  # grows during the iteration
+            found += [each for each in elements if each in named[other] and each not in found]
+        reach[name] = set(found)
+    return reach

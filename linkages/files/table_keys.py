@@ -127,9 +127,9 @@ def in_si(model: type[BaseModel], data: Mapping[str, Any], prefix: str = "") -> 
     found, keys = dict(data), taken_keys(model, data)
     for key, value in data.items():
         info, path = keys.get(key), f"{prefix}{key}"
-        inner = inner_table(info) if info is not None else None
-        if info is None:
+        if info is None or not isinstance(value, Mapping | list | str):
             continue
+        inner = inner_table(info)
         if inner is not None and isinstance(value, Mapping):
             tables = value if is_named(info) else {"": value}
             read_ones = {

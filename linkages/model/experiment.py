@@ -7,7 +7,6 @@ the SDF file have the prefix ``sdf.``, as ``sdf.links.link2.mass``.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +17,6 @@ from pydantic import Field, PrivateAttr
 from linkages.brief import Brief
 from linkages.errors import InputError
 from linkages.files.beams import MATERIAL, SECTIONS
-from linkages.files.magnitudes import implausible
 from linkages.files.table_keys import bracketed, described_keys, table_keys
 from linkages.files.toml import (
     Finite,
@@ -221,14 +219,21 @@ class Experiment(Brief, Table):
         InputError
             If a path or value is not valid.
         """
-        if not all(path.startswith("sdf.") and _is_plain(value) for path, value in overrides.items()):
-            return _build(self._source, self.model_dump(exclude_unset=True), self._sources, overrides, origin)
-        changed = {"sdf": copy.deepcopy(self.sdf)}  # of which no key is checked before the machine is read
-        replace_values(changed, overrides, origin)
-        result = self.model_copy(update=changed)
+        # no rule of a table is about another one: only tables with replaced values are checked again
+        changed: dict[str, Any] = {}  # names of the tables, or True for the whole value of a key
+        for path in overrides:
+            key, name, *_ = *path.split("."), ""
+            inner = name and isinstance(getattr(self, key, None), dict) and changed.get(key) is not True
+            changed[key] = changed.get(key, set()) | {name} if inner else True
+        data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
+        part = _build(self._source, data, {}, overrides, origin)
+        values = {key: getattr(part, key) for key in changed}
+        kept = {key: getattr(self, key) for key, names in changed.items() if names is not True}
+        result = self.model_copy(update={key: kept.get(key, {}) | value for key, value in values.items()})
         result.__dict__.pop("sdf_overrides", None)
-        result._texts = {path: text for path, text in self._texts.items() if path not in overrides}
-        result._sources = self._sources | dict.fromkeys(overrides, origin)
+        names = ((path, changed.get(path.split(".")[0], set()), path.split(".")[1:2]) for path in self._texts)
+        texts = {path: self._texts[path] for path, gone, name in names if gone is not True and gone.isdisjoint(name)}
+        result._texts, result._sources = texts | part._texts, self._sources | part._sources
         return result
 
     def ideal(self) -> Experiment:
@@ -350,11 +355,6 @@ def value_unit(path: str) -> str:
     known = dict(keys())
     meaning = known.get(path, known.get(named, known.get(path.rpartition(".")[0], "")))
     return bracketed(meaning)
-
-
-def _is_plain(value: Any) -> bool:
-    """Whether a value is a number that any table takes."""
-    return isinstance(value, float) and not implausible(value)
 
 
 def _build(

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +23,7 @@ from linkages.brief import Brief, counted
 from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
 from linkages.files.magnitudes import implausible
-from linkages.files.raw_model import Chains, RawJoint, RawLink, RawModel
+from linkages.files.raw_model import Chains, Pose, RawJoint, RawLink, RawModel
 from linkages.files.sdf import read_sdf
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _INERTIA = re.compile(r"links\.[^.]+\.inertia")
 _PARALLEL = 1e-6  # largest sine of the angle between an axis and the normal (or the plane)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Link(RawLink):
     """A rigid body: the file's data, and quantities in the plane.
 
@@ -56,7 +56,7 @@ class Link(RawLink):
     inertia: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Joint(RawJoint):
     """A joint: the file's data, and quantities in the plane; coordinate zero in the reference configuration.
 
@@ -266,12 +266,10 @@ def faults_of_values(experiment: Experiment) -> Iterator[None]:
 def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanism:
     """Return a mechanism in its plane, with overrides of moments of inertia."""
     basis = _plane(path, raw)
-    links = tuple(_link(path, link, basis) for link in raw.links)
-    joints = tuple(_joint(joint, basis) for joint in raw.joints)
-    frames = tuple(
-        Frame(name, link, basis[:, :2].T @ pose.translation, _angle(pose.rotation, basis))
-        for name, (link, pose) in raw.frames.items()
-    )
+    plane = basis.tobytes()
+    links = tuple(_link(path, link, plane) for link in raw.links)
+    joints = tuple(_joint(joint, plane) for joint in raw.joints)
+    frames = tuple(_frame(name, link, pose, plane) for name, (link, pose) in raw.frames.items())
     values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
     mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values).with_inertial(inertias)
     _check(mechanism)
@@ -290,17 +288,19 @@ def _plane(path: Path, raw: RawModel) -> Array:
             if np.linalg.norm(cross) > _PARALLEL:
                 normal = cross / np.linalg.norm(cross)
                 break
-    for joint in revolute:
-        if np.linalg.norm(np.cross(joint.axis, normal)) > _PARALLEL:
-            raise _wrong(path, joint, f'not planar: its axis is not parallel to the axis of "{first}"')
+    axes = np.array([joint.axis for joint in revolute]).reshape(-1, 3)
+    for k in np.flatnonzero(np.linalg.norm(axes - np.outer(axes @ normal, normal), axis=1) > _PARALLEL):
+        raise _wrong(path, revolute[k], f'not planar: its axis is not parallel to the axis of "{first}"')
     for joint in prismatic:
         if abs(joint.axis @ normal) > _PARALLEL:
             raise _wrong(path, joint, f'not planar: its axis leaves the plane normal to "{first}"')
-    return _basis(normal)
+    return _basis(*normal.tolist())
 
 
-def _basis(normal: Array) -> Array:
+@lru_cache(maxsize=16)
+def _basis(*along: float) -> Array:
     """Return plane axes for a normal given up to sign: (x, y) for z, (x, z) for y, (y, z) for x."""
+    normal = np.array(along)
     normal = np.where(np.abs(normal) < 1e-12, 0.0, normal)
     x_axis = np.eye(3)[0] - normal[0] * normal
     if np.linalg.norm(x_axis) < 0.1:
@@ -322,7 +322,9 @@ def _angle(rotation: Array, basis: Array) -> float:
     return float(np.arctan2(-y_axis[0], y_axis[1]))
 
 
-def _link(path: Path, raw: RawLink, basis: Array) -> Link:
+@lru_cache(maxsize=512)  # variants of a mechanism share links and joints
+def _link(path: Path, raw: RawLink, plane: bytes) -> Link:
+    basis = np.frombuffer(plane).reshape(3, 3)
     to_plane, normal = basis[:, :2].T, raw.rotation.T @ basis[:, 2]
     beam = raw.beam
     if beam is not None:
@@ -338,7 +340,9 @@ def _link(path: Path, raw: RawLink, basis: Array) -> Link:
     )
 
 
-def _joint(raw: RawJoint, basis: Array) -> Joint:
+@lru_cache(maxsize=512)
+def _joint(raw: RawJoint, plane: bytes) -> Joint:
+    basis = np.frombuffer(plane).reshape(3, 3)
     to_plane = basis[:, :2].T
     return Joint(
         **vars(raw),
@@ -347,6 +351,12 @@ def _joint(raw: RawJoint, basis: Array) -> Joint:
         sign=float(np.sign(raw.axis @ basis[:, 2])) if raw.type == "revolute" else 1.0,
         direction=to_plane @ raw.axis if raw.type == "prismatic" else np.zeros(2),
     )
+
+
+@lru_cache(maxsize=512)
+def _frame(name: str, link: str, pose: Pose, plane: bytes) -> Frame:
+    basis = np.frombuffer(plane).reshape(3, 3)
+    return Frame(name, link, basis[:, :2].T @ pose.translation, _angle(pose.rotation, basis))
 
 
 def _check(mechanism: Mechanism) -> None:

@@ -15,7 +15,7 @@ To add an output: a line in `OWNERS`, and its formula in `linkages.outputs.formu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -336,12 +336,16 @@ OWNERS = (
 def names(system: System, ideal: bool = False) -> list[str]:
     """List all outputs of a system without jitter; `ideal`: of the linkage with every joint ideal."""
     found = {f"q.{name}": None for name in system.tree.coordinates}
-    for owner in OWNERS:
-        if ideal and owner.real:
-            continue
-        for thing in (owner.asked or owner.names)(system):
+    for owner, things in _asked(system, ideal):
+        for thing in things:
             found |= {_joined(thing, name): None for name in owner.quantities}
     return list(found)
+
+
+def count(system: System) -> int:
+    """Return how many outputs `names` lists, faster."""
+    owned = {(thing, name) for owner, things in _asked(system, False) for thing in things for name in owner.quantities}
+    return len(system.tree.coordinates) + len(owned)
 
 
 def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
@@ -448,24 +452,25 @@ def _joined(thing: str, quantity: str) -> str:
     return f"{thing}.{quantity}" if thing else quantity
 
 
-@lru_cache(maxsize=8)  # all outputs of a run are looked up one by one
-def _index(system: System, ideal: bool) -> dict[str, tuple[Owner, Quantity, str]]:
-    """Owner, quantity and owner's name of each output, by name."""
-    found: dict[str, tuple[Owner, Quantity, str]] = {}
-    for owner in OWNERS:
-        if not (ideal and owner.real):
-            for thing in owner.names(system):
-                for name, quantity in owner.quantities.items():
-                    found.setdefault(_joined(thing, name), (owner, quantity, thing))
-    return found
+@lru_cache(maxsize=8)  # outputs of a run are looked up one by one
+def _owned(system: System, ideal: bool) -> list[tuple[Owner, dict[str, None]]]:
+    """Return each kind of elements with the names of all elements; `ideal`: with every joint ideal."""
+    return [(owner, dict.fromkeys(owner.names(system))) for owner in OWNERS if not (ideal and owner.real)]
+
+
+def _asked(system: System, ideal: bool) -> Iterator[tuple[Owner, Collection[str]]]:
+    """Yield each kind of elements with the names of the elements that have columns in a run."""
+    return ((owner, list(owner.asked(system)) if owner.asked else things) for owner, things in _owned(system, ideal))
 
 
 def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str]:
     if name.startswith("q.") and name.removeprefix("q.") in system.tree.coordinates:
         coordinate = next(owner for owner in OWNERS if owner.kind == COORDINATE)
         return coordinate, Quantity("", "", 0), name.removeprefix("q.")
-    if (found := _index(system, ideal).get(name)) is not None:
-        return found
+    thing, dot, quantity = name.rpartition(".")
+    for owner, things in _owned(system, ideal):
+        if thing in things and quantity in owner.quantities and bool(dot) == bool(thing):
+            return owner, owner.quantities[quantity], thing
     known = names(system, ideal)
     same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]
     raise _wrong(system, name, f"is unknown; {nearest(name, same or known)}")

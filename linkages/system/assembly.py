@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
 from linkages.planar.workspace import make_workspace
 from linkages.system.load_records import check_functions, check_lengths
-from linkages.system.tree import ROWS, Tree
+from linkages.system.tree import ROWS, Tree, without
 
 #: Ratio of singular values below which a position counts as singular. At an exact dead point Newton's method computes a
 #: ratio of about the square root of `linkages.planar.closure.TOLERANCE`.
@@ -30,6 +31,29 @@ _FARTHEST = 1e3  # largest start value of a drive [rad or m]
 _CLEAR, _CLEARLY = 1e-9, 1e-6  # relative thresholds for independent rows: at a pose, at a neighbouring pose
 _ASIDE, _TRIED = (0.05, 0.01), 4  # distances of neighbouring poses [rad, or linkage lengths]; number of directions
 _ASTRAY = 0.1  # largest relative deviation of a closed neighbouring pose from the intended direction
+
+
+class Rank(NamedTuple):
+    """Independence of closure rows at a pose.
+
+    Attributes
+    ----------
+    here : int
+        Independent rows at the pose.
+    most : int
+        Most independent rows there and at neighbouring poses.
+    moves : bool
+        Whether the linkage can move in every direction that its Jacobian leaves open.
+    """
+
+    here: int
+    most: int
+    moves: bool
+
+    @property
+    def flat(self) -> bool:
+        """Check for a rank drop at the pose, as for a four-bar with all links on one line."""
+        return self.here < self.most
 
 
 @dataclass(frozen=True)
@@ -72,7 +96,7 @@ def assemble(
     start = np.concatenate([value[0], [drive.angle for drive in powered]])
     through_play = _moves_through_play(tree, experiment)
     held = tree.driven_dofs if through_play else moved
-    free = np.setdiff1d(tree.closing_dofs, held)
+    free = without(tree.closing_dofs, held)
     for name, distance in zip([*tree.driven, *tree.powered], start, strict=True):
         if not abs(distance) <= _FARTHEST:
             problem = f"starts {distance:g} rad or m from the reference configuration; the limit is {_FARTHEST:g}"
@@ -88,22 +112,24 @@ def assemble(
             at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the reference configuration"
             raise AssemblyError(Status.NO_ASSEMBLY, f"the loops do not close at {at}{_widest_gap(tree, q)}")
         if fraction == 0.0:
-            _check_drawn(tree, rows, q)
-    mobility = _mobility(tree, tree.closure_rows, q)
+            drawn, rank = q.copy(), _drawn_rank(tree, rows, q)
+    rank = rank if np.array_equal(q, drawn) else _rank(tree, rows, q)
+    mobility = len(tree.joint_dofs) - rank.most
     _check_count(tree, experiment, len(held), mobility)
     offset = np.zeros(len(rows))
     given = [x for name in tree.play for x in experiment.joints[name].offset]
     offset[: 2 * len(tree.play)] = given if offsets is None else offsets
     if np.any(offset) and not close(tree.bodies, rows, offset, free, size, q):
         raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with these journal offsets")
+    rank = _rank(tree, rows, q) if np.any(offset) else rank
     check_lengths(tree, experiment, loads, q)
     quality = closure_quality(tree.bodies, rows, free, q)
     determined = mobility == len(held)
     v[moved] = speed
     if through_play:
-        rows, free = tree.loop_rows, np.setdiff1d(free, moved)
+        rows, free = tree.loop_rows, without(free, moved)
     consistent_rates(tree.bodies, rows, free, q, v, np.zeros(tree.size))
-    if (determined and quality < SINGULAR) or _is_flat(tree, tree.closure_rows, q):
+    if (determined and quality < SINGULAR) or rank.flat:
         raise AssemblyError(Status.SINGULAR, "the start position is singular")
     check_functions(tree, experiment, loads, motions, q, v)
     return Assembly(q, v, mobility, quality if determined else float("nan"))
@@ -127,9 +153,10 @@ def _moves_through_play(tree: Tree, experiment: Experiment) -> bool:
     q, rows = np.zeros(tree.size), tree.closure_rows
     if not close(tree.bodies, rows, np.zeros(len(rows)), tree.closing_dofs, tree.extent, q):
         return False
-    if len(tree.driven) + len(tree.powered) <= _mobility(tree, rows, q):
+    drives, coordinates = len(tree.driven) + len(tree.powered), len(tree.joint_dofs)
+    if drives <= coordinates - independent(tree, rows, q):
         return False
-    _check_count(tree, experiment, len(tree.driven) + len(tree.powered), _mobility(tree, tree.loop_rows, q))
+    _check_count(tree, experiment, drives, coordinates - independent(tree, tree.loop_rows, q))
     for name in tree.powered:
         if experiment.drives[name].angle:
             problem = "must be zero or left out: the ideal linkage locks this joint, which moves only within clearances"
@@ -144,46 +171,31 @@ def _check_count(tree: Tree, experiment: Experiment, drives: int, mobility: int)
         raise InputError(experiment.source, "drives", problem)
 
 
-def _mobility(tree: Tree, rows: Records, q: Array) -> int:
-    """Compute the degrees of freedom with these closure rows: joint coordinates minus independent rows."""
-    return len(tree.joint_dofs) - independent(tree, rows, q)
-
-
-def _check_drawn(tree: Tree, rows: Records, q: Array) -> None:
+def _drawn_rank(tree: Tree, rows: Records, q: Array) -> Rank:
     """Reject a reference configuration at a bifurcation, or one in which the closed loops block every motion."""
-    if _is_flat(tree, rows, q):
+    rank = _rank(tree, rows, q)
+    if rank.flat:
         raise AssemblyError(Status.SINGULAR, "two motions branch at the reference configuration; draw another pose")
-    if not _explored(tree, rows, q, tree.joint_dofs)[1]:
+    if not rank.moves:
         problem = "the links are just long enough to close the loops: the reference configuration is immobile"
         raise AssemblyError(Status.LOCKED, problem)
-
-
-def _is_flat(tree: Tree, rows: Records, q: Array) -> bool:
-    """Check for a rank drop of the closure rows at q, as for a four-bar with all links on one line."""
-    return _rank(_jacobian(tree, rows, q)[:, tree.joint_dofs], _CLEAR) < independent(tree, rows, q)
+    return rank
 
 
 def independent(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -> int:
     """Count the independent rows at q and at neighbouring poses, in some coordinates (default: the joints')."""
-    return _explored(tree, rows, q, tree.joint_dofs if columns is None else columns)[0]
+    return _rank(tree, rows, q, columns).most
 
 
-def _explored(tree: Tree, rows: Records, q: Array, columns: Indices) -> tuple[int, bool]:
-    """Count the independent rows at q and, if some are dependent there, at neighbouring poses.
-
-    Returns
-    -------
-    found : int
-        Most independent rows in these columns.
-    moves : bool
-        Whether the linkage can move in every direction that its Jacobian leaves open at q.
-    """
+def _rank(tree: Tree, rows: Records, q: Array, columns: Indices | None = None) -> Rank:
+    """Count the independent rows in some columns (default: the joints'); if not all are, at neighbouring poses too."""
+    columns = tree.joint_dofs if columns is None else columns
     jacobian = _jacobian(tree, rows, q)
-    found = _rank(jacobian[:, columns], _CLEAR)
+    here = found = _count(jacobian[:, columns], _CLEAR)
     if found == min(len(rows), len(columns)):
-        return found, True
+        return Rank(found, found, True)
     every = np.union1d(columns, tree.joint_dofs)
-    still = np.linalg.svd(jacobian[:, every])[2][_rank(jacobian[:, every], _CLEAR) :]
+    still = np.linalg.svd(jacobian[:, every])[2][_count(jacobian[:, every], _CLEAR) :]
     ways = np.zeros((len(still), tree.size))
     ways[:, every] = still
     none, dice = np.zeros(len(rows)), np.random.default_rng(0)
@@ -197,11 +209,11 @@ def _explored(tree: Tree, rows: Records, q: Array, columns: Indices) -> tuple[in
             beside = q + aside
             if not close(tree.bodies, rows, none, every, tree.extent, beside):
                 continue
-            found = max(found, _rank(_jacobian(tree, rows, beside)[:, columns], _CLEARLY))
+            found = max(found, _count(_jacobian(tree, rows, beside)[:, columns], _CLEARLY))
             astray = ways @ (beside - q - aside)
             reached = reached or bool(np.linalg.norm(astray) < _ASTRAY * np.linalg.norm(aside))
         moves = moves and reached
-    return found, moves
+    return Rank(here, found, moves)
 
 
 def coordinate_scale(tree: Tree) -> Array:
@@ -242,8 +254,8 @@ def _jacobian(tree: Tree, rows: Records, q: Array) -> Array:
     return closure_jacobian(tree.bodies, rows, pose, tree.size)
 
 
-def _rank(jacobian: Array, part: float) -> int:
+def _count(jacobian: Array, part: float) -> int:
     """Count the singular values above a part of the largest entry."""
     if not jacobian.size:
         return 0
-    return int(np.linalg.matrix_rank(jacobian, tol=part * np.abs(jacobian).max()))
+    return int(np.count_nonzero(np.linalg.svd(jacobian, compute_uv=False) > part * np.abs(jacobian).max()))

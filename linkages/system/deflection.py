@@ -17,6 +17,7 @@ from linkages.planar.loads import load_wrenches
 from linkages.planar.newton_euler import generalised_force, inertial_forces
 from linkages.planar.workspace import make_workspace
 from linkages.system.assembly import Assembly, independent
+from linkages.system.tree import without
 from linkages.system.unassembled import Unassembled
 
 _ROUNDS = 60  # most iterations of Newton's method
@@ -68,7 +69,7 @@ class _Finder:
             if part.model.start == "quasi-static"
         }
         self.modes, self.links = np.array(list(owned), np.int64), list(owned.values())
-        self.free = np.setdiff1d(tree.closing_dofs, tree.powered_dofs)
+        self.free = without(tree.closing_dofs, tree.powered_dofs)
         self.offset = closure_error(
             tree.bodies, self.rows, np.zeros(len(self.rows)), assembly.q, make_pose(tree.bodies)
         )

@@ -17,7 +17,7 @@ from linkages.planar.bodies import make_pose
 from linkages.planar.closure import close, closure_error, consistent_rates
 from linkages.system.assembly import Assembly
 from linkages.system.system import System
-from linkages.system.tree import Tree
+from linkages.system.tree import Tree, without
 
 _SAME = 1e-9  # relative to a segment's length: closer places coincide
 
@@ -67,7 +67,7 @@ class Segmented(System):
         none, pose = np.zeros(len(closure)), make_pose(whole.bodies)
         offset = closure_error(whole.bodies, whole.closure_rows, none, start.q, pose)
         q, v = self.coordinates(start.q), self.coordinates(start.v)
-        free = np.setdiff1d(tree.closing_dofs, tree.powered_dofs)
+        free = without(tree.closing_dofs, tree.powered_dofs)
         if not close(tree.bodies, closure, offset, free, tree.extent, q):
             raise AssemblyError(Status.NO_ASSEMBLY, "the loops do not close with links divided into rigid segments")
         consistent_rates(tree.bodies, closure, free, q, v, np.zeros(tree.size))

@@ -69,7 +69,8 @@ def make_given(system: System, outputs: Records, windows: Array) -> Given:
     """Collect the numbers of a system. Sections of links that neither forces nor outputs need are left out."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
     seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
-    with_forces = bool(np.isin(outputs["kind"], OF_FORCES).any())
+    kinds = set(outputs["kind"].tolist())
+    with_forces = not kinds.isdisjoint(OF_FORCES)
     if with_forces:
         seen.append(system.arrays.joints["child"]["body"])
     model = system.arrays
@@ -90,7 +91,7 @@ def make_given(system: System, outputs: Records, windows: Array) -> Given:
         method(system, "compiled") in IMPLICIT,
         bool(outputs["jitter"].any()),
         with_forces,
-        bool(np.isin(outputs["kind"], (LOAD, LINKAGE)).any()),
+        not kinds.isdisjoint((LOAD, LINKAGE)),
     )
 
 
