@@ -121,8 +121,8 @@ class _Reader:
     ----------
     elements : dict of str to Element
         Copies of links, joints and frames, by name.
-    reach : dict of str to set of str
-        Elements that an element names, those that these name, and so on; itself included.
+    namers : dict of str to list of str
+        Elements that name an element, itself included.
     places : dict of str to (str, Place)
         Owner and place of each number that can be replaced, by dotted path.
     values : dict of str to float
@@ -147,7 +147,7 @@ class _Reader:
         self._resolving: list[str] = []
         self._parts: dict[str, Any] = {}
         self._check_beams()
-        self.reach = _reach(self.elements)
+        self.namers = _namers(self.elements)
 
     def _change(self, names: Iterable[str]) -> None:
         """Copy elements whose numbers are replaced, and find the places of these numbers."""
@@ -166,9 +166,11 @@ class _Reader:
         other.values = self.values | {
             path: place.value for path, (name, place) in other.places.items() if name in changed
         }
-        same = {name for name in self.elements if changed.isdisjoint(self.reach[name])}
-        other._resolved = {name: pose for name, pose in self._resolved.items() if name in same}
-        other._parts = {name: part for name, part in self._parts.items() if name in same}
+        affected = list(changed)
+        for name in affected:  # grows during the iteration
+            affected += [each for each in self.namers[name] if each not in affected]
+        other._resolved = {name: pose for name, pose in self._resolved.items() if name not in affected}
+        other._parts = {name: part for name, part in self._parts.items() if name not in affected}
         other._resolving = []
         return other
 
@@ -423,16 +425,11 @@ def _attached_to(element: ET.Element) -> str:
     return (element.tag == "frame" and element.get("attached_to")) or "__model__"
 
 
-def _reach(elements: Mapping[str, ET.Element]) -> dict[str, set[str]]:
-    """Find which elements each one names, directly or through others; itself included."""
-    named = {
-        name: {word for part in element.iter() for word in ((part.text or "").strip(), *part.attrib.values())}
-        for name, element in elements.items()
-    }
-    reach = {}
-    for name in elements:
-        found = [name]
-        for other in found:  # grows during the iteration
-            found += [each for each in elements if each in named[other] and each not in found]
-        reach[name] = set(found)
-    return reach
+def _namers(elements: Mapping[str, ET.Element]) -> dict[str, list[str]]:
+    """Find the elements that name each element, as in ``relative_to`` or ``<child>``."""
+    namers: dict[str, list[str]] = {name: [] for name in elements}
+    for name, element in elements.items():
+        words = {word for part in element.iter() for word in ((part.text or "").strip(), *part.attrib.values())}
+        for other in words & elements.keys():
+            namers[other].append(name)
+    return namers

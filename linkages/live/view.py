@@ -18,7 +18,7 @@ from linkages.engines.study import ideal
 from linkages.errors import AssemblyError, RunError, Status
 from linkages.model.experiment import QUANTITIES
 from linkages.outputs.registry import names
-from linkages.plots.curves import columns, curves
+from linkages.plots.curves import columns, curves, short
 from linkages.plots.drawing import draw, svg
 from linkages.plots.drawing.drawing import Drawing
 from linkages.plots.drawing.svg import scale
@@ -34,7 +34,6 @@ Array = NDArray[np.float64]
 _FRAMES = 121  # poses of the moving picture; the page interpolates
 _ORBIT = 1200  # points of an orbit
 _INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
-_DIGITS = 6  # of numbers that are only drawn
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: 
         "periodic": study.motion.kind == "periodic",
         "from": part[0],
         "to": part[1],
-        "time": _short(times - part[0]),
+        "time": short(times - part[0]),
         "poses": _poses(drawing, system, picture),
         "curves": curves(drawn, moved, exact.motion if exact else None, _INTERVALS),
         "orbits": [_orbit(system, name, shown, picture) for name in system.tree.play if f"{name}.ex" in run.columns],
@@ -188,8 +187,8 @@ def _orbit(system: System, name: str, shown: Trajectory, picture: Mapping[str, A
     """Path of a journal's centre in parts of the clearance, and its place in each frame of the picture."""
     clearance = system.experiment.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
-    path = [_short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
-    now = [_short(picture.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
+    path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
+    now = [short(picture.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
     turns = system.mechanism.joint[name].type == "revolute"
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
 
@@ -211,14 +210,9 @@ def _poses(drawing: Drawing, system: System, picture: Mapping[str, Array]) -> li
         poses[:, body, 0] = picture[f"{name}.x"] + cos * dx - sin * dy
         poses[:, body, 1] = picture[f"{name}.y"] + sin * dx + cos * dy
         poses[:, body, 2] = drawing.reference[body, 2] + turn
-    return [[_short(row) for row in pose] for pose in poses]
+    return [[short(row) for row in pose] for pose in poses]
 
 
 def _from_zero(run: Trajectory) -> Trajectory:
     """Return a part of a run whose time begins at zero."""
     return Trajectory(run.time - run.time[0], run.columns, run.status, run.provenance, None, run.units)
-
-
-def _short(values: Array) -> list[float | None]:
-    """Return numbers with the digits that a screen shows; None for a number that is not finite."""
-    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]

@@ -227,9 +227,11 @@ class Experiment(Brief, Table):
             changed[key] = changed.get(key, set()) | {name} if inner else True
         data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
         part = _build(self._source, data, {}, overrides, origin)
-        values = {key: getattr(part, key) for key in changed}
-        kept = {key: getattr(self, key) for key, names in changed.items() if names is not True}
-        result = self.model_copy(update={key: kept.get(key, {}) | value for key, value in values.items()})
+        values = {
+            key: getattr(part, key) if names is True else getattr(self, key) | getattr(part, key)
+            for key, names in changed.items()
+        }
+        result = self.model_copy(update=values)
         result.__dict__.pop("sdf_overrides", None)
         names = ((path, changed.get(path.split(".")[0], set()), path.split(".")[1:2]) for path in self._texts)
         texts = {path: self._texts[path] for path, gone, name in names if gone is not True and gone.isdisjoint(name)}

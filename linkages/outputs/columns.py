@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from linkages.kernel import Array, Records
-from linkages.outputs.formulas import OF_FORCES, make_view, tabulate
+from linkages.outputs.formulas import OF_FORCES, View, make_view, tabulate
 from linkages.outputs.registry import JITTER, pack
 from linkages.outputs.registry import names as all_names
 from linkages.outputs.segment_outputs import whole_columns
@@ -58,18 +58,18 @@ def columns(
     ideal = contacts is None
     if names is None and isinstance(system, Segmented):
         return whole_columns(system, ideal, lambda own: columns(system, times, q, v, a, contacts, own))
-    wanted, outputs = _records(system, None if names is None else tuple(names), ideal)
+    wanted, outputs, with_forces = _records(system, None if names is None else tuple(names), ideal)
     nt = len(times)
     if contacts is None:
         contacts = np.zeros((nt, 0, WIDTH))
-    out = np.empty((len(wanted), nt))
-    tabulate(
-        outputs,
-        bool(np.isin(outputs["kind"], OF_FORCES).any()),
-        make_view(system.ideal_arrays if ideal else system.arrays, q.shape[1]),
-        *(np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts)),  # type: ignore[call-arg]
-        out,
-    )
+    out, idle = np.empty((len(wanted), nt)), _idle_views(system, ideal)
+    try:
+        view = idle.pop()
+    except IndexError:
+        view = make_view(system.ideal_arrays if ideal else system.arrays, q.shape[1])
+    states = (np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts))
+    tabulate(outputs, with_forces, view, *states, out)  # type: ignore[call-arg]
+    idle.append(view)
     jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
     if jitter:
         states = _ideal_motion(system).states(np.asarray(times, dtype=np.float64))
@@ -80,10 +80,17 @@ def columns(
 
 
 @lru_cache(maxsize=8)  # a search for peaks calls this repeatedly
-def _records(system: System, names: tuple[str, ...] | None, ideal: bool) -> tuple[tuple[str, ...], Records]:
-    """Return the names of the requested outputs, and their records."""
+def _records(system: System, names: tuple[str, ...] | None, ideal: bool) -> tuple[tuple[str, ...], Records, bool]:
+    """Return the names of the requested outputs, their records, and whether they need forces in joints."""
     wanted = tuple(all_names(system, ideal)) if names is None else names
-    return wanted, pack(system, wanted, ideal)
+    outputs = pack(system, wanted, ideal)
+    return wanted, outputs, not set(OF_FORCES).isdisjoint(outputs["kind"].tolist())
+
+
+@lru_cache(maxsize=8)
+def _idle_views(system: System, ideal: bool) -> list[View]:
+    """Return the arrays of a system in which no thread computes outputs."""
+    return []
 
 
 @lru_cache(maxsize=4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from importlib.resources import files
 from typing import Any
@@ -84,9 +85,9 @@ def _drawn(run: Trajectory | None, name: str, intervals: int) -> dict[str, list[
     if run is None or name not in run.columns:
         return None
     keep = seen(run.time, run[name], intervals)
-    return {"time": _short(run.time[keep]), "values": _short(run[name][keep])}
+    return {"time": short(run.time[keep]), "values": short(run[name][keep])}
 
 
-def _short(values: Array) -> list[float | None]:
-    """Return numbers with six digits, more than a screen resolves; null for non-finite numbers."""
-    return [float(f"{value:.6g}") if np.isfinite(value) else None for value in values]
+def short(values: Array) -> list[float | None]:
+    """Return numbers with six digits, more than a screen resolves; None for non-finite numbers."""
+    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.tolist()]

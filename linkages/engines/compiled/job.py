@@ -68,15 +68,15 @@ class Job(NamedTuple):
 def make_given(system: System, outputs: Records, windows: Array) -> Given:
     """Collect the numbers of a system. Sections of links that neither forces nor outputs need are left out."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
-    seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
     kinds = set(outputs["kind"].tolist())
     with_forces = not kinds.isdisjoint(OF_FORCES)
-    if with_forces:
-        seen.append(system.arrays.joints["child"]["body"])
     model = system.arrays
-    if max(int(part.max(initial=0)) for part in seen) < tree.acting:
-        bodies, stiff = (tree.acting_bodies(each) for each in (model.bodies, model.stiff))
-        model = model._replace(bodies=bodies, stiff=stiff)
+    if tree.acting < len(model.bodies.records):
+        seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
+        seen += [model.joints["child"]["body"]] if with_forces else []
+        if max(int(part.max(initial=0)) for part in seen) < tree.acting:
+            bodies, stiff = (tree.acting_bodies(each) for each in (model.bodies, model.stiff))
+            model = model._replace(bodies=bodies, stiff=stiff)
     longest = solver.max_step or _longest(system)
     return Given(
         start_state(system),

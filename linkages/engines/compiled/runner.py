@@ -68,6 +68,7 @@ class Runner:
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)
         self._stepper = packed(make_stepper(len(self.start), len(self.model.free)))
         self._equations = packed(self._with(self.memory, self.modes))
+        self._idle = [(self._equations, self._stepper)]  # on which no thread evaluates
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the system and the contacts' memory; addresses hold in one process only."""
@@ -100,12 +101,28 @@ class Runner:
         return record
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
-        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
+        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run.
+
+        Parameters
+        ----------
+        steps : Steps
+            Packed.
+        times : (nt,) array
+            [s].
+        """
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         times = np.asarray(times, dtype=np.float64)
-        equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start), len(self.model.free)))
-        evaluate(equations, stepper, self.tolerance, packed(steps), times, *out)
+        try:
+            equations, stepper = self._idle.pop()
+        except IndexError:
+            equations, stepper = packed(self.aside()), packed(make_stepper(len(self.start), len(self.model.free)))
+        work = equations.work
+        kept = work.memory.copy(), work.modes.copy()  # of the run
+        work.memory[:], work.modes[:], work.solved[:], stepper.memory[:] = 0.0, -1, np.nan, 0.0
+        evaluate(equations, stepper, self.tolerance, steps, times, *out)
+        (work.memory[:], work.modes[:]), work.solved[:] = kept, np.nan
+        self._idle.append((equations, stepper))
         return out
 
     def aside(self) -> Equations:

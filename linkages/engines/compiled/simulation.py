@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from linkages.engines.methods import method
 from linkages.errors import Status
 from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
+from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns, columns
 from linkages.results.loops import Loops
 from linkages.results.trajectory import Trajectory, sample
@@ -108,7 +110,11 @@ class Replay:
     """Columns at any times of a run; see `linkages.engines.compiled.replay`."""
 
     def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
-        self.runner, self.steps, self.outputs = runner, steps, outputs
+        self.runner, self.steps, self.outputs = runner, packed(steps), outputs
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the steps; addresses hold in one process only."""
+        return Replay, (self.runner, cast(Any, self.steps).unpacked, self.outputs)
 
     def __call__(self, times: Array) -> Columns:
         """Compute the columns at the given times."""

@@ -6,14 +6,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.job import Job
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.integrate.parabola import parabola_top
 from linkages.integrate.stepper import copy
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.by_reference import reference
 from linkages.outputs.formulas import View, output_value, point_value
 from linkages.planar.ideal import ideal_state
@@ -29,7 +28,7 @@ _CANDIDATES = 12  # local extremes that are refined, as long as their parabolas 
 _ROUNDS = 24  # of parabolas; smooth extremes take two or three, jumps all
 _INSIDE = 0.02  # of a bracket's half: a new point keeps so far from the old ones
 _KEPT = 0.1  # of a parabola's promise: a point that departs more from it is beside a jump or a kink
-_FLAT = 1e-10  # relative change of an extreme at which it is known
+_FLAT = 1e-10  # relative gain that a parabola promises, after one that kept its promise, at which an extreme is known
 
 
 class Sampler(NamedTuple):
@@ -94,18 +93,19 @@ def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[floa
 
     Where a parabola's promise is not kept, at a jump or a kink, the middle of the longer half is looked at too.
     """
+    kept = False
     for _ in range(_ROUNDS):
         a, b, c, highest = bracket[0, 0], bracket[0, 1], bracket[0, 2], bracket[1, 1]
         top, promised = _top(bracket)
-        t = min(max(top, a + _INSIDE * (b - a)), c - _INSIDE * (c - b))
-        if abs(t - b) < 1e-5 * (c - a) or not _sample(sampler, t, sampler.job.row):
+        t, gain = min(max(top, a + _INSIDE * (b - a)), c - _INSIDE * (c - b)), promised - highest
+        if (kept and gain <= _FLAT * abs(highest)) or abs(t - b) < 1e-5 * (c - a):
+            break
+        if not _sample(sampler, t, sampler.job.row):
             break
         f = sign * sampler.job.row[k]
         _narrow(bracket, t, f)
-        gain, small = promised - highest, _FLAT * abs(bracket[1, 1])
-        if abs(f - highest) <= small and gain <= small:
-            break
-        if abs(f - promised) > _KEPT * gain + small:
+        kept = abs(f - promised) <= _KEPT * gain + _FLAT * abs(bracket[1, 1])
+        if not kept:
             a, b, c = bracket[0, 0], bracket[0, 1], bracket[0, 2]
             t = 0.5 * (b + c) if c - b > b - a else 0.5 * (a + b)
             if not _sample(sampler, t, sampler.job.row):
@@ -142,7 +142,10 @@ def summarise(job: Job, steps: Steps, out: Array) -> bool:
     grid, states = steps.times, steps.states
     nt, no = len(grid), len(job.outputs)
     bracket, table = np.empty((2, 3)), np.empty((nt, no))
+    begin, end = windows[:, 0].min(), windows[:, 1].max()
     for i in range(nt):
+        if not begin <= grid[i] <= end:
+            continue
         remember(job.equations, steps, i)
         solve_state(job.equations, grid[i], states[i])
         if not _look(sampler, grid[i], table[i]):
@@ -188,44 +191,40 @@ def summarise(job: Job, steps: Steps, out: Array) -> bool:
                 for i in range(count):
                     if sign * values[i, k] > best:
                         best, when = sign * values[i, k], times[i]
-                floor = best
-                tried = np.zeros(count, np.bool_)
-                for _ in range(_CANDIDATES):
-                    i = _candidate(times[:count], values[:count, k], tried, sign, floor)
-                    if i < 0:
+                places, tops = _candidates(times[:count], values[:count, k], sign, best)
+                for _ in range(min(_CANDIDATES, len(places))):
+                    highest = np.argmax(tops)
+                    if not tops[highest] > best:
                         break
+                    i, tops[highest] = places[highest], -np.inf
                     left = min(max(i - 1, 0), count - 3)
                     for j in range(3):
                         bracket[0, j], bracket[1, j] = times[left + j], sign * values[left + j, k]
-                    if i in (0, count - 1):
-                        tried[i] = True
-                        if not _turn(sampler, k, sign, bracket):
-                            continue
+                    if i in (0, count - 1) and not _turn(sampler, k, sign, bracket):
+                        continue
                     t, f = _refine(sampler, k, sign, bracket)
                     if f > best:
                         best, when = f, t
-                    floor = max(best, floor)
-                    tried[i] = True
                 out[m, k, side] = sign * best
                 out[m, k, 2 + side] = when
     return True
 
 
 @kernel
-def _candidate(times: Array, values: Array, tried: NDArray[np.bool_], sign: float, floor: float) -> int:
-    """Sample at a local maximum whose parabola rises highest within it, and above the floor; -1 if there is none."""
-    which, highest, n = -1, floor, len(times)
-    for i in range(n):
-        left = min(max(i - 1, 0), n - 3)
-        if tried[i] or left < 0:
-            continue
+def _candidates(times: Array, values: Array, sign: float, floor: float) -> tuple[Indices, Array]:
+    """Find the samples at local maxima whose parabolas rise above the floor within them, and how high these rise."""
+    count, n = 0, len(times)
+    places, tops = np.empty(n, np.int64), np.empty(n)
+    for i in range(n if n > 2 else 0):
+        f, left = sign * values[i], min(max(i - 1, 0), n - 3)
         fa, fb, fc = sign * values[left], sign * values[left + 1], sign * values[left + 2]
-        if sign * values[i] < max(fa, fb, fc):
+        if f < fa or f < fb or f < fc:
             continue
         t, top = parabola_top(times[left], times[left + 1], times[left + 2], fa, fb, fc)
-        if top > highest and times[left] < t < times[left + 2]:
-            which, highest = i, top
-    return which
+        if top > floor and times[left] < t < times[left + 2]:
+            places[count], tops[count] = i, top
+            count += 1
+    return places[:count], tops[:count]
 
 
 @kernel
