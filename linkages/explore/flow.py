@@ -12,7 +12,6 @@ from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.runner import STATUS, Runner, join
 from linkages.errors import InputError, Status, nearest
 from linkages.integrate.driver import DONE, PAUSED, Record
-from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import CLEARANCE_OUTPUTS
 from linkages.results.steady_state import drive_period
@@ -104,7 +103,7 @@ class Flow:
         self.t, self.y, self._step = t, y, step
         runner = self.runner
         runner.memory[:] = memory
-        contacts = runner.evaluate(packed(self.here()), np.array([self.t]))[3]
+        contacts = runner.evaluate(self.here(), np.array([self.t]))[3]
         depth = contacts[0, :, CLEARANCE_OUTPUTS.index("penetration")]
         runner.modes[:] = np.where((runner.model.touching == 1) & (depth > 0.0), 1, -1)
 
@@ -121,7 +120,7 @@ class Flow:
 
     def columns(self, piece: Steps, times: Array, names: Sequence[str] | None = None) -> Columns:
         """Compute all or the named outputs (see `linkages.outputs.registry`) at times within `piece`."""
-        q, v, a, contacts = self.runner.evaluate(packed(piece), times)
+        q, v, a, contacts = self.runner.evaluate(piece, times)
         return columns(self.system, times, q, v, a, contacts, names)
 
 

@@ -14,7 +14,7 @@ from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices
-from linkages.kernel.by_reference import packed
+from linkages.kernel.by_reference import Packed, packed
 from linkages.kernel.precompiled import expect
 from linkages.outputs.registry import pack
 from linkages.planar.contacts import WIDTH
@@ -101,15 +101,7 @@ class Runner:
         return record
 
     def evaluate(self, steps: Steps, times: Array) -> tuple[Array, Array, Array, Array]:
-        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run.
-
-        Parameters
-        ----------
-        steps : Steps
-            Packed.
-        times : (nt,) array
-            [s].
-        """
+        """Coordinates, rates, accelerations (nt, n), and contacts (nt, nc, WIDTH) at times within steps of a run."""
         nt, nc, n = len(times), len(self.model.ends), len(self.model.free) + len(self.model.driven)
         out = np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, n)), np.empty((nt, nc, WIDTH))
         times = np.asarray(times, dtype=np.float64)
@@ -120,6 +112,7 @@ class Runner:
         work = equations.work
         kept = work.memory.copy(), work.modes.copy()  # of the run
         work.memory[:], work.modes[:], work.solved[:], stepper.memory[:] = 0.0, -1, np.nan, 0.0
+        steps = steps if isinstance(steps, Packed) else packed(steps)
         evaluate(equations, stepper, self.tolerance, steps, times, *out)
         (work.memory[:], work.modes[:]), work.solved[:] = kept, np.nan
         self._idle.append((equations, stepper))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -110,13 +110,13 @@ class Replay:
     """Columns at any times of a run; see `linkages.engines.compiled.replay`."""
 
     def __init__(self, runner: Runner, steps: Steps, outputs: Sequence[str] | None = None) -> None:
-        self.runner, self.steps, self.outputs = runner, packed(steps), outputs
+        self.runner, self.steps, self.outputs, self._packed = runner, steps, outputs, packed(steps)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the steps; addresses hold in one process only."""
-        return Replay, (self.runner, cast(Any, self.steps).unpacked, self.outputs)
+        return Replay, (self.runner, self.steps, self.outputs)
 
     def __call__(self, times: Array) -> Columns:
         """Compute the columns at the given times."""
-        q, v, a, contacts = self.runner.evaluate(self.steps, times)
+        q, v, a, contacts = self.runner.evaluate(self._packed, times)
         return columns(self.runner.system, times, q, v, a, contacts, self.outputs)
