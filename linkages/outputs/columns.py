@@ -67,8 +67,8 @@ def columns(
         view = idle.pop()
     except IndexError:
         view = make_view(system.ideal_arrays if ideal else system.arrays, q.shape[1])
-    states = (np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts))
-    tabulate(outputs, with_forces, view, *states, out)  # type: ignore[call-arg]
+    numbers = (np.ascontiguousarray(x, dtype=np.float64) for x in (times, q, v, a, contacts))
+    tabulate(outputs, with_forces, view, *numbers, out)  # type: ignore[call-arg]
     idle.append(view)
     jitter = [name for name, output in zip(wanted, outputs, strict=True) if output["jitter"]]
     if jitter:
