@@ -54,6 +54,15 @@ def test_tilt_raises_the_power_and_lowers_the_film(rotor):
     assert "A.mx" not in plain
 
 
+def test_the_summary_has_the_peak_of_the_moment(rotor):
+    found = linkages.summarize(linkages.study(rotor()))
+    run = linkages.simulate(rotor())
+    largest = float(np.hypot(run["A.mx"], run["A.my"]).max())
+    assert found["joints"]["A"]["tilting_moment"]["peak"] == pytest.approx(largest, rel=1e-6)
+    assert found["error"]["A.tilting_moment.peak"] < 1e-3 * largest
+    assert "tilting_moment" not in linkages.summarize(linkages.study(rotor(PLAIN), error_estimate=False))["joints"]["A"]
+
+
 def test_a_vanishing_tilt_is_the_plain_film(rotor):
     """The film is solved instead of read from its map: 0.5 % of the eccentricity."""
     tiny, plain = linkages.simulate(rotor({"joints.A.tilt": [1e-12, 0.0]})), linkages.simulate(rotor(PLAIN))

@@ -152,7 +152,7 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
 
 @kernel
 def _tilted_value(what: int, at: int, view: View) -> float:
-    """Compute the smallest film thickness (7) of a tilted journal, or the film's moment about x_P (12) or y_P."""
+    """Compute the smallest film (7) of a tilted journal, or its moment: about x_P (12), y_P (13), its magnitude."""
     law = view.model.laws[at]
     motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
     ex, ey, vx, vy, wb, wj, angle, _ = motion
@@ -162,6 +162,8 @@ def _tilted_value(what: int, at: int, view: View) -> float:
     if what == 7:
         return tilted_gap(law, e, alpha)
     _, _, _, m_n, m_t, _ = tilted_action(law, e, vx * nx + vy * ny, vy * nx - vx * ny, wb, wj, alpha)
+    if what == 14:
+        return math.hypot(m_n, m_t)
     return m_n * nx - m_t * ny if what == 12 else m_n * ny + m_t * nx
 
 

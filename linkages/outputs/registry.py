@@ -91,9 +91,10 @@ _CONTACT = _described(
         "load": "normal load of the contact, without the film force [N]",
         "mx": "moment of the film on the tilted journal about the bearing's middle, about x_P [N m]",
         "my": "moment of the film on the tilted journal about the bearing's middle, about y_P [N m]",
+        "tilting_moment": "magnitude of this moment [N m]",
     }
 )
-_TILTED = ("mx", "my")
+_TILTED = ("mx", "my", "tilting_moment")
 _PASSED = Quantity("power transmitted to the second joint", "W", 1)
 _POWER = Quantity("power that the load delivers to the linkage", "W", 2)
 

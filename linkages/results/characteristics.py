@@ -24,10 +24,12 @@ def numbers(
     experiment = system.experiment
     joints = [joint.name for joint in system.mechanism.joints]
     play = [name for name in experiment.play if f"{name}.eccentricity_ratio" in trajectory.columns]
+    tilted = [name for name in play if f"{name}.tilting_moment" in trajectory.columns]
     efforts = [(name, effort_of(system, table, name)) for table, name in experiment.named]
     judged = [
         *(f"{name}.force" for name in joints),
         *(f"{name}.eccentricity_ratio" for name in play),
+        *(f"{name}.tilting_moment" for name in tilted),
         *(f"{name}.torque" for name in experiment.drives),
         *(f"{name}.{effort}" for name, effort in efforts if f"{name}.{effort}" in trajectory.columns),
     ]
@@ -53,6 +55,9 @@ def numbers(
             lasted = end - begin  # zero if the run failed at once
             entry["contact_fraction"] = _covered(contacts, begin, end) / lasted if lasted else float(bool(contacts))
             entry["impacts"] = sum(begin <= row.start <= end for row in contacts)
+        if name in tilted:
+            value, when = peak[f"{name}.tilting_moment"]
+            entry["tilting_moment"] = {"peak": value, "time": when}
         result["joints"][name] = entry
     for name in experiment.drives:
         torque, when = peak.get(f"{name}.torque", (None, None))
@@ -113,7 +118,7 @@ def peaks_by_key(numbers: Mapping[str, Any]) -> dict[str, float | None]:
     result = {f"{name}.peak": value["peak"] for name, value in numbers["outputs"].items()}
     for kind in ("joints", "drives", "loads"):
         for name, entry in numbers.get(kind, {}).items():
-            for key in ("force", "eccentricity_ratio", "torque"):
+            for key in ("force", "eccentricity_ratio", "tilting_moment", "torque"):
                 if key in entry:
                     result[f"{name}.{key}.peak"] = entry[key]["peak"]
     for name, entry in numbers.get("links", {}).items():

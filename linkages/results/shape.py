@@ -52,6 +52,7 @@ class _Joint(_Part):
     contact_fraction: Finite | None = None
     impacts: int | None = Field(None, ge=0)
     heat: _Heat | None = None
+    tilting_moment: _Peak | None = None
 
     @model_validator(mode="after")
     def _goes_together(self) -> Self:
