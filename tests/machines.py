@@ -118,6 +118,17 @@ def elastic_slider_crank(crank=0.15, rod=0.3, mass=0.075552, elastic_crank=False
     return model("slider_crank", body)
 
 
+#: An experiment of `four_bar` with a film in A, without its duration.
+LUBRICATED = """outputs = ["follower.omega"]
+[drives.O]
+speed = 15.0
+[joints.A]
+model = "lubricated"
+clearance = 1e-4
+viscosity = 0.1
+"""
+
+
 def circle_intersection(p, r, q, s, side=1.0):
     """The point at distance r from p and s from q, on the left (side = 1) or right of the line from p to q."""
     p, q = np.asarray(p), np.asarray(q)

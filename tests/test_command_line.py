@@ -13,7 +13,7 @@ from contextlib import redirect_stdout
 from math import sqrt
 
 import pytest
-from machines import four_bar, slider_crank
+from machines import LUBRICATED, four_bar, slider_crank
 from processes import without_progress
 
 from linkages.cli import commands, progress
@@ -24,15 +24,7 @@ from linkages.kernel.folder import temporary_folder
 from linkages.outputs.registry import names
 from linkages.system import load
 
-TOML = """duration = 0.02
-outputs = ["follower.omega"]
-[drives.O]
-speed = 15.0
-[joints.A]
-model = "lubricated"
-clearance = 1e-4
-viscosity = 0.1
-"""
+TOML = "duration = 0.02\n" + LUBRICATED
 
 MISTAKES = {
     ("simulat", "x.toml"): 'simulat: is unknown; did you mean "simulate"?',

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from machines import four_bar
+from machines import LUBRICATED, four_bar
 from processes import finish, start, strike
 
 from linkages import load_trajectory
@@ -20,15 +20,7 @@ from linkages.signals import deferred, interruptible
 
 needs_proc = pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="looks at processes in /proc")
 
-EXPERIMENT = """duration = 0.05
-outputs = ["follower.omega"]
-[drives.O]
-speed = 15.0
-[joints.A]
-model = "lubricated"
-clearance = 1e-4
-viscosity = 0.1
-"""
+EXPERIMENT = "duration = 0.05\n" + LUBRICATED
 STUDY = """experiment = "experiment.toml"
 [variables.clearance]
 path = "joints.A.clearance"

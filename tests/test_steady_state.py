@@ -284,3 +284,20 @@ def test_a_run_that_ends_in_its_start_up_says_so_and_one_from_rest_has_none():
     assert "its peaks belong to the start-up" in linkages.format_summary(summary)
     resting = linkages.study(system.replaced({"start": "equilibrium"}), "compiled", error_estimate=False)
     assert linkages.summarize(resting)["start_up"] is None
+
+
+def test_the_start_up_of_a_film_is_labelled():
+    """A film stops the journal with more than twice the load; a stiff one takes up its load without such an excess."""
+    study = linkages.study(linkages.load(linkages.find_file("slider_crank_lubricated.toml")), error_estimate=False)
+    summary, time, force = linkages.summarize(study), study.run.time, study.run["B.force"]
+    load = np.interp(time, study.ideal.time, study.ideal["B.force"])
+    flight, until, peak = time[np.argmax(force > load)], summary["start_up"], summary["joints"]["B"]["force"]
+    assert flight < peak["time"] < until < 3.0 * flight
+    assert peak["peak"] > 2.0 * load.max()
+    carried = (time >= until) & (time <= until + flight)
+    assert np.count_nonzero(carried) > 5
+    np.testing.assert_allclose(force[carried], load[carried], rtol=0.1)
+    row = next(line for line in linkages.format_summary(summary).splitlines() if line.startswith("B (lubricated)"))
+    assert row.endswith("s (start-up)")
+    stiff = linkages.study(linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1}), error_estimate=False)
+    assert stiff.start_up is None

@@ -88,9 +88,8 @@ def register_contact(
     >>> "small-loss" in laws.CONTACTS
     True
     """
-    own = {"parameters": parameters, "needs": needs}
-    arguments = {"force": force, "factor": factor, "conformal": conformal, **own}
-    _register("contact", name, arguments, formula, valid, source)
+    own = {"force": force, "factor": factor, "conformal": conformal, "parameters": parameters, "needs": needs}
+    _register("contact", name, **own, formula=formula, valid=valid, source=source)
 
 
 def register_film(
@@ -128,7 +127,7 @@ def register_film(
     >>> "squeeze" in laws.FILMS
     True
     """
-    _register("film", name, {"force": force, "parameters": parameters}, formula, valid, source)
+    _register("film", name, force=force, parameters=parameters, formula=formula, valid=valid, source=source)
 
 
 def register_friction(
@@ -179,8 +178,8 @@ def register_friction(
     >>> "smooth" in laws.FRICTIONS
     True
     """
-    arguments = {"coefficient": coefficient, "bristles": bristles, "parameters": parameters, "needs": needs}
-    _register("friction", name, arguments, formula, valid, source)
+    own = {"coefficient": coefficient, "bristles": bristles, "parameters": parameters, "needs": needs}
+    _register("friction", name, **own, formula=formula, valid=valid, source=source)
 
 
 def registered(names: Iterable[str] | None = None) -> tuple[Registered, ...]:
@@ -224,13 +223,12 @@ def restore(records: Iterable[Registered]) -> None:
             _add(record)
 
 
-def _register(kind: str, name: str, arguments: dict[str, Any], formula: str, valid: str, source: str) -> None:
+def _register(kind: str, name: str, **arguments: Any) -> None:
     plain = {key: getattr(value, "py_func", value) for key, value in arguments.items()}
     for key in ("parameters", "needs"):
         if plain.get(key) is not None:
             plain[key] = tuple(plain[key])
-    texts = {"formula": formula, "valid": valid, "source": source}
-    _add(Registered(kind, name, plain | texts, time.time_ns()))
+    _add(Registered(kind, name, plain, time.time_ns()))
 
 
 def _add(record: Registered) -> None:

@@ -116,7 +116,7 @@ class Experiment(Brief, Table):
     report: Literal["steady", "whole"] = Field(
         "steady",
         description="part of the run that tables give first: the last period of a periodic motion, otherwise the time "
-        "after the start-up of joints that can touch; or the whole run",
+        "after the start-up of clearance joints; or the whole run",
     )
     report_from: NonNegative | None = Field(
         None, description="start of the part of the run that tables give instead [s]"

@@ -86,8 +86,9 @@ def pressure_figure(point: Bearing) -> Figure:
         axis.plot(np.degrees(point.attitude), 0.0, "v", color=COLORS[1], label="least film")
         axis.set(xlim=(-180.0, 180.0), xticks=np.arange(-180, 181, 60))
         axis.set(xlabel="angle from the load, in the sense of rotation [deg]", ylabel=axis_label("z", length))
-        axis.set_title("hatched: cavity; red: groove", loc="left", fontsize=8)
-        axis.legend(fontsize=8, loc="upper right")
+        parts = {"hatched: cavity": content.min() < 1.0, "red: groove": len(case.grooves) > 0}
+        axis.set_title("; ".join(text for text, drawn in parts.items() if drawn), loc="left", fontsize=8)
+        axis.legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
         return figure
 
 

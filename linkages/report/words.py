@@ -80,11 +80,11 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
 
 
 def _startup_lines(summary: dict[str, Any]) -> list[str]:
-    """Describe the duration of the start-up of joints with contact."""
+    """Describe the duration of the start-up of clearance joints."""
     until = summary.get("start_up")
     if until is None:
         return []
-    why = "journals fly from the middle of their clearances and rebound"
+    why = "journals cross their clearances from the middle, and impacts or films stop them"
     if until < summary["duration"]:
         return [f"start-up: up to {rounded(until)} s {why}"]
     remedy = 'use a longer duration, or start = "equilibrium"'

@@ -11,7 +11,7 @@
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |
 | akima             | interpolation between samples                                             |
 | impacts           | individual contacts; flight, impact and sustained contact                 |
-| startup           | duration of the start-up of joints with contact                           |
+| startup           | duration of the start-up of clearance joints                              |
 | singular          | singular positions on or near a motion                                    |
 | divergence        | time up to which two runs of one system agree                             |
 | noise             | rounding level of outputs                                                 |

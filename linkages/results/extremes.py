@@ -13,7 +13,7 @@ from linkages.errors import InputError
 from linkages.integrate.parabola import parabola_top
 from linkages.results.trajectory import Trajectory
 
-_CANDIDATES = 3  # neighbouring samples within this many of the best local extremes are refined
+_CANDIDATES = 3  # number of the highest local maxima that are refined: by their samples, and by their parabolas
 _NEAR = 0.01  # largest deficit of a candidate against the best sample, over the column's range
 _ROUNDS = 8  # most rounds of refinement
 _KEPT = 1e-7  # tolerance of a maximum over the column's magnitude
@@ -131,7 +131,7 @@ def _maxima(
     for name, sign in wanted:
         y = sign * trajectory[name]
         scale = float(np.abs(y).max())
-        for i in _local_maxima(y):
+        for i in _local_maxima(trajectory.time, y):
             window = slice(max(i - 1, 0), i + 2)
             brackets.append(Bracket(name, sign, trajectory.time[window], y[window], scale))
     best: dict[tuple[str, float], tuple[float, float]] = {}
@@ -288,12 +288,25 @@ def _sampled(trajectory: Trajectory, values: Array) -> Array:
     return found
 
 
-def _local_maxima(y: Array) -> list[int]:
-    """Find the largest local maxima, ends included."""
+def _local_maxima(t: Array, y: Array) -> list[int]:
+    """Find the largest local maxima, ends included: by their samples, and by the parabolas through three samples."""
     padded = np.concatenate([[-np.inf], y, [-np.inf]])
     found = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]))
-    near = found[y[found] >= y.max() - _NEAR * np.ptp(y)]
-    return sorted(int(i) for i in near[np.argsort(-y[near], kind="stable")][:_CANDIDATES])
+    result: set[int] = set()
+    for heights in (y[found], _heights(t, y)[found]):
+        near = heights >= y.max() - _NEAR * np.ptp(y)
+        result.update(found[near][np.argsort(-heights[near], kind="stable")][:_CANDIDATES].tolist())
+    return sorted(result)
+
+
+def _heights(t: Array, y: Array) -> Array:
+    """Compute the height of the parabola through each local maximum and its neighbours; the sample at both ends."""
+    heights, step = y.copy(), np.diff(t)
+    slope, width = np.diff(y) / step, t[2:] - t[:-2]
+    bend = (slope[1:] - slope[:-1]) / width
+    middle = (slope[:-1] * step[1:] + slope[1:] * step[:-1]) / width
+    heights[1:-1] -= np.where(bend < 0.0, 0.25 * middle**2 / np.where(bend < 0.0, bend, 1.0), 0.0)
+    return heights
 
 
 def _has_top(bracket: Bracket) -> bool:

@@ -6,7 +6,8 @@ both are wrong. Therefore other maxima of the same column are compared as well.
 | where                      | error of a peak                                                                       |
 |----------------------------|---------------------------------------------------------------------------------------|
 | the two runs stay together | `SAFETY` times the largest change among the peak and up to eight other maxima of its  |
-|                            | column that are at least half as high; of heights and of values at equal times        |
+|                            | column that are at least half as high; of heights and of values at equal times, or    |
+|                            | equally far from both maxima if errors shift them in time by about a step             |
 | they part (chaos)          | the same before they part, but at least the largest difference of the two columns     |
 |                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
 |                            | is a lower bound, since a larger one may follow in an equally accurate run            |
@@ -21,7 +22,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from linkages.arrays import Array
-from linkages.results.extremes import vertex
+from linkages.results.extremes import Bracket, refine, vertex
 from linkages.results.trajectory import Trajectory
 
 #: Safety factor on changes, because the tighter run has errors too.
@@ -33,6 +34,7 @@ RESOLVED = 1e-9
 
 _MAXIMA = 8  # number of other compared maxima of a column
 _HIGH = 0.5  # smallest height of such a maximum over the highest
+_SHIFTED = 0.25  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
 _COMPARED = 500  # number of times at which diverged runs are compared
 
 
@@ -97,20 +99,37 @@ def largest_of_quantities(peaks: Mapping[str, float | None]) -> dict[str, float]
 
 def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float) -> dict[str, float]:
     """Compare the highest maxima of columns up to a time [s]: the largest change of each column."""
-    windows = {name: _maxima(np.abs(tighter[name]), tighter.time, until) for name in names}
-    steps = np.array(sorted({k for found in windows.values() for w in found for k in range(w.start, w.stop)}), int)
-    exact = run.evaluate(tighter.time[steps]) if run.evaluate is not None and len(steps) else {}
+    windows = [(name, w) for name in names for w in _maxima(np.abs(tighter[name]), tighter.time, until)]
+    steps = np.array(sorted({k for _, window in windows for k in range(window.start, window.stop)}), int)
     result = dict.fromkeys(names, 0.0)
-    for name, column in exact.items():
-        for window in windows.get(name, ()):
-            inside = np.searchsorted(steps, np.arange(window.start, window.stop))
-            _, height = vertex(tighter.time[window], np.abs(column[inside]))
-            values = np.abs(tighter[name][window])
-            _, finer = vertex(tighter.time[window], values)
-            # In a transient of few steps heights may agree by chance; a shift in time alone leaves one sample.
-            least = np.abs(column[inside] - tighter[name][window]).min()
-            result[name] = max(result[name], abs(height - finer), least)
+    if run.evaluate is None or not len(steps):
+        return result
+    exact = run.evaluate(tighter.time[steps])
+    here, there = [], []
+    for name, window in windows:
+        inside = np.searchsorted(steps, np.arange(window.start, window.stop))
+        values = tighter[name][window]
+        sign, scale = float(np.sign(values[np.abs(values).argmax()])), float(np.abs(values).max())
+        here.append(Bracket(name, sign, tighter.time[window], sign * exact[name][inside], scale))
+        there.append(Bracket(name, sign, tighter.time[window], sign * values, scale))
+    for one, other, top, finer in zip(here, there, refine(run, here), refine(tighter, there), strict=True):
+        result[one.name] = max(result[one.name], _change(run, one, other, top, finer))
     return result
+
+
+def _change(
+    run: Trajectory, one: Bracket, other: Bracket, top: tuple[float, float], finer: tuple[float, float]
+) -> float:
+    """Compare a maximum of the run with that of the tighter run: samples at equal times, and refined (time, value)."""
+    assert run.evaluate is not None
+    shift = top[0] - finer[0]
+    if abs(shift) > _SHIFTED * np.diff(one.times).min(initial=np.inf):
+        # between such short steps parabolas overshoot, and values at equal times lie on the flanks
+        moved = one.sign * run.evaluate(np.clip(one.times + shift, *run.time[[0, -1]]))[one.name]
+        return float(max(abs(top[1] - finer[1]), np.abs(moved - other.values).max()))
+    heights = [vertex(bracket.times, bracket.values)[1] for bracket in (one, other)]
+    # in a transient of few steps heights may agree by chance; a shift in time alone leaves one sample
+    return float(max(abs(heights[0] - heights[1]), np.abs(one.values - other.values).min()))
 
 
 def _maxima(values: Array, times: Array, until: float) -> list[slice]:

@@ -76,8 +76,8 @@ class Study(Brief):
 
     @cached_property
     def start_up(self) -> float | None:
-        """Return the end of the start-up of joints with contact [s]; None if no journal starts with free flight."""
-        return startup_end(self.system, self.contacts, float(self.run.time[-1]))
+        """Return the end of the start-up of clearance joints [s]; None if no journal starts with free flight."""
+        return startup_end(self.system, self.contacts, self.run, self.ideal)
 
     @cached_property
     def windows(self) -> dict[str, tuple[float, float]]:
