@@ -102,6 +102,13 @@ def test_a_kink_between_samples_is_not_lost_to_a_rival():
     assert found.value == pytest.approx(7087.0, abs=2.0)
 
 
+def test_integral_of_few_samples():
+    """Two samples are a straight line; one is no time."""
+    two = sample(np.array([1.0, 1.5]), wave, Status.OK, {})
+    assert integral(two, np.array([2.0, 4.0])) == 1.5
+    assert integral(sample(np.array([1.0]), wave, Status.OK, {}), np.array([2.0])) == 0.0
+
+
 def test_integral_is_of_third_order_at_least():
     errors = []
     for n in (41, 81):
