@@ -7,6 +7,7 @@ It may import errors and `flexible`.
 | xml             | tolerant reader of XML                                              |
 | models          | the single model of an SDFormat file, without nested models         |
 | places          | places of the numbers in an SDFormat file, by dotted path           |
+| poses           | pose and inertia of one element                                     |
 | sdf             | the part of SDFormat that describes a mechanism                     |
 | raw_model       | content of a mechanism's file, in world coordinates                 |
 | elements        | numbers in elements and annotations                                 |

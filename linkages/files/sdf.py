@@ -24,8 +24,9 @@ from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS, check_inertial, of_beam, written_beam
 from linkages.files.elements import annotation, number, numbers, sizes
 from linkages.files.models import find_model, flattened
-from linkages.files.places import Place, is_in_degrees, is_quaternion, places
-from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot, rotation
+from linkages.files.places import Place, places
+from linkages.files.poses import inertial, own_pose, with_pose
+from linkages.files.raw_model import Bearing, LinkBeam, Pose, RawJoint, RawLink, RawModel, Slot
 from linkages.files.reading import read_whole
 from linkages.files.rigid import without_massless
 from linkages.files.xml import DEEPEST, label, parse_xml
@@ -99,19 +100,6 @@ def _replaced(path: Path, reader: _Reader, overrides: Mapping[str, float] | None
 def read_model(path: Path, model: ET.Element) -> RawModel:
     """Read a ``<model>`` without nested models, as `read_sdf`; a missing mass of a link is zero."""
     return _Reader(path, model).read()
-
-
-@lru_cache(maxsize=256)
-def _with_pose(visual: ET.Element, pose: str) -> str:
-    """Write a <visual> with another pose."""
-    visual = copy.deepcopy(visual)
-    if (own := visual.find("pose")) is not None:
-        visual.remove(own)
-    placed = ET.Element("pose")
-    placed.text = pose
-    visual.insert(0, placed)
-    visual.tail = None  # the text behind the element
-    return ET.tostring(visual, encoding="unicode")
 
 
 class _Reader:
@@ -258,7 +246,7 @@ class _Reader:
         if name == "world":
             return Pose()
         if name == "__model__":
-            return self._own_pose(self.model, label(self.model))
+            return own_pose(self.path, self.model, label(self.model))
         if name in self._resolved:
             return self._resolved[name]
         element = self._find(name, asked_by)
@@ -271,24 +259,10 @@ class _Reader:
         self._resolving.append(name)
         pose = element.find("pose")
         base = pose.get("relative_to", "") if pose is not None else ""
-        result = self._pose(base or _attached_to(element), where) @ self._own_pose(element, where)
+        result = self._pose(base or _attached_to(element), where) @ own_pose(self.path, element, where)
         self._resolving.pop()
         self._resolved[name] = result
         return result
-
-    def _own_pose(self, element: ET.Element, where: str) -> Pose:
-        pose = element.find("pose")
-        if pose is None or not (pose.text or "").strip():
-            return Pose()
-        quaternion = is_quaternion(pose)
-        values = numbers(self.path, pose, 7 if quaternion else 6, f"{where}/<pose>")
-        if quaternion:
-            if abs(np.linalg.norm(values[3:]) - 1.0) > 1e-6:
-                raise self.error(f"{where}/<pose>", "its quaternion does not have length one")
-            from scipy.spatial.transform import Rotation  # half a second of import time
-
-            return Pose(Rotation.from_quat(values[3:]).as_matrix(), values[:3])
-        return Pose(rotation(np.radians(values[3:]) if is_in_degrees(pose) else values[3:]), values[:3])
 
     def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
         """Return the link that carries the link, frame or joint with this name."""
@@ -331,37 +305,16 @@ class _Reader:
         where = label(element)
         pose = self._pose(name)
         visuals = tuple(self._visual(visual, pose, where) for visual in element.findall("visual"))
-        inertial = element.find("inertial")
-        if inertial is None:
-            nothing = np.zeros(3), np.zeros((3, 3))
-            return RawLink(name, 0.0, pose.rotation, pose.translation, *nothing, visuals, None)
-        mass = number(self.path, inertial, "mass", f"{where}/<inertial>")
-        if mass < 0.0:
-            raise self.error(f"{where}/<inertial>/<mass>", f"is {mass:g} kg; it must be positive")
-        centre = self._own_pose(inertial, f"{where}/<inertial>")
-        tensor = inertial.find("inertia")
-        if tensor is None:
-            raise self.error(f"{where}/<inertial>", "has no <inertia>; give ixx, iyy, izz")
-        spot = f"{where}/<inertial>/<inertia>"
-        xx, yy, zz = (number(self.path, tensor, key, spot) for key in ("ixx", "iyy", "izz"))
-        xy, xz, yz = (number(self.path, tensor, key, spot, 0.0) for key in ("ixy", "ixz", "iyz"))
-        matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        principal = np.linalg.eigvalsh(matrix)
-        slack = 1e-9 * max(abs(principal[-1]), 1e-300)
-        if principal[0] < -slack or principal[-1] > principal[0] + principal[1] + slack:
-            moments = ", ".join(f"{moment:g}" for moment in principal)
-            rule = "none may be negative or larger than the sum of the others"
-            raise self.error(spot, f"the principal moments {moments} kg m2 are impossible; {rule}")
-        rotated = centre.rotation @ matrix @ centre.rotation.T
-        return RawLink(name, mass, pose.rotation, pose.translation, centre.translation, rotated, visuals, None)
+        mass, centre, inertia = inertial(self.path, element)
+        return RawLink(name, mass, pose.rotation, pose.translation, centre, inertia, visuals, None)
 
     def _visual(self, element: ET.Element, link: Pose, where: str) -> str:
         """Write a <visual> with its pose first, and in link axes."""
         spot = f"{where}/{label(element)}"
-        own, pose = self._own_pose(element, spot), element.find("pose")
+        own, pose = own_pose(self.path, element, spot), element.find("pose")
         if pose is not None and (base := pose.get("relative_to")):
             own = link.inverse() @ self._pose(base, spot) @ own
-        return _with_pose(element, own.text())
+        return with_pose(element, own)
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
         where = label(element)
