@@ -1,5 +1,7 @@
 """Periodic motions, Floquet multipliers and branches against the literature, closed forms and other methods."""
 
+import json
+
 import numpy as np
 import pytest
 from machines import joint, model
@@ -7,7 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 from shipped import shipped
 
-from linkages import InputError, RunError, bearing, branches, periodic_motion, stroboscopic
+from linkages import InputError, RunError, bearing, branches, load, periodic_motion, stroboscopic
+from linkages.cli.main import main
 from linkages.explore.periodic.continuation import Settings, solve
 from linkages.explore.periodic.multipliers import (
     BRANCH_POINT,
@@ -252,16 +255,19 @@ def block(name, mass, x=0.0):
 <inertial><mass>{mass}</mass><inertia>{inertia}</inertia></inertial></link>"""
 
 
+SLIDES = model(
+    "oscillator",
+    block("base", 1.0)
+    + block("mass", 1.0, 0.2)
+    + joint("drive", "world", "base", "prismatic", "1 0 0")
+    + joint("slide", "world", "mass", "prismatic", "1 0 0"),
+)
 M, K, C, AMPLITUDE, OMEGA, STOP = 1.0, 100.0, 4.0, 0.01, 8.0, 2000.0
 
 
 @pytest.fixture
 def oscillator(system_of):
     """A mass on a spring and a damper between it and a base that oscillates; a linear stop."""
-    joints = joint("drive", "world", "base", "prismatic", "1 0 0") + joint(
-        "slide", "world", "mass", "prismatic", "1 0 0"
-    )
-    sdf = model("oscillator", block("base", 1.0) + block("mass", M, 0.2) + joints)
     text = f"""duration = 10.0
 gravity = [0.0, 0.0, 0.0]
 [drives.drive]
@@ -282,7 +288,29 @@ stiffness = {STOP}
 exponent = 1.0
 restitution = 1.0
 """
-    return system_of(sdf, text)
+    return system_of(SLIDES, text)
+
+
+SHAKER = f"""duration = 10.0
+gravity = [0.0, 0.0, 0.0]
+outputs = ["mass.vx"]
+[drives.drive]
+formula = "{AMPLITUDE}*sin(28*t)"
+[springs.S]
+point = "mass"
+to = "base"
+stiffness = {K}
+free_length = 0.2
+damping = 1.0
+[stops.end]
+joint = "slide"
+side = "upper"
+limit = 0.0
+[stops.end.contact]
+law = "flores"
+stiffness = 2e5
+restitution = 0.8
+"""
 
 
 def in_pieces(limit):
@@ -341,6 +369,53 @@ def test_a_stop_that_springs_has_the_closed_form_branch_and_grazing(oscillator):
         assert product == pytest.approx(np.exp(-C / M * motion.period), rel=1e-7)
 
 
+@pytest.mark.slow
+def test_a_branch_switches_at_a_period_doubling(system_of):
+    """Runs settle to the doubled branch beyond the doubling, and to the first branch before it."""
+    system = system_of(SLIDES, SHAKER)
+    given = {"outputs": ["mass.vx"], "transient": 40, "step": 0.4, "doublings": 1}
+    one, two = branches(system, "stops.end.limit", -1.8e-3, -1.2e-3, **given).branches
+    (event,) = one.events
+    assert (event.kind, one.periods, two.periods, two.source) == (DOUBLING, 1, 2, (0, 0))
+    assert two.motions[0].value == pytest.approx(event.motion.value, abs=2e-5)
+    assert [one.motions[0].stable, one.motions[-1].stable, two.motions[-1].stable] == [True, False, True]
+    for branch, k in ((one, 0), (two, -1)):
+        motion = branch.motions[k]
+        settled = system.replaced({"stops.end.limit": motion.value, "solver.accuracy": 1e-10})
+        section = stroboscopic(settled, ["mass.vx"], 2, transient=120)
+        own = np.sort(np.resize(motion.outputs.strobe["mass.vx"], 2))
+        np.testing.assert_allclose(np.sort(section.strobe["mass.vx"]), own, atol=2e-7)
+    # the product of multipliers: the damper and the impacts contract
+    assert np.prod(two.motions[-1].multipliers).real < np.exp(-1.0 / M * two.motions[-1].period)
+
+
+def test_the_command_writes_branches_and_a_sweep(experiment_file, tmp_path, capsys):
+    file = str(experiment_file(SLIDES, SHAKER))
+    words = ["continue", file, "--vary", "stops.end.limit=-3e-3:-2.8e-3", "--out", str(tmp_path / "out")]
+    assert main([*words, "--transient", "40", "--step", "0.8", "--sweep", "2"]) == 0
+    assert "branch 1: period of 1 drive period(s)" in capsys.readouterr().out
+    found = json.loads((tmp_path / "out" / "branches.json").read_text())
+    (branch,) = found["branches"]
+    first, last = branch["motions"][0], branch["motions"][-1]
+    assert (first["value"], last["value"]) == (-3e-3, -2.8e-3)
+    assert first["stable"]
+    assert first["residual"] < 1e-7
+    assert first["contacts"] == [1]
+    section = stroboscopic(load(file, {"stops.end.limit": -3e-3}), ["mass.vx"], 1, transient=80)
+    assert first["outputs"]["mass.vx"]["strobe"][0] == pytest.approx(section.strobe["mass.vx"][0], rel=1e-4)
+    assert (tmp_path / "out" / "branches.png").stat().st_size > 10_000
+    for wrong, said in (
+        (["--vary", "stops.end.limit=1:2:3"], "write PATH=LO:HI"),
+        (["--vary", "stops.end.limit=2:1"], "needs LO < HI"),
+        (["--vary", "stops.end.limt=1:2"], "limit"),
+        (["--periods", "0"], "must be 1 or more"),
+        (["--step", "0"], "must be greater than 0"),
+        (["--start", "5"], "is not from -0.003 to -0.0028"),
+    ):
+        assert main([*words, *wrong]) == 2
+        assert said in capsys.readouterr().err
+
+
 RADIUS, CLEARANCE, VISCOSITY, ROTOR = 0.05, 1e-4, 0.03, 50.0
 
 
@@ -387,15 +462,18 @@ def test_a_journal_begins_to_whirl_at_the_threshold_speed(rotor):
 
 @pytest.mark.slow
 def test_a_branch_of_the_dry_slider_crank_passes_through_the_points_of_a_sweep():
-    """Friction makes its motion periodic: the states that runs settle to lie on the branch."""
+    """Friction makes its motion periodic: the states to which runs settle lie on the branch."""
+    names = ["B.ex", "B.ey", "B.force"]
     system = shipped("slider_crank_dry", **{"joints.B.friction.coefficient": 0.1, "solver.accuracy": 1e-10})
-    motion = periodic_motion(system, transient=20, accuracy=1e-10, tolerance=1e-6)
+    given = {"start": 5e-4, "outputs": names, "transient": 20, "doublings": 0, "step": 1.0}
+    (branch,) = branches(system, "joints.B.clearance", 4.9e-4, 5e-4, **given, accuracy=1e-10, tolerance=1e-6).branches
+    assert branch.motions[-1].value == 4.9e-4
+    motion = branch.motions[-1]
     assert motion.stable
-    section = stroboscopic(system, ["B.ex", "B.ey", "B.force"], 1, transient=40)
-    own = motion.section(["B.ex", "B.ey", "B.force"])
+    section = stroboscopic(system.replaced({"joints.B.clearance": motion.value}), names, 1, transient=20)
     for name in ("B.ex", "B.ey"):
-        assert own.strobe[name][0] == pytest.approx(section.strobe[name][0], abs=1e-6 * 5e-4)
-    assert own.peaks("B.force")[0] == pytest.approx(section.peaks("B.force")[0], rel=1e-5)
+        assert motion.outputs.strobe[name][0] == pytest.approx(section.strobe[name][0], abs=1e-5 * motion.value)
+    assert motion.outputs.peaks("B.force")[0] == pytest.approx(section.peaks("B.force")[0], rel=1e-4)
 
 
 def test_kinds_of_bifurcations_follow_from_the_multiplier():

@@ -6,6 +6,7 @@
 | simulate      | ``linkages simulate``: run an experiment                              |
 | compare       | ``linkages compare``: both engines on one experiment                  |
 | sweep         | ``linkages sweep``: over the values of one variable                   |
+| continue_     | ``linkages continue``: branches of periodic motions                   |
 | wear          | ``linkages wear``: profiles and clearance over the service life       |
 | report        | ``linkages report``: one HTML page from a folder of results           |
 | export        | ``linkages export``: a trajectory for other programs                  |
@@ -46,6 +47,7 @@ _OWN = (
     "simulate",
     "compare",
     "sweep",
+    "continue",
     "wear",
     "report",
     "export",

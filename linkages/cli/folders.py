@@ -18,6 +18,7 @@ _WRITTEN = {
     ),
     "compare": ("compare.json", "warnings.json"),
     "sweep": ("sweep.json", "sweep.csv", "sweep.png"),
+    "continue": ("branches.json", "branches.png"),
     "wear": ("wear.json", "wear_*.png", "wear.html", "report.html", "blocks"),
     "modes": ("modes.json", "animation.html", "*.png"),
     "linearise": ("linear.json", "linear.npz", "bode.png"),

@@ -13,6 +13,7 @@
 | frequency_response | Bode plot of a linear model                                                          |
 | tornado            | changes of peaks with 1 % of each value                                              |
 | attractors         | Poincaré sections, bifurcation diagrams, Lyapunov exponents, spectra                 |
+| branches           | branches of periodic motions: stable, unstable, bifurcations, points of a sweep      |
 | bearings           | a journal bearing: the chart over the Sommerfeld number, pressure on the surface     |
 | drawing            | a mechanism before a run: a labelled, movable picture                                |
 | animation          | a run as a Meshcat recording, its clearance joints magnified                         |

@@ -8,5 +8,6 @@
 | tracing      | a branch with its bifurcations; the start of a doubled branch                   |
 | return_map   | the return map of a linkage, with exact derivatives                             |
 | motion       | a periodic motion of a linkage                                                  |
+| settings     | defaults                                                                        |
 | branches     | all branches of a linkage from one motion                                       |
 """

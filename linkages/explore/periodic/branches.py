@@ -11,17 +11,16 @@ import numpy as np
 from linkages.brief import Brief, counted
 from linkages.errors import InputError
 from linkages.explore.periodic.continuation import Point, Settings, solve
-from linkages.explore.periodic.motion import ACCURACY, TOLERANCE, PeriodicMotion, made, monodromy
+from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
+from linkages.explore.periodic.settings import ACCURACY, STEP, TOLERANCE
 from linkages.explore.periodic.shooting import forced
 from linkages.explore.periodic.tracing import Bifurcation, Seen, Trace, doubled, trace, turned
 from linkages.model.experiment import ARGUMENT
 from linkages.outputs.registry import pack
 from linkages.system import System
 
-#: Largest step along a branch, over the range of the value (and, of the states, over their scale).
-STEP = 0.05
 _FIRST, _LEAST = 0.2, 1e-4  # first and smallest step, over the largest
 _MOST = 400  # points of a branch
 _SAME = 1e-4  # distance of two bifurcations over the range, below which they are one

@@ -13,13 +13,11 @@ from linkages.brief import Brief, counted
 from linkages.explore.periodic.continuation import Point, Settings, solve
 from linkages.explore.periodic.multipliers import Multipliers
 from linkages.explore.periodic.return_map import Passage, ReturnMap, least_clearance
+from linkages.explore.periodic.settings import ACCURACY, TOLERANCE
 from linkages.explore.periodic.shooting import Return, forced
 from linkages.explore.sections import Section
 from linkages.system import System
 
-#: Accuracy of the runs, and tolerance of the residual over the usual change of a state (some clearances). A run's steps
-#: change with its start, so the return map is not smooth below about a thousand times the accuracy.
-ACCURACY, TOLERANCE = 1e-11, 1e-7
 _UNDECIDED = 1e-6  # distance from the unit circle within which a multiplier decides nothing
 
 

@@ -34,6 +34,7 @@ from linkages.system import System
 _LOOSE = 1e-4  # step of differences of the period, over the value
 _STEPS = 200  # least steps per period: no error control sees what a steady motion does with a disturbance
 _AMPLE = 5.0  # clearances that count as a usual change
+_APART = 1e4  # over their usual change: approach speeds do not count in the distance of two motions, for they may jump
 _LIFTS = 8  # corrections of a state towards closed loops
 _LIFTED = 1e-14  # error of the independent coordinates, over the scale of the state
 _BRISTLE_RATE = CLEARANCE_OUTPUTS.index("bristle_rate")
@@ -160,12 +161,12 @@ class ReturnMap:
         length = _AMPLE * clearance
         if length == np.inf:
             state = np.where(self._range > 0.0, self._range, self.error[: len(self._local.entries)])
-            return np.concatenate([state, self.error[len(state) :]])
+            return np.concatenate([state, _APART * self.error[len(state) :]])
         rate = max(self._system.motion_rate, 2.0 * np.pi / self.period)
         position = length * per_length(self._system)
         bristles = np.full(len(self._system.bristles), self.error.min())
         state = np.concatenate([position, rate * position, bristles])[self._local.entries]
-        return np.concatenate([state, np.full(len(self._latched), rate * length)])
+        return np.concatenate([state, np.full(len(self._latched), _APART * rate * length)])
 
     def _flow(self, value: float | None, periods: int) -> tuple[Flow, float]:
         """Return a flow for a value, and the common period of its drives."""

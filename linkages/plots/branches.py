@@ -1,0 +1,104 @@
+"""Diagram of branches of periodic motions: stable and unstable ones, bifurcations, the points of a sweep."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from linkages.arrays import Array
+from linkages.explore.periodic.branches import Branch, Branches
+from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
+from linkages.explore.sections import Section
+from linkages.explore.sweep import Sweep
+from linkages.plots.shown import ShownFigure
+from linkages.plots.style import COLORS, axis_label, engineering, figure_style
+
+#: Mark of each kind of bifurcation.
+_MARKS = {FOLD: "o", DOUBLING: "s", NEIMARK_SACKER: "^", GRAZING: "x", BRANCH_POINT: "D"}
+
+
+def branches_figure(
+    found: Branches, units: Mapping[str, str], label: str = "", scale: float = 1.0, sweep: Sweep | None = None
+) -> Figure:
+    """Draw the value at the end of each period of the drives, and the largest magnitude in it, over the variable.
+
+    Parameters
+    ----------
+    found : Branches
+        From `linkages.branches`, with outputs.
+    units : mapping of str to str
+        SI units of the outputs.
+    label : str
+        Name of the variable; default: its path.
+    scale : float
+        Factor on the variable.
+    sweep : Sweep, optional
+        Points from `linkages.sweep` over the same variable.
+
+    Returns
+    -------
+    Figure
+        Lines are solid where the motion is stable, dashed where it is not.
+    """
+    rows = [(name, kind) for name in found.outputs for kind in ("strobe", "peaks")]
+    with figure_style():
+        figure = ShownFigure(figsize=(6.3, 0.9 + 2.5 * len(rows)), layout="constrained")
+        axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, (name, kind) in zip(axes, rows, strict=True):
+            values = _values(name, kind)
+            largest = max(
+                float(np.abs(values(motion.outputs)).max())
+                for branch in found.branches for motion in branch.motions if motion.outputs is not None
+            )  # fmt: skip
+            unit, factor = engineering(units[name], largest)
+            if sweep is not None:
+                _draw_sweep(axis, sweep, values, scale, factor)
+            for k, branch in enumerate(found.branches):
+                _draw_branch(axis, branch, values, scale, factor, COLORS[k % len(COLORS)])
+            what = "at the end of a period" if kind == "strobe" else "peak in a period"
+            axis.set_ylabel(f"{axis_label(name, unit)}\n{what}")
+        axes[-1].set_xlabel(label or found.path)
+        handles = dict(zip(*axes[0].get_legend_handles_labels()[::-1], strict=True))
+        figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3, fontsize=8)
+        return figure
+
+
+def _values(name: str, kind: str) -> Callable[[Section | None], Array]:
+    def values(section: Section | None) -> Array:
+        if section is None:
+            return np.empty(0)
+        return section.strobe[name] if kind == "strobe" else section.peaks(name)
+
+    return values
+
+
+def _draw_sweep(
+    axis: Axes, sweep: Sweep, values: Callable[[Section | None], Array], scale: float, factor: float
+) -> None:
+    for point in sweep.points:
+        y = values(point.section)
+        axis.plot(np.full(len(y), scale * point.value), factor * y, ".", color="0.6", ms=3, zorder=1, label="sweep")
+
+
+def _draw_branch(
+    axis: Axes, branch: Branch, values: Callable[[Section | None], Array], scale: float, factor: float, color: str
+) -> None:
+    """Draw a line for each period of the drives, in pieces of equal stability, and the bifurcations."""
+    x = scale * np.array([motion.value for motion in branch.motions], dtype=np.float64)
+    y = factor * np.array([values(motion.outputs) for motion in branch.motions])
+    stable = np.array([motion.stable is not False for motion in branch.motions])
+    breaks = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(x)]
+    for first, last in pairwise(breaks):
+        part = slice(first, min(last + 1, len(x)))
+        good = bool(stable[first])
+        name = f"{branch.periods} period{'s' if branch.periods > 1 else ''}, {'stable' if good else 'unstable'}"
+        for line in y[part].T:
+            axis.plot(x[part], line, color=color, ls="-" if good else "--", lw=1.2, zorder=2, label=name)
+    for event in branch.events:
+        at = factor * values(event.motion.outputs)
+        place = np.full(len(at), scale * (event.motion.value or 0.0))
+        axis.plot(place, at, _MARKS[event.kind], color="black", ms=5, mfc="none", zorder=3, ls="", label=event.kind)
