@@ -21,23 +21,28 @@ _NEAR = 1e-3  # lower limit of the gap that scales a displacement, in parts of t
 _SLOW = 1e-9  # smallest speed that scales a velocity, clearances and lengths of 1 m per second
 
 
-#: Changes of the inputs of a contact of `choose_stencil`: those of `Motion`, of the bristle state, and of the approach
+#: Changes of the inputs of a contact of `stencil_step`: those of `Motion`, of the bristle state, and of the approach
 #: speed.
 APPROACHING = INPUTS
 CHANGES = INPUTS + 1
 #: Results of `contact_action`: the outputs, penetration, its rate, sliding speed, load.
 RESULTS = 8
-_CLOSING, _SLIDING = 5, 6
-#: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed.
-RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO = range(4)
-BOUNDS = 4
+_DELTA, _CLOSING, _SLIDING = 4, 5, 6
+#: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
+#: penetration; and the smallest sliding speed over which friction changes smoothly.
+RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, FRICTION_SPEED = range(7)
+BOUNDS = 7
+_SHARE = 0.01  # of that speed in a step
 #: Weights of differences of the fourth order, at -2 to 2 steps, 0 to 4, and -4 to 0; and the first place of each.
 WEIGHTS = np.array(
     [[1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12], [-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4], [1 / 4, -4 / 3, 3.0, -4.0, 25 / 12]]
 )
 PLACES = (-2, 0, -4)
 POINTS = 5
-_WIDE = 1e-4  # step of differences of the fourth order, in parts of the smallest scale over its change
+# Step of differences of the fourth order, in parts of the smallest scale over its change. Rounding of penetrations
+# limits it from below, the kinks of tabulated films and of friction from above.
+_WIDE = 1e-4
+_EMPTY = 1e-9  # smallest room between bounds, in steps
 
 
 @kernel
@@ -78,61 +83,78 @@ def _moved(motion: Motion, change: Array, h: float) -> Motion:
 
 
 @kernel
-def choose_stencil(
-    end: np.record,
-    law: np.record,
-    table: Array,
-    approach: float,
-    bristle: float,
-    motion: Motion,
-    bounds: Array,
-    change: Array,
-    value: float,
-    room: Array,
-) -> tuple[float, int]:
-    """Choose the step and the places of differences along a direction, so that they stay within the bounds.
+def stencil_step(
+    end: np.record, law: np.record, approach: float, motion: Motion, change: Array, value: float, room: Array
+) -> float:
+    """Choose the step of differences along a direction, in parts of the changes; zero if nothing changes.
 
     Parameters
     ----------
-    bounds : (BOUNDS,) array
     change : (CHANGES,) array
         Of the arguments along the direction.
     value : float
         Change of a law's parameters along the direction, in parts of their magnitudes.
     room : (INPUTS,) array
         To work in.
-
-    Returns
-    -------
-    step : float
-        In parts of the changes; zero if nothing changes.
-    kind : int
-        Line of `WEIGHTS`.
     """
     input_scales(end, law, motion, room)
     worst = value * max(1.0, law.clearance / room[0])
     for i in range(INPUTS):
         if change[i] != 0.0 and room[i] > 0.0:
             worst = max(worst, abs(change[i]) / room[i])
-    damped = 0.0 < approach < math.inf
-    if damped:
+    if 0.0 < approach < math.inf:
         worst = max(worst, abs(change[APPROACHING]) / approach)
-    if not worst > 0.0:
-        return 0.0, 0
-    h = _WIDE / worst
-    low, high = -math.inf, math.inf
-    for i in range(2):
-        least, most = bounds[2 * i], bounds[2 * i + 1]
-        if not (least > -math.inf or most < math.inf):
-            continue
-        here = _bounded(end, law, table, approach, bristle, motion, change, 0.0, i)
-        ahead = _bounded(end, law, table, approach, bristle, motion, change, h, i)
-        behind = _bounded(end, law, table, approach, bristle, motion, change, -h, i)
-        rate = (ahead - behind) / (2.0 * h)
-        if rate != 0.0 and abs(rate) * h > 1e-14 * abs(here):
-            first, last = (least - here) / rate, (most - here) / rate
+    return _WIDE / worst if worst > 0.0 else 0.0
+
+
+@kernel
+def bounded_values(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
+    s: float, out: Array,
+) -> None:  # fmt: skip
+    """Fill ``out`` (3,) with the quantities that `bounds` limit, at s times a change."""
+    z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
+    found = contact_action(end, law, table, began, z, _moved(motion, change, s))
+    out[0], out[1], out[2] = found[_CLOSING] / began, found[_SLIDING], found[_DELTA]
+
+
+@kernel
+def is_bounded(bounds: Array) -> bool:
+    """Whether any quantity of a contact is bounded."""
+    found = False
+    for i in range(0, FRICTION_SPEED, 2):
+        found = found or bounds[i] > -math.inf or bounds[i + 1] < math.inf
+    return found or bounds[FRICTION_SPEED] < math.inf
+
+
+@kernel
+def place_stencil(h: float, bounds: Array, seen: Array) -> tuple[float, int]:
+    """Place differences with the step h so that they stay within the bounds.
+
+    Parameters
+    ----------
+    seen : (3, 3) array
+        `bounded_values` at -1, 0 and 1 steps.
+
+    Returns
+    -------
+    step : float
+        At most h.
+    kind : int
+        Line of `WEIGHTS`.
+    """
+    low, high, given = -math.inf, math.inf, h
+    sliding = abs(seen[2, 1] - seen[0, 1]) / (2.0 * h)
+    if sliding * h > _SHARE * bounds[FRICTION_SPEED]:
+        h = _SHARE * bounds[FRICTION_SPEED] / sliding
+    for i in range(3):
+        rate, here = (seen[2, i] - seen[0, i]) / (2.0 * given), seen[1, i]
+        if rate != 0.0 and abs(rate) * given > 1e-14 * abs(here):
+            first, last = (bounds[2 * i] - here) / rate, (bounds[2 * i + 1] - here) / rate
             low, high = max(low, min(first, last)), min(high, max(first, last))
     if low <= -2.0 * h and high >= 2.0 * h:
+        return h, 0
+    if max(high, -low) < _EMPTY * given:  # no room between two bounds: of several kinds, at one state
         return h, 0
     if high >= -low:
         return min(h, 0.25 * high), 1
@@ -140,14 +162,31 @@ def choose_stencil(
 
 
 @kernel
-def _bounded(
-    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, change: Array,
-    s: float, which: int,
-) -> float:  # fmt: skip
-    """Ratio of speeds, or sliding speed, at s times a change."""
-    z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
-    found = contact_action(end, law, table, began, z, _moved(motion, change, s))
-    return found[_SLIDING] if which else found[_CLOSING] / began
+def deeper(end: np.record, motion: Motion, depth: float) -> Motion:
+    """Increase the penetration of a contact by a small depth, in the direction of its normal."""
+    ex, ey, vx, vy, wb, wj, nx, ny = motion
+    if end.kind == STOP:
+        return ex, ey, vx, vy, wb, wj, nx, ny + end.nx * depth
+    if end.kind == CORNER:
+        return ex + nx * depth, ey + ny * depth, vx, vy, wb, wj, nx, ny
+    distance = math.hypot(ex, ey)
+    if distance == 0.0:
+        return motion
+    factor = 1.0 + depth / distance
+    return factor * ex, factor * ey, vx, vy, wb, wj, nx, ny
+
+
+@kernel
+def inside(
+    end: np.record, law: np.record, table: Array, approach: float, bristle: float, motion: Motion, bounds: Array
+) -> Motion:
+    """Reflect the penetration of a contact at zero if it is beyond its bounds: a step ends just beyond an event."""
+    if not (bounds[DEPTH_FROM] > -math.inf or bounds[DEPTH_TO] < math.inf):
+        return motion
+    delta = contact_action(end, law, table, approach, bristle, motion)[_DELTA]
+    if bounds[DEPTH_FROM] <= delta <= bounds[DEPTH_TO]:
+        return motion
+    return deeper(end, motion, -2.0 * delta)
 
 
 @kernel
@@ -168,13 +207,18 @@ def exact_partials(
     out: Array,
 ) -> None:  # fmt: skip
     """Fill ``out`` as `contact_partials`, by differences of the fourth order within bounds, at twice the cost."""
-    change, room, found = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS)
+    change, room, found, seen = np.zeros(CHANGES), np.zeros(INPUTS), np.empty(RESULTS), np.empty((3, 3))
+    motion = inside(end, law, table, approach, bristle, motion, bounds)
     clear(out)
     for i in range(INPUTS):
         if (6 <= i < 8 and end.kind == JOURNAL) or (i == 8 and law.bristle_scale == 0.0):
             continue
         change[i] = 1.0
-        h, kind = choose_stencil(end, law, table, approach, bristle, motion, bounds, change, 0.0, room)
+        h, kind = stencil_step(end, law, approach, motion, change, 0.0, room), 0
+        if h > 0.0 and is_bounded(bounds):
+            for k in range(3):
+                bounded_values(end, law, table, approach, bristle, motion, change, (k - 1) * h, seen[k])
+            h, kind = place_stencil(h, bounds, seen)
         clear(found)
         for point in range(POINTS):
             weight = WEIGHTS[kind, point]

@@ -6,6 +6,7 @@ import pytest
 import linkages
 from linkages.engines.compiled.runner import Runner, join
 from linkages.engines.compiled.sensitivity import differentiate
+from linkages.engines.drop import CLEARANCE, GRAVITY, MASS, drop
 
 
 def _end(system):
@@ -42,10 +43,10 @@ def test_lubricated_slider_crank_agrees_with_differences_of_runs(path, step):
     assert not found.event.any()
 
 
-@pytest.mark.parametrize("path", ["joints.B.contact.restitution", "drives.O.speed"])
-def test_dry_slider_crank_agrees_through_impacts_and_reversals_of_sliding(path):
+@pytest.mark.parametrize(("path", "step"), [("joints.B.contact.restitution", 1e-4), ("drives.O.speed", 1e-5)])
+def test_dry_slider_crank_agrees_through_impacts_and_reversals_of_sliding(path, step):
     overrides = {"duration": 7.3e-4, "solver.integrator": "radau_iia_5"}
-    found = _agree("slider_crank_dry.toml", overrides, 1e-5, 1e-6, path)
+    found = _agree("slider_crank_dry.toml", overrides, step, 1e-6, path)
     assert found.event.any()
 
 
@@ -102,3 +103,67 @@ def test_derivatives_end_at_the_horizon():
     assert 1e-3 < until < 0.006
     assert np.isfinite(rates[run.time <= until]).all()
     assert np.isnan(rates[run.time > until]).all()
+
+
+def _bouncing(time, gravity, clearance, stiffness, mass):
+    """Place and speed of a journal that falls in its bearing onto a linear elastic contact, in closed form.
+
+    Starts at the centre; falls, is in contact for a half period and a little more, and rises to the centre again. All
+    arguments but the time may be complex, for derivatives by a complex step.
+    """
+    speed, rate = np.sqrt(2 * clearance * gravity), np.sqrt(stiffness / mass)
+    start, lasting = np.sqrt(2 * clearance / gravity), 2 * (np.pi - np.arctan(speed * rate / gravity)) / rate
+    while True:
+        since = time - start
+        if time < (start + lasting).real:
+            depth = gravity / rate**2 * (1 - np.cos(rate * since)) + speed / rate * np.sin(rate * since)
+            return np.array([-clearance - depth, -gravity / rate * np.sin(rate * since) - speed * np.cos(rate * since)])
+        start += lasting
+        since -= lasting
+        if time < (start + 2 * speed / gravity).real:
+            return np.array([-clearance + speed * since - gravity * since**2 / 2, speed - gravity * since])
+        start += 2 * speed / gravity
+
+
+@pytest.mark.parametrize("integrator", ["radau_iia_5", "dormand_prince_5_4"])
+def test_a_chain_of_three_impacts_has_the_derivatives_of_its_closed_form(integrator):
+    end, values = 0.08, np.array([GRAVITY, CLEARANCE, 1e7, MASS])
+    contact = {"law": "hertz", "exponent": 1.0, "restitution": 1.0, "stiffness": values[2]}
+    system = drop().replaced(
+        {"joints.J.contact": contact, "duration": end, "solver.integrator": integrator, "solver.accuracy": 1e-12}
+    )
+    paths = ["gravity.y", "joints.J.clearance", "joints.J.contact.stiffness", "sdf.links.journal.mass"]
+    runner, record = _end(system)
+    found = differentiate(runner, join([record]), paths)
+    assert (found.event > 0).sum() == 3
+    n, place = len(runner.model.free), int(np.argmax(np.abs(record.states[-1][: len(runner.model.free)])))
+    for k, value in enumerate(values):
+        moved = values.astype(complex)
+        moved[k] += 1e-20j * value
+        expected = _bouncing(end, *moved).imag / (1e-20 * value) * (-1.0 if k == 0 else 1.0)  # gravity.y is negative
+        own = found.states[-1][[place, n + place], len(runner.start) + k]
+        np.testing.assert_allclose(own, expected, rtol=5e-9)  # the penetration's rounding over its step
+
+
+def test_both_integrators_have_the_same_derivatives_through_an_impact():
+    ends = []
+    for integrator in ("radau_iia_5", "dormand_prince_5_4"):
+        overrides = {"duration": 2.9e-4, "solver.integrator": integrator, "solver.accuracy": 1e-12}
+        runner, record = _end(linkages.load(linkages.find_file("slider_crank_dry.toml"), overrides))
+        ends.append(differentiate(runner, join([record]), ["joints.B.clearance"]).states[-1][:, -1])
+    np.testing.assert_allclose(ends[1], ends[0], rtol=1e-6, atol=1e-9 * np.abs(ends[0]).max())
+
+
+def test_the_derivative_of_a_run_converges_with_the_order_of_the_method():
+    """The steps of both methods of order 5 are halved; a linear spring keeps all derivatives smooth."""
+    exact, errors = None, []
+    for steps in (512, 32, 64):
+        system = drop().replaced({"duration": 0.01, "solver.accuracy": 1e-3, "solver.max_step": 0.01 / steps})
+        system = system.replaced({"joints.J.model": "lubricated", "joints.J.film": "short", "joints.J.viscosity": 0.5})
+        runner, record = _end(system)
+        end = differentiate(runner, join([record]), ["joints.J.viscosity"]).states[-1][:, -1]
+        if exact is None:
+            exact = end
+        else:
+            errors.append(np.abs(end - exact).max())
+    assert np.log2(errors[0] / errors[1]) > 4.5

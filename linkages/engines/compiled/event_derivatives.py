@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
 from linkages.engines.compiled.forcing import ContactState, force_response, law_change, note_contacts, value_motions
 from linkages.engines.compiled.jacobian import contact_inputs, exact_jacobian
@@ -16,9 +14,8 @@ from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import Array, clear, kernel
 from linkages.kernel.simd import lane
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import CHANGES, INPUTS, OUTPUTS
+from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, OUTPUTS, deeper
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action
-from linkages.planar.record_types import CORNER, STOP
 from linkages.planar.tangent import body_tangents, rate_tangents
 
 _MILD = 1e-5  # turn of the fastest body between the states that give rates of contacts [rad]
@@ -76,7 +73,7 @@ def _motions_over_time(equations: Equations, t: float, y: Array, c: Column, rate
 @kernel
 def begin_or_end(
     equations: Equations, variation: Variation, t: float, y: Array, k: int, begins: bool, approach: float, rate: float,
-    gap: float, c: Column, times: Array,
+    c: Column, times: Array,
 ) -> bool:  # fmt: skip
     """Take the columns through the start or end of contact k; fill the derivatives of its time.
 
@@ -84,14 +81,17 @@ def begin_or_end(
     force jumps, the columns jump by the difference of the derivatives times the change of the time. Returns False
     where a contact begins without speed: its existence then depends on the values.
     """
-    work, m, s = equations.work, c.before.shape[1], c.contacts
-    n = len(y)
+    work, m, s, n = equations.work, c.before.shape[1], c.contacts, len(y)
+    rates, bounds = c.dy[n - c.mass.shape[1] :], equations.work.scratch.bounds[k]
     derivatives(equations, t, y, c.dy)
-    closing = work.contacts[k, CLOSING]
+    closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
     if begins and closing <= GRAZING:
         return False
     _motions_over_time(equations, t, y, c, rate)
+    exact_jacobian(equations, t, y, c.mass[0], c.full)
     solve_state(equations, t, y)
+    if not factorise(c.mass[0], c.pivots):
+        return False
     note_contacts(equations, s)
     clear(s.change)
     for i in range(INPUTS - 1):
@@ -103,55 +103,50 @@ def begin_or_end(
         motions_along(equations, variation, p, t, y, c.before[:, j].copy(), c.direction)
         for i in range(CHANGES):
             s.change[i] = c.direction[k, i]
-        law_change(equations, variation, p, k, s)
+        clear(s.direct)
+        for new in range(2):  # the state is a little beyond the event: the new forces act for that time already
+            bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if begins == (new == 1) else (-math.inf, 0.0)
+            law_change(equations, variation, p, k, s)
+            for i in range(OUTPUTS):
+                s.direct[k, i] += late * (s.found[i] if new else -s.found[i])
         times[j] = -s.found[_DELTA] / closing
         if begins:
             c.remembered[k, j] = s.found[_CLOSING] + accelerating * times[j]
+        _add_response(equations, variation, t, y, rates, c, j)
     if begins:
         work.memory[k, APPROACH] = approach
         clear(s.direct)
-        _jump(equations, k, gap, s)
-        force_response(equations, variation, t, y, c.dy[n - c.mass.shape[1] :], s, c.own)
-        exact_jacobian(equations, t, y, c.mass[0], c.full)
-        if not _add_jump(c, times):
-            return False
-        equations.work.solved[0] = math.nan
+        _jump(equations, k, s)
+        force_response(equations, variation, t, y, rates, s, c.own)
+        back_substitute(c.mass[0], c.pivots, c.own)
+        for j in range(m):
+            for i in range(len(c.own)):
+                c.before[n - len(c.own) + i, j] -= c.own[i] * times[j]
     return True
 
 
 @kernel
-def _jump(equations: Equations, k: int, gap: float, s: ContactState) -> None:
-    """Fill ``direct`` with the force of contact k at its start less the force just outside."""
+def _add_response(
+    equations: Equations, variation: Variation, t: float, y: Array, rates: Array, c: Column, j: int
+) -> None:
+    """Add the response of the accelerations to the forces ``direct`` to column j."""
+    force_response(equations, variation, t, y, rates, c.contacts, c.own)
+    back_substitute(c.mass[0], c.pivots, c.own)
+    for i in range(len(c.own)):
+        c.before[len(y) - len(c.own) + i, j] += c.own[i]
+
+
+@kernel
+def _jump(equations: Equations, k: int, s: ContactState) -> None:
+    """Fill ``direct`` with the jump of contact k's force at its start, extrapolated to zero penetration."""
     model, work = equations.model, equations.work
-    end = model.ends[k]
-    own, law, table = work.memory[k], model.laws[k], model.tables[k]
-    a, deep = s.motion[k], work.contacts[k, PENETRATION] + gap
-    inside = contact_action(
-        end, law, table, own[APPROACH], own[BRISTLE], (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
-    )
-    if end.kind == CORNER:
-        dx, dy, turn = a[6] * deep, a[7] * deep, 0.0
-    elif end.kind == STOP:
-        dx, dy, turn = 0.0, 0.0, end.nx * deep
-    else:
-        distance = math.hypot(a[0], a[1])
-        dx, dy, turn = a[0] / distance * deep, a[1] / distance * deep, 0.0
-    outside = contact_action(
-        end, law, table, own[APPROACH], own[BRISTLE], (a[0] - dx, a[1] - dy, a[2], a[3], a[4], a[5], a[6], a[7] - turn)
-    )
+    end, law, table, own = model.ends[k], model.laws[k], model.tables[k], work.memory[k]
+    a, depth = s.motion[k], work.contacts[k, PENETRATION]
+    motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     for i in range(OUTPUTS):
-        s.direct[k, i] = inside[i] - outside[i]
-
-
-@kernel
-def _add_jump(c: Column, times: Array) -> bool:
-    """Subtract the jump of the derivatives, with the residual ``own``, times the changes of its time."""
-    k, n = len(c.own), len(c.y)
-    pivots = np.empty(k, np.int64)
-    if not factorise(c.mass[0], pivots):
-        return False
-    back_substitute(c.mass[0], pivots, c.own)
-    for j in range(len(times)):
-        for i in range(k):
-            c.before[n - k + i, j] -= c.own[i] * times[j]
-    return True
+        s.direct[k, i] = 0.0
+    for place, weight in ((0.0, 2.0), (1.0, -1.0), (-2.0, -2.0), (-3.0, 1.0)):
+        moved = deeper(end, motion, place * depth)
+        found = contact_action(end, law, table, own[APPROACH], own[BRISTLE], moved)
+        for i in range(OUTPUTS):
+            s.direct[k, i] += weight * found[i]

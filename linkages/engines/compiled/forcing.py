@@ -30,7 +30,11 @@ from linkages.planar.contact_partials import (
     RESULTS,
     WEIGHTS,
     add_contact_change,
-    choose_stencil,
+    bounded_values,
+    inside,
+    is_bounded,
+    place_stencil,
+    stencil_step,
 )
 from linkages.planar.contacts import (
     APPROACH,
@@ -64,6 +68,7 @@ class ContactState(NamedTuple):
     change: Array  # to work in, (CHANGES,)
     room: Array  # (INPUTS,)
     found: Array  # (RESULTS,)
+    seen: Array  # (3, 3)
     plus: Array  # residuals, (k,)
     minus: Array
 
@@ -79,6 +84,7 @@ def make_contact_state(nc: int, k: int) -> ContactState:
         np.zeros(CHANGES),
         np.zeros(INPUTS),
         np.zeros(RESULTS),
+        np.zeros((3, 3)),
         np.zeros(k),
         np.zeros(k),
     )
@@ -115,16 +121,25 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     model, work, moved = equations.model, equations.work, variation.equations.model
     own = p >= 0 and variation.laws[p, k] == 1
     a = s.motion[k]
-    motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+    given = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
+    motion = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, given, work.scratch.bounds[k])
     clear(s.found)
     value = 1.0 / variation.unit[p] if own else 0.0
-    h, kind = choose_stencil(
-        model.ends[k], model.laws[k], model.tables[k], approach, bristle, motion, work.scratch.bounds[k], s.change,
-        value, s.room,
-    )  # fmt: skip
+    h, kind, bounds = (
+        stencil_step(model.ends[k], model.laws[k], approach, motion, s.change, value, s.room),
+        0,
+        work.scratch.bounds[k],
+    )
     if h == 0.0:
         return
+    if is_bounded(bounds):
+        for i in range(3):
+            if own:
+                move(variation, p, (i - 1) * h)
+            end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
+            bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, s.seen[i])
+        h, kind = place_stencil(h, bounds, s.seen)
     for point in range(POINTS):
         weight, step = WEIGHTS[kind, point] / h, (PLACES[kind] + point) * h
         if weight != 0.0:

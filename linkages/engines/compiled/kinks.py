@@ -15,10 +15,10 @@ from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.integrate.stepper import Stepper, copy
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, Indices, kernel
 from linkages.laws import FRICTIONS
 from linkages.laws.contact.contact_forces import GRAZING
-from linkages.planar.contact_partials import RATIO_FROM, SLIDING_FROM
+from linkages.planar.contact_partials import DEPTH_FROM, DEPTH_TO, RATIO_FROM, SLIDING_FROM
 from linkages.planar.contacts import APPROACH, CLOSING, LOAD, PENETRATION, SLIDING
 from linkages.system import System
 
@@ -50,18 +50,31 @@ def kinks(system: System) -> Array:
     return result
 
 
+def friction_speeds(system: System) -> Array:
+    """Return the smallest sliding speed over which the friction of each contact changes smoothly, (nc,) [m/s]."""
+    result = np.full(len(system.models), np.inf)
+    for k, model in enumerate(system.models):
+        if model.can_touch and model.friction is not None and model.friction.acts:
+            speeds = FRICTIONS[model.friction.law].speeds(model.friction.parameters)
+            result[k] = min(speeds, default=np.inf)
+    return result
+
+
 class Kinked(NamedTuple):
-    """Arrays to locate kinks: distances at the start and the end of a step, sides of the kinks, contacts that act."""
+    """Arrays to locate kinks: distances at both ends of a step, sides of the kinks, contacts that act, that touch."""
 
     starts: Array  # (nc, KINKS)
     ends: Array
     sides: Array
     acting: Array  # (nc,)
+    touching: Array  # (nc,)
 
 
 def make_kinked(nc: int) -> Kinked:
     """Make the arrays for nc contacts; no side is known."""
-    return Kinked(np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan), np.zeros(nc))
+    return Kinked(
+        np.zeros((nc, KINKS)), np.zeros((nc, KINKS)), np.full((nc, KINKS), np.nan), np.zeros(nc), np.zeros(nc)
+    )
 
 
 @kernel
@@ -89,11 +102,12 @@ def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
     kink_values(equations, limits, work.ends)
     acts = equations.work.contacts
     for k in range(len(limits)):
-        work.acting[k] = 1.0 if acts[k, PENETRATION] > 0.0 or acts[k, LOAD] > 0.0 else 0.0
+        work.acting[k] = 1.0 if acts[k, LOAD] > 0.0 and not acts[k, PENETRATION] > 0.0 else 0.0
     solve_state(equations, t, y)
     kink_values(equations, limits, work.starts)
     for k in range(len(limits)):
-        if acts[k, PENETRATION] > 0.0 or acts[k, LOAD] > 0.0:
+        work.touching[k] = 1.0 if acts[k, PENETRATION] > 0.0 else 0.0
+        if work.touching[k] > 0.0 or acts[k, LOAD] > 0.0:
             work.acting[k] = 1.0
         for j in range(KINKS):
             start = work.starts[k, j]
@@ -103,6 +117,19 @@ def set_sides(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
                 work.sides[k, j] = math.copysign(1.0, start)
             elif work.sides[k, j] != work.sides[k, j]:
                 work.sides[k, j] = math.copysign(1.0, work.ends[k, j])
+
+
+@kernel
+def set_sides_here(equations: Equations, limits: Array, work: Kinked) -> None:
+    """Fill the sides of the kinks on which a solved state is."""
+    kink_values(equations, limits, work.starts)
+    for k in range(len(limits)):
+        found = equations.work.contacts[k]
+        work.touching[k] = 1.0 if found[PENETRATION] > 0.0 else 0.0
+        for j in range(KINKS):
+            work.sides[k, j] = math.nan
+            if (found[PENETRATION] > 0.0 or found[LOAD] > 0.0) and work.starts[k, j] == work.starts[k, j]:
+                work.sides[k, j] = math.copysign(1.0, work.starts[k, j])
 
 
 @kernel
@@ -143,7 +170,7 @@ def shortened(equations: Equations, s: Stepper, t: float, h: float, y: Array, li
 
 
 @kernel
-def set_bounds(limits: Array, work: Kinked, bounds: Array) -> None:
+def set_bounds(limits: Array, can_touch: Indices, work: Kinked, bounds: Array) -> None:
     """Fill the bounds (nc, BOUNDS) of the contacts' speeds on the sides of the kinks; infinite where none acts."""
     for k in range(len(limits)):
         for first, last, place in ((0, _RATIOS, RATIO_FROM), (_RATIOS, KINKS, SLIDING_FROM)):
@@ -154,3 +181,6 @@ def set_bounds(limits: Array, work: Kinked, bounds: Array) -> None:
                 elif work.sides[k, j] < 0.0:
                     high = min(high, limits[k, j])
             bounds[k, place], bounds[k, place + 1] = low, high
+        bounds[k, DEPTH_FROM], bounds[k, DEPTH_TO] = -math.inf, math.inf
+        if can_touch[k]:
+            bounds[k, DEPTH_FROM if work.touching[k] > 0.0 else DEPTH_TO] = 0.0

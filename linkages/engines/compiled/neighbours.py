@@ -14,12 +14,15 @@ from linkages.kernel.block import Contents, contents
 from linkages.model.experiment import value_unit
 from linkages.system import System
 
-_STEP = 1e-4  # of differences, in parts of the value
+_STEP = 3e-5  # of differences, in parts of the value
 _ZERO = 1e-7  # values of a smaller magnitude count as zero, SI units
 _UNITS = {"m/s2": 10.0}  # magnitudes of a value of zero, by its unit
 _UNIT = 1e-2  # of other units
-_ROUNDING = 2e-14  # second difference of a linear function, over its values
-#: Places and weights of differences: central, of the second and the fourth order; to one side, at a limit of the value.
+_ROUNDING = 1e-13  # error of a number that is proportional to the value
+_BENT = 1e-4  # second over first difference, beyond which two systems do not give nine digits
+#: Places and weights of differences: of the first order, for numbers proportional to the value; central, of the
+#: second and the fourth order; to one side, at a limit of the value.
+_ONE = (1,), (1.0,)
 _PAIR = (-1, 1), (-1 / 2, 1 / 2)
 _FOUR = (-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12)
 _UPWARD = (0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
@@ -39,7 +42,8 @@ class Rates(NamedTuple):
 class Neighbours:
     """Systems near a system, with other values at a path.
 
-    Numbers that are linear in the value need two systems, others four; they are built when they are needed.
+    Numbers that are proportional to the value need one system, nearly linear ones two, others four. They are built when
+    they are needed.
 
     Parameters
     ----------
@@ -64,7 +68,7 @@ class Neighbours:
         self.magnitude = _UNITS.get(value_unit(path), _UNIT) if small else abs(self._value)
         self._built = {0: system}
         problem = InputError("argument", path, "has no derivative")
-        for stencil in (_PAIR, _UPWARD, _DOWNWARD):
+        for stencil in (_ONE, _DOWNWARD):
             try:
                 self._use(stencil)
             except InputError as error:
@@ -94,18 +98,25 @@ class Neighbours:
         if any(len(one) != len(here) for one in found):
             raise self._other_structure()
         changes = np.stack([one - here for one in found])
-        if len(found) == 2 and not np.all(np.abs(changes.sum(axis=0)) <= _ROUNDING * np.abs(here)):
+        if self._refine(here, changes):
+            return self.derivative(numbers)
+        return np.tensordot(self.weights, changes, 1)
+
+    def _refine(self, here: Array, changes: Array) -> bool:
+        """Build more systems if the changes are not accurate; False if they are, or if there are no more."""
+        if len(changes) == 1:
+            expected = here * (_STEP * self.magnitude / self._value) if self._value else 0.0 * here
+            if np.all(np.abs(changes[0] - expected) <= _ROUNDING * np.abs(here)) or not changes.any():
+                return False
+        elif len(changes) != 2 or np.all(np.abs(changes.sum(axis=0)) <= _BENT * np.abs(changes).max(axis=0)):
+            return False
+        for stencil in (_PAIR, _UPWARD) if len(changes) == 1 else (_FOUR,):
             try:
-                self._use(_FOUR)
+                self._use(stencil)
             except (InputError, AssemblyError):
-                pass  # near a limit of the value: two systems remain
-            else:
-                return self.derivative(numbers)
-        return (
-            self.weights @ changes.reshape(len(changes), -1)
-            if here.ndim == 1
-            else np.tensordot(self.weights, changes, 1)
-        )
+                continue  # near a limit of the value
+            return True
+        return False
 
     def rates(self, make: Callable[[System], Any]) -> Rates:
         """Differentiate the numbers of a named tuple that is made from a system; see `linkages.kernel.block.contents`.

@@ -9,6 +9,7 @@ import numpy as np
 from linkages.engines.compiled.equations import set_state, solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
 from linkages.engines.compiled.forcing import law_change
+from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
 from linkages.engines.compiled.step_derivatives import Column, advance, close_columns, linearise
@@ -35,7 +36,6 @@ def differentiate_run(
     s: Stepper,
     tolerance: Array,
     steps: Steps,
-    landing: Array,
     rate: float,
     limits: Array,
     c: Column,
@@ -48,8 +48,6 @@ def differentiate_run(
 
     Parameters
     ----------
-    landing : (nc,) array
-        See `linkages.planar.contacts.landing`.
     rate : float
         Rate of the motion [rad/s].
     limits : (nc, KINKS) array
@@ -86,9 +84,7 @@ def differentiate_run(
             now = work.contacts[i, PENETRATION] if model.touching[i] else -1.0
             begins = now > 0.0 and (deep[i] <= 0.0 or steps.memory[k, i] != steps.memory[max(k - 1, 0), i])
             if k > 0 and (begins or (now < 0.0 < deep[i])):
-                fine = begin_or_end(
-                    equations, variation, t, y, i, begins, steps.memory[k, i], rate, 2.0 * landing[i], c, times[k]
-                )
+                fine = begin_or_end(equations, variation, t, y, i, begins, steps.memory[k, i], rate, c, times[k])
                 if not fine:
                     return GRAZED, k
                 event[k] = i + 1 if begins else -i - 1
@@ -183,6 +179,9 @@ def differentiate_states(
             close_columns(equations, variation, t, y, c)
             solve_state(equations, t, y)
         if known:
+            if len(limits):
+                set_sides_here(equations, limits, c.kinked)
+                set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
             copy(y, c.y)
             linearise(equations, variation, t, c, 0)
             known = factorise(c.mass[0], c.pivots)

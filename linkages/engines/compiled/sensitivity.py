@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.engines.compiled.job import make_given
-from linkages.engines.compiled.kinks import kinks
+from linkages.engines.compiled.kinks import friction_speeds, kinks
 from linkages.engines.compiled.neighbours import Neighbours
 from linkages.engines.compiled.output_derivatives import OutputTable
 from linkages.engines.compiled.replay import Steps
@@ -22,6 +22,7 @@ from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
+from linkages.planar.contact_partials import FRICTION_SPEED
 from linkages.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives
 
@@ -82,7 +83,9 @@ class Differentiation:
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))
         self._variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)
-        self._numbers = packed(runner.aside()), self._variation, packed(make_stepper(ny, n)), runner.tolerance
+        equations = runner.aside()
+        equations.work.scratch.bounds[:, FRICTION_SPEED] = friction_speeds(system)
+        self._numbers = packed(equations), self._variation, packed(make_stepper(ny, n)), runner.tolerance
         self._kinks = kinks(system)
 
     def _column(self, m: int) -> Column:
@@ -105,9 +108,7 @@ class Differentiation:
             np.full((nt, m), np.nan),
         )
         rate = float(runner.system.motion_rate)
-        status, known = differentiate_run(
-            *self._numbers, packed(self.steps), runner.landing, rate, self._kinks, packed(column), *found
-        )
+        status, known = differentiate_run(*self._numbers, packed(self.steps), rate, self._kinks, packed(column), *found)
         return Sensitivity(self.steps.times, *found, status, known)
 
     @cached_property

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.equations import derivatives, set_state
+from linkages.engines.compiled.equations import derivatives, set_state, solve_state
 from linkages.engines.compiled.forcing import (
     ContactState,
     approach_forcing,
@@ -34,9 +34,13 @@ from linkages.kernel import Array, Indices, clear, kernel
 from linkages.kernel.simd import lane
 from linkages.planar.closure_rows import row_rate, row_value
 from linkages.planar.contact_partials import CHANGES
+from linkages.planar.contacts import PENETRATION
 from linkages.planar.projection import correct
 
 _MOST = 1000  # attempts within one step
+_STEEP = 0.3  # ratio of the depths at the ends of a step below which the step is graded
+_FINEST = 2.0**-16  # smallest part of a graded step
+_NEAR_END = 3e-9  # depth at the start of its last part, in parts of the clearance: events are located to 1e-10
 _MILD = 1e-5  # step of central differences of closure rows [rad, or parts of the linkage's length]
 
 _collocation = collocation_sensitivity(RADAU_IIA_5)
@@ -128,7 +132,7 @@ def advance(
 ) -> bool:  # fmt: skip
     """Take the columns ``before`` from the start of step k to time t within it; False if they cannot be had.
 
-    The step is divided at kinks.
+    The step is divided at kinks, and graded near the start and the end of a contact.
     """
     start = steps.times[k]
     remember(equations, steps, k)
@@ -137,9 +141,14 @@ def advance(
     points, y = around(steps.times, k), steps.states[k].copy()
     copy(tolerance, s.scale)
     restart(s)
+    size = steps.times[k + 1] - start
+    first, last = _grades(equations, steps, k)
     now, h, attempts = start, t - start, 0
     while now + h > now and attempts < _MOST:
         attempts += 1
+        h = min(h, max(first * size, now - start))
+        if last < 1.0:
+            h = min(h, max(last * size, 0.5 * (steps.times[k + 1] - now)))
         derivatives(equations, now, y, s.f0)
         set_last_step(s, now, steps.times[k + 1] - start, steps.times, steps.states, points)
         error, _ = attempt(equations, s, now, h, y, True)
@@ -148,7 +157,7 @@ def advance(
             continue
         if len(limits):
             set_sides(equations, s, now, h, y, limits, c.kinked)
-            set_bounds(limits, c.kinked, equations.work.scratch.bounds)
+            set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
             h = shortened(equations, s, now, h, y, limits, c.kinked)
             if h < 0.0:
                 return False
@@ -162,6 +171,29 @@ def advance(
         if h > 0.0:
             restart(s)
     return not now < t
+
+
+@kernel
+def _grades(equations: Equations, steps: Steps, k: int) -> tuple[float, float]:
+    """Return the sizes of the first and the last part of step k, in parts of it.
+
+    The stiffness of a contact grows with a power of its depth, often the root. Parts within which the depth changes by
+    no more than a factor of about two resolve it; the run itself needs them less.
+    """
+    model, found = equations.model, equations.work.contacts
+    first, last = 1.0, 1.0
+    for i in range(len(model.ends)):
+        if not model.touching[i]:
+            continue
+        solve_state(equations, steps.times[k], steps.states[k])
+        start = found[i, PENETRATION]
+        solve_state(equations, steps.times[k + 1], steps.states[k + 1])
+        end = found[i, PENETRATION]
+        if start > 0.0 and end < _STEEP * start:
+            last = min(last, max(_NEAR_END * model.laws[i].clearance / start, _FINEST))
+        elif start > 0.0 and start < _STEEP * end:
+            first = min(first, max(start / end, _FINEST))
+    return first, last
 
 
 @kernel
