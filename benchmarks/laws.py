@@ -14,9 +14,9 @@ from numba import njit
 import linkages
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS, register_contact, register_film, register_friction
 from linkages.laws.film.closed_form import half_film_long
-from linkages.laws.film.film_map import CAVITATIONS, build_map, finite_film, solve_scaled
+from linkages.laws.film.film_map import CAVITATIONS, GROOVED_CAVITATIONS, MapCase, build_map, solve_plain
 from linkages.laws.film.films import film_force
-from linkages.laws.film.groove_map import RULES, build_groove_map
+from linkages.laws.film.map_table import mapped_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.journal import clearance_force
 from linkages.laws.parameters import MODELS, set_parameters
@@ -92,9 +92,9 @@ def map_error(rule, slenderness, table, largest, count=300):
     for x, y in random.uniform((0.0, 0.0), (-math.log1p(-largest), math.pi), (count, 2)):
         eps = -math.expm1(-x)
         deps, ew = math.cos(y), 2.0 * math.sin(y) / (1.0 - eps * eps) ** 0.25
-        exact = solve_scaled(eps, slenderness, rule, np.array([y]))[0]
+        exact = solve_plain(eps, slenderness, rule, np.array([y]))[0]
         scale = math.hypot(*half_film_long(eps, deps, ew, slenderness)[:2])
-        f_n, f_t, _ = finite_film(eps, deps, ew, table)
+        f_n, f_t, *_ = mapped_film(eps, deps, ew, 0.0, table)
         worst = max(worst, math.hypot(f_n / scale - exact[0], f_t / scale - exact[1]))
     return worst
 
@@ -104,7 +104,7 @@ def main():
     for rule in CAVITATIONS:
         for slenderness in (0.25, 4.0 / 3.0, 4.0, 16.0):
             start = time.perf_counter()
-            table = build_map(slenderness, rule)
+            table = build_map(MapCase(slenderness, rule))
             built = time.perf_counter() - start
             near, all_ = (map_error(rule, slenderness, table, largest) for largest in (0.99, 0.999))
             print(f"{rule:24s}{slenderness:8.3g}{built:12.2f}{near:20.1e}{all_:14.1e}")
@@ -121,15 +121,15 @@ def grooved_films():
     """Print what a film with a groove costs: its map, its force pair, and a run of the press beside other films."""
     groove, slenderness = Groove(0.0, math.radians(20.0), 0.8), 4.0 / 3.0
     print(f"\n{'map with a groove':24s}{'build [s]':>12s}{'processor [s]':>15s}{'force pair [ns]':>17s}")
-    for rule in RULES:
+    for rule in GROOVED_CAVITATIONS:
         start, used = time.perf_counter(), time.process_time()
-        table = build_groove_map(slenderness, groove, rule)
+        table = build_map(MapCase(slenderness, rule, (groove,)))
         built, used = time.perf_counter() - start, time.process_time() - used
         (taken,) = clocked(force_pair("lubricated", table, film="finite"))
         print(f"{rule:24s}{built:12.1f}{used:15.1f}{taken:17.1f}")
     keys = {"angle": 0.0, "extent": groove.extent, "length": groove.length}
     films = {"long": {"film": "long"}, "finite": {"film": "finite"}}
-    films |= {rule: {"film": "finite", "cavitation": rule, "groove": keys} for rule in RULES}
+    films |= {rule: {"film": "finite", "cavitation": rule, "groove": keys} for rule in GROOVED_CAVITATIONS}
     systems = {
         name: linkages.load(
             linkages.find_file("seven_bar.toml"),

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import MAPPED, film_force
-from linkages.laws.film.groove_map import is_grooved
+from linkages.laws.film.map_table import is_grooved, mapped_film, static_film
 from linkages.laws.film.tilted_film import tilted_action
 from linkages.laws.friction import bristle_rate, friction_coefficient
 from linkages.laws.mixed import asperity_force, dry_weight, mix
@@ -73,20 +73,14 @@ def clearance_force(
         Normal load of the contact, asperities included [N].
     """
     c = joint.clearance
-    e = math.sqrt(ex * ex + ey * ey)
-    if e > 0.0:
-        nx, ny = ex / e, ey / e
-    else:  # the force does not depend on the direction at the centre
-        nx, ny = 1.0, 0.0
-    v_n = vx * nx + vy * ny
-    v_t = vy * nx - vx * ny
+    e, nx, ny, v_n, v_t = _polar(ex, ey, vx, vy)
     delta, radius = e - c, joint.radius - c  # radius of the journal
     sliding = v_t + omega_j * radius - omega_b * (e + radius)
     f_n, f_t, couple, rate, load = 0.0, 0.0, 0.0, 0.0, 0.0
     if joint.tilt != 0.0:  # lubricated
         f_n, f_t, couple, _, _, _ = tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)
     elif joint.model != _DRY:
-        alpha = math.atan2(ny, nx) - angle - joint.groove_angle if joint.film == MAPPED else 0.0
+        alpha = math.atan2(ny, nx) - angle - joint.groove_angle if joint.film == MAPPED and is_grooved(table) else 0.0
         f_n, f_t, couple = film_action(joint, table, c, e, v_n, v_t, omega_b, omega_j, alpha)
     if joint.model != _LUBRICATED:
         extra = 0.0
@@ -102,6 +96,47 @@ def clearance_force(
             couple = mix(couple, d_couple, delta, joint.transition)
             load *= dry_weight(delta, joint.transition)
     return f_n * nx - f_t * ny, f_n * ny + f_t * nx, couple, rate, delta, v_n, sliding, load
+
+
+@inlined_kernel
+def _polar(ex: float, ey: float, vx: float, vy: float) -> tuple[float, float, float, float, float]:
+    """Length and direction of the eccentricity, and the velocity along and across it."""
+    e = math.sqrt(ex * ex + ey * ey)
+    nx, ny = 1.0, 0.0  # the force does not depend on the direction at the centre
+    if e > 0.0:
+        nx, ny = ex / e, ey / e
+    return e, nx, ny, vx * nx + vy * ny, vy * nx - vx * ny
+
+
+@kernel
+def end_flow(
+    joint: np.record,
+    table: Array,
+    ex: float,
+    ey: float,
+    vx: float,
+    vy: float,
+    omega_b: float,
+    omega_j: float,
+    angle: float = 0.0,
+) -> float:
+    """Compute the volume flow out of both ends of a finite film [m3/s]; wear is neglected.
+
+    Parameters
+    ----------
+    joint, table, ex, ey, vx, vy, omega_b, omega_j, angle
+        As for `clearance_force`.
+    """
+    c = joint.clearance
+    e, nx, ny, v_n, v_t = _polar(ex, ey, vx, vy)
+    if joint.tilt != 0.0:
+        return tilted_action(joint, e, v_n, v_t, omega_b, omega_j, math.atan2(ny, nx) - angle)[5]
+    eps, alpha = min(e / c, EPS_MAX), math.atan2(ny, nx) - angle - joint.groove_angle
+    if joint.model != _LUBRICATED:
+        eps = min(eps, joint.film_limit)
+    _, _, _, flow = mapped_film(eps, v_n / c, e / c * (omega_j + omega_b) - 2.0 * v_t / c, alpha, table)
+    _, _, static = static_film(eps, alpha, table)
+    return c * joint.radius**2 * flow + joint.supply_pressure * c**3 / joint.viscosity * static
 
 
 @kernel

@@ -290,15 +290,23 @@ class Wear(Table):
 
 
 class GrooveTable(Table):
-    """A feed groove in the bearing, at ambient pressure."""
+    """A feed groove or hole in the bearing."""
 
     angle: Finite = Field(description="of its middle in the bearing's frame, from x_P in the reference pose [rad]")
     extent: Positive = Field(description="angle that it extends over, at most a turn [rad]")
     length: Annotated[float, Field(gt=0, le=1)] = Field(1.0, description="share of the bearing's length [1]")
+    pressure: NonNegative = Field(0.0, description="supply pressure, gauge [Pa]")
+    position: Finite = Field(0.0, description="axial, of its middle, from the bearing's; share of the length [1]")
+    shape: Literal["groove", "hole"] = Field("groove", description="rectangle, or ellipse of this extent and length")
+
+    @property
+    def groove(self) -> Groove:
+        """The groove as the solver takes it."""
+        return Groove(self.angle, self.extent, self.length, self.pressure, self.position, self.shape == "hole")
 
     @model_validator(mode="after")
     def _leaves_a_film(self) -> GrooveTable:
-        check_grooves((Groove(self.angle, self.extent, self.length),), 0.0)
+        check_grooves((self.groove,), 0.0)
         return self
 
 
@@ -313,7 +321,8 @@ class JointModel(LawTable):
     cavitation: Literal["guembel", "reynolds", "mass-conserving"] = Field(
         "guembel", description="cavitation rule of the finite film; mass-conserving needs a groove"
     )
-    groove: GrooveTable | None = Field(None, description="lubricated: feed groove of the finite film")
+    groove: GrooveTable | None = Field(None, description="lubricated and mixed: feed groove of the finite film")
+    grooves: dict[str, GrooveTable] = Field({}, description="further feed grooves or holes, by any names")
     tilt: Annotated[list[Finite], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0],
         description="lubricated: slope of the journal's axis in the bearing's frame, displacement along x_P and y_P (of"
@@ -363,14 +372,15 @@ class JointModel(LawTable):
     def _check_groove(self) -> None:
         if not self.has_film:
             return
-        if self.groove is None:
+        if not self.feed:
             if self.cavitation == "mass-conserving" and self.film == "finite":
                 raise ValueError(str(NoLoadError(cavity_is_ambient=True)))
             return
-        if self.model != "lubricated" or self.film != "finite":
-            raise ValueError('groove needs model "lubricated" and film "finite"')
+        if self.film != "finite":
+            raise ValueError('groove needs film "finite"')
         if self.cavitation == "guembel":
             raise ValueError('groove needs cavitation "reynolds" or "mass-conserving"')
+        check_grooves(self.feed, 0.0)
 
     def _check_tilt(self) -> None:
         if not self.is_tilted:
@@ -389,6 +399,12 @@ class JointModel(LawTable):
             raise ValueError(f'heat needs film "finite": film "{self.film}" has no flow out of its ends')
         if not self.shear_torque:
             raise ValueError("heat needs shear_torque = true: shear is most of the film's power")
+
+    @property
+    def feed(self) -> tuple[Groove, ...]:
+        """Grooves and holes of the film."""
+        tables = [*([] if self.groove is None else [self.groove]), *self.grooves.values()]
+        return tuple(table.groove for table in tables) if self.has_film else ()
 
     @property
     def laws(self) -> tuple[str, ...]:
@@ -413,7 +429,7 @@ class JointModel(LawTable):
     @property
     def is_oriented(self) -> bool:
         """Whether the film depends on the direction of the bearing."""
-        return self.has_film and (self.groove is not None or self.is_tilted)
+        return bool(self.feed) or self.is_tilted
 
     @property
     def is_worn(self) -> bool:

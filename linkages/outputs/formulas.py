@@ -11,6 +11,7 @@ from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Records, clear, kernel, record_type
 from linkages.kernel.by_reference import packed
 from linkages.laws.film.tilted_film import tilted_action, tilted_gap
+from linkages.laws.journal import end_flow
 from linkages.planar.arrays import Arrays
 from linkages.planar.beam_deflection import deflection, largest_deflection
 from linkages.planar.closure_rows import term_rate
@@ -145,8 +146,14 @@ def _contact_value(what: int, at: int, clearance: float, view: View) -> float:
         return contact[FX] * (vx + wb * ey) + contact[FY] * (vy - wb * ex) + contact[COUPLE] * (wj - wb)
     if what == 7 and view.model.laws[at].tilt == 0.0:
         return -contact[PENETRATION]
-    if what == 7 or what > 11:
+    if what in (7, 12, 13, 14):
         return _tilted_value(what, at, view)
+    if what == 15:
+        return contact[COUPLE]
+    if what == 16:
+        motion, _ = contact_motion(view.model.ends[at], view.state.pose, view.state.vel)
+        ex, ey, vx, vy, wb, wj, angle, _ = motion
+        return end_flow(view.model.laws[at], view.model.tables[at], ex, ey, vx, vy, wb, wj, angle)
     return contact[what - 3]
 
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from linkages.errors import AssemblyError, InputError, nearest
 from linkages.kernel import Records
+from linkages.laws import FILMS
 from linkages.model.experiment import FRAME_BENDING, LINK_BENDING, PIN_QUANTITIES, QUANTITIES
 from linkages.model.segment_model import HINGE
 from linkages.outputs.formulas import (
@@ -92,6 +93,7 @@ _CONTACT = _described(
         "mx": "moment of the film on the tilted journal about the bearing's middle, about x_P [N m]",
         "my": "moment of the film on the tilted journal about the bearing's middle, about y_P [N m]",
         "tilting_moment": "magnitude of this moment [N m]",
+        "friction_torque": "friction torque on the journal, counter-clockwise [N m]",
     }
 )
 _TILTED = ("mx", "my", "tilting_moment")
@@ -129,6 +131,13 @@ def _contacts(film: bool, touching: bool) -> Callable[[System], Iterable[str]]:
                 yield label
 
     return names
+
+
+def _finite_films(system: System) -> Iterator[str]:
+    """List the contacts with a film of finite length."""
+    for (_, label), model in zip(system.tree.contacts, system.models, strict=False):
+        if model.has_film and FILMS[model.film].force is None:
+            yield label
 
 
 def _contact(system: System, name: str) -> tuple[Any, ...]:
@@ -222,6 +231,10 @@ OWNERS = (
     ),
     Owner(
         CONTACT, "JOINT (mixed)", True, _contacts(film=True, touching=True), _contact, _some(_CONTACT, *_TILTED)
+    ),
+    Owner(
+        CONTACT, "JOINT (finite film)", True, _finite_films, _contact,
+        {"flow": Quantity("volume flow out of the ends of the film", "m3/s", 16)},
     ),
     Owner(
         GUIDE, "GUIDE", True,

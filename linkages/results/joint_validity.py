@@ -196,7 +196,7 @@ def _film_end(case: Case) -> Finding | None:
 
 def _content(case: Case) -> Finding | None:
     """Find a film whose content a map takes as that of a steady whirl."""
-    if not case.model.has_film or case.model.groove is None or case.model.cavitation != "mass-conserving":
+    if not case.model.has_film or not case.model.feed or case.model.cavitation != "mass-conserving":
         return None
     largest = float(np.max(case.run[f"{case.joint.name}.eccentricity_ratio"]))
     return Finding(largest, None, "its map is quasi-static")

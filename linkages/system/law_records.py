@@ -20,10 +20,10 @@ from linkages.laws.contact.material import (
     line_stiffness,
 )
 from linkages.laws.film.closed_form import THINNEST
-from linkages.laws.film.film_map import table_limit
+from linkages.laws.film.film_map import MapCase
 from linkages.laws.film.films import MAPPED
-from linkages.laws.film.map_cache import load_groove_map, load_map
-from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.film.map_cache import load_map
+from linkages.laws.film.map_table import table_limit
 from linkages.laws.mixed import asperity_pressure
 from linkages.laws.parameters import MODELS, SHEAR, set_parameters
 from linkages.laws.viscosity import iso_vg_viscosity
@@ -44,13 +44,7 @@ def film_tables(bearings: Sequence[Bearing | None], models: Sequence[JointModel]
     tables: dict[int, Array] = {}
     for k, (bearing, joint) in enumerate(zip(bearings, models, strict=True)):
         if bearing is not None and joint.has_film and not joint.is_tilted and FILMS[joint.film].force is None:
-            slenderness, groove = 0.5 * bearing.length / bearing.radius, joint.groove
-            if groove is None:
-                tables[k] = load_map(slenderness, joint.cavitation)
-            else:
-                tables[k] = load_groove_map(
-                    slenderness, Groove(groove.angle, groove.extent, groove.length), joint.cavitation
-                )
+            tables[k] = load_map(MapCase(0.5 * bearing.length / bearing.radius, joint.cavitation, joint.feed))
     result = np.zeros((len(models), max(map(len, tables.values()), default=0)))
     for k, table in tables.items():
         result[k, : len(table)] = table
@@ -92,7 +86,9 @@ def _fill(record: Any, joint: JointModel, bearing: Bearing | None) -> None:
         film = FILMS[joint.film]
         record["film"] = film.address if record["shear"] == SHEAR["half"] else film.bare_address
         record["film_reads_record"] = bool(film.parameters)
-        record["groove_angle"] = 0.0 if joint.groove is None else joint.groove.angle
+        if joint.feed:
+            record["groove_angle"] = joint.feed[0].angle
+            record["supply_pressure"] = max(groove.pressure for groove in joint.feed)
         if joint.is_tilted and bearing is not None:
             record["tilt"] = 0.5 * bearing.length * math.hypot(*joint.tilt) / (joint.clearance or np.inf)
             record["tilt_angle"] = math.atan2(joint.tilt[1], joint.tilt[0])

@@ -11,6 +11,7 @@ from scipy.integrate import quad
 
 from linkages.laws import FILMS
 from linkages.laws.film.closed_form import EPS_MAX, half_film_long, pinkus_sternlicht, short_bearing
+from linkages.laws.film.film_map import MapCase
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_cache import load_map
 
@@ -18,7 +19,7 @@ EPS = st.floats(0.0, 0.999)
 RATE = st.floats(-100.0, 100.0).filter(lambda rate: rate == 0.0 or abs(rate) > 1e-150)  # whose square does not vanish
 FILM = st.sampled_from(sorted(FILMS))
 CLOSED = st.sampled_from(sorted(set(FILMS) - {"finite"}))  # the map is as good as its spline, 5e-4
-TABLE = load_map(0.7)
+TABLE = load_map(MapCase(0.7))
 
 
 def force(name, eps, deps, ew, slenderness=0.7):

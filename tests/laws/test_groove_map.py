@@ -1,4 +1,4 @@
-"""Films with a groove as maps: nodes, smoothness, passivity, frames, both engines."""
+"""Films with grooves as maps: nodes, steady motion, stability, passivity, frames, supply pressure, both engines."""
 
 import math
 from functools import cache
@@ -10,21 +10,28 @@ from shipped import shipped
 import linkages
 from linkages.laws import PARAMETERS
 from linkages.laws.film.closed_form import half_film_long
+from linkages.laws.film.film_map import GROOVED_CAVITATIONS, MapCase, build_map
 from linkages.laws.film.films import MAPPED
-from linkages.laws.film.groove_map import RULES, build_groove_map, grooved_film, solve_grooved
+from linkages.laws.film.groove_nodes import CENTRE, is_symmetric, solve_grooved
+from linkages.laws.film.map_table import mapped_film, ratios, static_film
 from linkages.laws.film.surface import Groove
-from linkages.laws.journal import clearance_force
+from linkages.laws.film.surface.balance import Thickness
+from linkages.laws.film.surface.surface_film import Pressures, solve_film
+from linkages.laws.film.surface.surface_mesh import surface_mesh
+from linkages.laws.journal import clearance_force, end_flow
 from linkages.results.joint_validity import outside
 
-SLENDERNESS, CELLS, NODES = 4.0 / 3.0, (48, 4), (11, 24, 12)
+SLENDERNESS, CELLS, NODES = 4.0 / 3.0, (48, 4), (13, 24, 16)
 GROOVE = Groove(0.0, math.radians(20.0), 0.8)
-rules = pytest.mark.parametrize("rule", RULES)
+#: Two grooves of different lengths, and a hole off the middle: no symmetry.
+SEVERAL = (GROOVE._replace(angle=0.3), Groove(2.0, 0.3, 0.5), Groove(-1.0, 0.3, 0.2, position=0.2, hole=True))
+rules = pytest.mark.parametrize("rule", GROOVED_CAVITATIONS)
 
 
 @cache
-def small(rule):
+def small(rule, grooves=(GROOVE,)):
     """A map with few nodes."""
-    return build_groove_map(SLENDERNESS, GROOVE, rule, nodes=NODES, cells=CELLS)
+    return build_map(MapCase(SLENDERNESS, rule, grooves, NODES, CELLS))
 
 
 def motion(eps, y):
@@ -36,29 +43,54 @@ def unit(eps, deps, ew):
     return math.hypot(*half_film_long(eps, deps, ew, 0.0)[:2])
 
 
+def steady(eps, alpha, rule, grooves=(GROOVE,), cells=CELLS, pressure=0.0):
+    """The film of a journal at rest in a bearing at alpha from the first groove, speed 1."""
+    placed = tuple(g._replace(angle=g.angle - grooves[0].angle - alpha, pressure=pressure) for g in grooves)
+    mesh = surface_mesh(SLENDERNESS, placed, (eps, 0.0), *cells)
+    return solve_film(mesh, Thickness(eps, 0.0), placed, rule=rule)
+
+
+@pytest.mark.parametrize("grooves", [(GROOVE,), SEVERAL])
 @rules
-def test_a_map_holds_the_solver_s_values_at_its_nodes(rule):
-    """Also those that are mirror images of what was solved."""
-    eps = 1.0 - math.exp(-4.0 * math.log(100.0) / 10.0)
-    for j, k in ((3, 2), (17, 9), (0, 6)):
-        y, alpha = 2.0 * math.pi * j / NODES[1], 2.0 * math.pi * k / NODES[2]
-        exact = solve_grooved(eps, SLENDERNESS, GROOVE, rule, alpha, np.array([y]), CELLS)[0]
-        deps, ew = motion(eps, y)
-        f_n, f_t, extent = grooved_film(eps, deps, ew, alpha, small(rule))
-        found = f_n / unit(eps, deps, ew), f_t / unit(eps, deps, ew), extent * math.sqrt(1.0 - eps * eps)
-        assert found == pytest.approx(exact, abs=2e-3)  # the mirror image has other cells
+def test_a_map_holds_the_solver_s_values_at_its_nodes(rule, grooves):
+    """Also those that are mirror images of what was solved, which has other cells."""
+    table = small(rule, grooves)
+    for i, j, k in ((3, 2, 2), (3, 17, 11), (9, 6, 0)):
+        eps, y, alpha = float(ratios(table)[i]), 2.0 * math.pi * j / NODES[1], 2.0 * math.pi * k / NODES[2]
+        placed = tuple(g._replace(angle=g.angle - grooves[0].angle) for g in grooves)
+        exact = solve_grooved(eps, SLENDERNESS, placed, alpha, rule, np.array([y]), CELLS)[0]
+        f_n, f_t, extent, flow = mapped_film(eps, *motion(eps, y), alpha, table)
+        scale = unit(eps, *motion(eps, y))
+        found = f_n / scale, f_t / scale, extent * math.sqrt(1.0 - eps * eps), flow
+        assert found == pytest.approx(exact, abs=2e-3)
+
+
+@rules
+def test_steady_rotation_of_a_fed_film_is_the_solver_s(rule):
+    """Force, flow out of the ends and shear, away from the centre."""
+    for eps, alpha in ((0.4, math.pi), (0.6, 2.4), (0.8, -2.4)):
+        film = steady(eps, alpha, rule)
+        row = solve_grooved(eps, SLENDERNESS, (GROOVE,), alpha, rule, np.array([0.5 * math.pi]), CELLS)[0]
+        scale = 0.5 * eps * unit(eps, *motion(eps, 0.5 * math.pi)) * (1.0 - eps * eps) ** 0.25
+        found = 2.0 * SLENDERNESS * scale * row[:2]
+        assert np.hypot(*(found - film.force)) < (0.01 if rule == "mass-conserving" else 1e-9) * np.hypot(*film.force)
+        speed = 0.5 * eps * (1.0 - eps * eps) ** 0.25
+        assert speed * row[3] == pytest.approx(film.end_flow, rel=0.03)
+        shear = 2.0 * SLENDERNESS * row[2] / math.sqrt(1.0 - eps * eps)
+        full = steady(eps, alpha, "reynolds").shear
+        share = eps**2 / (eps**2 + CENTRE**2) if rule == "mass-conserving" else 1.0
+        assert shear == pytest.approx(share * film.shear + (1.0 - share) * full, rel=1e-9)
 
 
 @rules
 def test_between_the_nodes(rule):
-    """Of |F_long|: the median within 0.3 %, nine of ten within 3 %; a fine map halves it. Content is steep near the centre."""
+    """Of |F_long|: the median within 0.3 %, nine of ten within 3 %. Sources are steep near the groove."""
     random, errors = np.random.default_rng(1), []
     for x, y, alpha in random.uniform((0.0, -3.1, -4.0), (3.0, 3.1, 4.0), (60, 3)):
         eps = -math.expm1(-x)
-        deps, ew = motion(eps, y)
-        exact = solve_grooved(eps, SLENDERNESS, GROOVE, rule, alpha, np.array([y]), CELLS)[0]
-        f_n, f_t, _ = grooved_film(eps, deps, ew, alpha, small(rule))
-        scale = unit(eps, deps, ew)
+        exact = solve_grooved(eps, SLENDERNESS, (GROOVE,), alpha, rule, np.array([y]), CELLS)[0]
+        f_n, f_t, *_ = mapped_film(eps, *motion(eps, y), alpha, small(rule))
+        scale = unit(eps, *motion(eps, y))
         errors.append(math.hypot(f_n / scale - exact[0], f_t / scale - exact[1]))
     assert np.median(errors) < 3e-3
     assert np.quantile(errors, 0.9) < 0.03
@@ -66,26 +98,43 @@ def test_between_the_nodes(rule):
 
 @rules
 def test_a_grooved_film_is_passive_and_homogeneous(rule):
-    """f_n deps - f_t ew/2 <= 0, of the solver and of the map."""
+    """f_n deps - f_t ew/2 <= 0 and a factor of the motion, of the map."""
     random = np.random.default_rng(2)
     for x, y, alpha in random.uniform((0.0, -3.14, -4.0), (4.0, 3.14, 4.0), (300, 3)):
         eps = -math.expm1(-x)
         deps, ew = motion(eps, y)
-        f_n, f_t, _ = grooved_film(eps, deps, ew, alpha, small(rule))
+        f_n, f_t, _, flow = mapped_film(eps, deps, ew, alpha, small(rule))
         assert f_n * deps - 0.5 * f_t * ew <= 1e-12 * unit(eps, deps, ew)
-        twice = grooved_film(eps, 2.0 * deps, 2.0 * ew, alpha, small(rule))
+        twice = mapped_film(eps, 2.0 * deps, 2.0 * ew, alpha, small(rule))
         assert twice[:2] == pytest.approx((2.0 * f_n, 2.0 * f_t), rel=1e-12)
-    for eps, deps, ew, alpha in ((0.3, 0.5, 0.8, 1.0), (0.7, -0.4, 0.9, -2.0), (0.1, -0.2, -0.7, 3.0)):
-        exact = solve_grooved(eps, SLENDERNESS, GROOVE, rule, alpha, np.array([math.atan2(ew, deps)]), CELLS)[0]
-        y = math.atan2(ew, deps)
-        half_ew = math.sin(y) / (1.0 - eps * eps) ** 0.25
-        assert exact[0] * math.cos(y) - exact[1] * half_ew <= 1e-12
+        assert twice[3] == pytest.approx(2.0 * flow, rel=1e-12)
 
 
-def record(groove_angle=0.3):
+@rules
+def test_a_journal_without_mass_does_not_jump(rule):
+    """The velocity of a light journal is stable: eigenvalues of dF/dv have no positive real part."""
+    random, worst, size, step = np.random.default_rng(3), [], [], 1e-4
+    for x, y, alpha in random.uniform((0.0, -3.14, -3.14), (1.5, 3.14, 3.14), (600, 3)):
+        eps = -math.expm1(-x)
+        deps, ew = motion(eps, y)
+
+        def force(deps, half_ew, eps=eps, alpha=alpha):
+            return np.array(mapped_film(eps, deps, 2.0 * half_ew, alpha, small(rule))[:2])
+
+        slope = np.column_stack([
+            force(deps + step, 0.5 * ew) - force(deps - step, 0.5 * ew),
+            force(deps, 0.5 * ew - step) - force(deps, 0.5 * ew + step),
+        ]) / (2.0 * step)  # fmt: skip
+        worst.append(np.linalg.eigvals(slope).real.max())
+        size.append(np.linalg.norm(slope, 2))
+    assert np.quantile(worst, 0.99) < 0.0
+    assert max(worst) < 0.1 * np.median(size)
+
+
+def record(**values):
     found = np.zeros(1, PARAMETERS)
-    values = {"clearance": 1e-4, "radius": 0.015, "length": 0.04, "film": MAPPED, "viscosity": 0.4, "shear": 1}
-    for name, value in (values | {"groove_angle": groove_angle}).items():
+    given = {"clearance": 1e-4, "radius": 0.015, "length": 0.04, "film": MAPPED, "viscosity": 0.4, "shear": 1}
+    for name, value in (given | {"groove_angle": 0.3} | values).items():
         found[0][name] = value
     return found[0]
 
@@ -107,32 +156,56 @@ def test_the_groove_turns_with_the_bearing(rule):
     np.testing.assert_allclose(seen, first, rtol=1e-9)
 
 
-def test_steady_rotation_is_that_of_the_bearing_command():
-    """Mass-conserving, eps 0.6, groove opposite the eccentricity: the map's force by the solver of `linkages.bearing`."""
-    from linkages.laws.film.surface.balance import Thickness
-    from linkages.laws.film.surface.surface_film import solve_film
-    from linkages.laws.film.surface.surface_mesh import surface_mesh
+def test_a_journal_at_rest_floats_on_the_supply_pressure():
+    """Force and flow of a film without motion, in Pa and m3/s, are those of the solver; a half pressure gives half."""
+    grooves = tuple(groove._replace(pressure=2e5) for groove in (GROOVE, Groove(math.pi / 2, 0.35, 0.5)))
+    table, eps = small("reynolds", grooves), 0.35
+    joint = record(supply_pressure=2e5, groove_angle=0.0)
+    e = np.array([0.0, eps * 1e-4])  # at 90 degrees from the first groove
+    fx, fy, *_ = clearance_force(joint, table, *e, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    mesh = surface_mesh(SLENDERNESS, grooves, (0.0, eps), *CELLS)
+    film = solve_film(
+        mesh,
+        Thickness(0.0, eps),
+        grooves,
+        rule="reynolds",
+        speed=0.0,
+        pressures=Pressures(unit=0.4 * (0.015 / 1e-4) ** 2),
+    )
+    force = 0.4 * 0.015**4 / 1e-4**2 * np.array(film.force)
+    assert np.hypot(*(force - (fx, fy))) < 0.01 * np.hypot(*force)
+    flow = 1e-4 * 0.015**2 * film.end_flow
+    assert end_flow(joint, table, *e, 0.0, 0.0, 0.0, 0.0) == pytest.approx(flow, rel=0.01)
+    assert np.hypot(*force) > 10.0
+    half = record(supply_pressure=1e5, groove_angle=0.0)
+    found = clearance_force(half, table, *e, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)[:2]
+    assert found == pytest.approx((0.5 * fx, 0.5 * fy), rel=1e-9)
+    assert static_film(0.3, 0.0, small("reynolds")) == (0.0, 0.0, 0.0)
 
-    placed = (GROOVE._replace(angle=math.pi),)
-    mesh = surface_mesh(SLENDERNESS, placed, (0.6, 0.0), *CELLS)
-    film = solve_film(mesh, Thickness(0.6, 0.0), placed)
-    f_n, f_t, _ = grooved_film(0.6, 0.0, 0.6, math.pi, small("mass-conserving"))
-    scale = 2.0 * SLENDERNESS
-    assert (scale * f_n, scale * f_t) == pytest.approx(film.force, rel=0.02)
+
+def test_symmetry_of_grooves():
+    assert is_symmetric((GROOVE, Groove(0.5, 0.2), Groove(-0.5, 0.2)))
+    assert is_symmetric((GROOVE, Groove(math.pi, 0.2)))
+    assert not is_symmetric((GROOVE, Groove(0.5, 0.2), Groove(-0.5, 0.2, 0.5)))
+    ring = (Groove(0.0, 2.0 * math.pi, 0.2),)
+    assert len(small("mass-conserving", ring)) < len(small("reynolds")) / 10  # one angle
+    first, other = (mapped_film(0.5, 0.1, 0.4, alpha, small("mass-conserving", ring)) for alpha in (0.0, 2.0))
+    assert first == other
 
 
 GROOVED = {"joints.A.cavitation": "mass-conserving", "joints.A.film": "finite"}
+FED = {"joints.A.groove": {"angle": 0.5, "extent": 0.35, "length": 0.8, "pressure": 1e4}}
 
 
 @pytest.mark.slow
 def test_both_engines_move_alike():
     """The press with a groove in joint A, 0.1 s: orbit and forces of both engines; the film differs from the plain one."""
-    groove = {"joints.A.groove": {"angle": 0.5, "extent": 0.35, "length": 0.8}}
-    system = shipped("seven_bar", duration=0.1, **GROOVED, **groove)
+    system = shipped("seven_bar", duration=0.1, **GROOVED, **FED)
     runs = [linkages.simulate(system, engine) for engine in ("compiled", "drake")]
-    for name in ("A.eccentricity_ratio", "A.force"):
+    for name in ("A.eccentricity_ratio", "A.force", "A.flow", "A.friction_torque"):
         peaks = [np.abs(run[name]).max() for run in runs]
         assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
+    assert runs[0]["A.flow"].min() > 0.0
     assert any("has no history" in entry["what"] for entry in outside(system, runs[0], ()))
     plain = linkages.simulate(shipped("seven_bar", duration=0.1, **{"joints.A.film": "finite"}), "compiled")
     assert plain["A.eccentricity_ratio"].max() != pytest.approx(runs[0]["A.eccentricity_ratio"].max(), rel=0.02)
@@ -144,6 +217,9 @@ def test_both_engines_move_alike():
         ({}, "add a groove, or choose cavitation guembel or reynolds"),
         ({"joints.A.groove": {"angle": 0.0, "extent": 7.0}}, "extent 7 rad: must be from 0 to a turn"),
         ({"joints.A.groove": {"angle": 0.0, "extent": 0.3, "length": 1.5}}, "length"),
+        ({"joints.A.groove": {"angle": 0.0, "extent": 0.3, "position": 0.2}}, "reaches beyond the bearing"),
+        ({"joints.A.groove": {"angle": 0.0, "extent": 0.3, "pressure": -1.0}}, "pressure"),
+        (FED | {"joints.A.grooves": {"B": {"angle": 0.6, "extent": 0.3}}}, "groove 2: overlaps another one"),
         (
             {"joints.A.groove": {"angle": 0.0, "extent": 0.3}, "joints.A.cavitation": "guembel"},
             "groove needs cavitation",

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from linkages.laws import FILMS
+from linkages.laws.film.film_map import MapCase
 from linkages.laws.film.map_cache import load_map
 from linkages.laws.journal import clearance_force as whole_force
 
 CLEARANCE = 1e-4
-TABLE = load_map(1.0)
+TABLE = load_map(MapCase(1.0))
 UNIT = st.floats(-0.6, 0.6)
 SPEED = st.floats(-50.0, 50.0)
 FILM = st.sampled_from(sorted(FILMS))

@@ -102,7 +102,7 @@ def test_the_ideal_linkage_gives_every_ideal_name(system):
         assert registry.unit(system, f"ideal.{joint}.turning_rate") == "rad/s"
 
 
-UNITS = {"1", "m", "m/s", "m/s2", "rad", "rad/s", "rad/s2", "N", "N m", "W", "J"}
+UNITS = {"1", "m", "m/s", "m/s2", "rad", "rad/s", "rad/s2", "N", "N m", "W", "J", "m3/s"}
 
 
 def test_every_name_has_a_unit(system):

@@ -1,49 +1,43 @@
-"""The film of a bearing of finite length as a map of two parameters, evaluated by a spline.
+"""Films as maps: which films there are, and their values at the nodes of a table (`linkages.laws.film.map_table`).
 
-Reynolds' equation is linear in (deps, ew) and the rules of cavitation are homogeneous, so at one L/D the
-force depends, but for a factor, on eps and on the direction of (deps, ew) alone. The map holds
-
-    f_n/|f_long|, f_t/|f_long| and extent*sqrt(1 - eps^2), for ew >= 0 (f_t is odd in ew),
-
-|f_long| the force of `linkages.laws.film.closed_form.half_film_long` in the same state, on a uniform grid of
-
-    x = -ln(1 - eps) in [0, -ln(1 - EPS_LIMIT)],  y = atan2((1 - eps^2)^(1/4)*ew/2, deps) in [0, pi],
-
-interpolated by a bicubic spline whose ends in y keep the parity of each quantity. A map is one flat array
-of floats: a head of `HEAD` numbers, then the spline's coefficients, and compiled code reads
-it as it is. **A map is never extrapolated**: eps is clipped to `table_limit(table)`; where a run exceeds it
-the caller should report that.
+| film           | solver                            | rules of cavitation        |
+|----------------|-----------------------------------|----------------------------|
+| without groove | `linkages.laws.film.reynolds`     | guembel, reynolds          |
+| with grooves   | `linkages.laws.film.groove_nodes` | reynolds, mass-conserving  |
 
 Maps are kept on disk by `linkages.laws.film.map_cache`.
 """
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, kernel, lazy_kernel
+from linkages.kernel import Array
 from linkages.laws.film.closed_form import half_film_long
+from linkages.laws.film.groove_nodes import CELLS, has_angle, is_symmetric, solve_grooved, static_part
+from linkages.laws.film.map_table import CHANNELS, fit, make_head, ratios
 from linkages.laws.film.reynolds import full_film, guembel, make_mesh, reynolds
+from linkages.laws.film.surface.grooves import Groove
 
 #: Raised whenever the solver or the layout of the map changes: maps of other versions are not read.
-VERSION = 2
-#: Largest eccentricity ratio of a map.
-EPS_LIMIT = 0.999
-#: Nodes of a map in x and in y.
-NODES = 49
-#: Numbers before the coefficients: version, L/D, cavitation, nodes in x, nodes in y, largest x.
-HEAD = 6
-_CHANNELS = 3
+VERSION = 3
+#: Largest eccentricity ratio of a map without and with grooves.
+EPS_LIMIT, GROOVED_LIMIT = 0.999, 0.99
+#: Nodes of a map in x, y and alpha, without and with grooves.
+NODES, GROOVED_NODES = (57, 96, 1), (25, 32, 20)
+
+_TURN = 2.0 * math.pi
+_MIRRORED = (1.0, -1.0, 1.0, 1.0)  # factors of the quantities of a node in the mirror image
 
 
 class Cavitation(NamedTuple):
-    """A rule of cavitation by name: its code in the head of a map, and what it means."""
+    """A rule of cavitation of a film without groove: what it means, and the mesh of its map."""
 
-    code: int
     formula: str
     valid: str
     source: str
@@ -51,93 +45,141 @@ class Cavitation(NamedTuple):
     along: int
 
 
-#: The rules of cavitation of a finite film.
+#: The rules of cavitation of a finite film without groove.
 CAVITATIONS = {
     "guembel": Cavitation(
-        0, "2D Reynolds equation on the whole film, max(p, 0)",
+        "2D Reynolds equation on the whole film, max(p, 0)",
         "any L/D, eps <= 0.999", "Guembel's half-Sommerfeld condition", around=480, along=32,
     ),
     "reynolds": Cavitation(
-        1, "2D Reynolds equation with p >= 0 as complementarity",
+        "2D Reynolds equation with p >= 0 as complementarity",
         "any L/D, eps <= 0.999", "Swift-Stieber condition; Butenschoen 1976", around=240, along=20,
     ),
 }  # fmt: skip
+#: The rules of a film with grooves.
+GROOVED_CAVITATIONS = ("reynolds", "mass-conserving")
 
 
-@kernel
-def table_limit(table: Array) -> float:
-    """Largest eccentricity ratio that this map covers."""
-    return 1.0 - math.exp(-table[5])
+class MapCase(NamedTuple):
+    """Inputs of a map.
+
+    Attributes
+    ----------
+    slenderness : float
+        L/D > 0.
+    cavitation : str
+        A name in `CAVITATIONS`, or in `GROOVED_CAVITATIONS` with grooves.
+    grooves : tuple of Groove
+        Angles from the first one, whose own angle does not matter. Only the ratios of their pressures count.
+    nodes : (int, int, int), optional
+        In x, y and alpha, even in the last two; at least 5 in x.
+    cells : (int, int)
+        Of the mesh around a film with grooves and along its half length.
+    """
+
+    slenderness: float
+    cavitation: str = "guembel"
+    grooves: tuple[Groove, ...] = ()
+    nodes: tuple[int, int, int] | None = None
+    cells: tuple[int, int] = CELLS
+
+    @property
+    def placed(self) -> tuple[Groove, ...]:
+        """Grooves with angles from the first one, and pressures in parts of the largest."""
+        largest = max((groove.pressure for groove in self.grooves), default=0.0) or 1.0
+        return tuple(
+            groove._replace(angle=groove.angle - self.grooves[0].angle, pressure=groove.pressure / largest)
+            for groove in self.grooves
+        )
+
+    @property
+    def head(self) -> Array:
+        """Numbers that the table begins with."""
+        nodes = self.nodes or (GROOVED_NODES if self.grooves else NODES)
+        if self.grooves and not has_angle(self.grooves):
+            nodes = (*nodes[:2], 1)
+        limit = GROOVED_LIMIT if self.grooves else EPS_LIMIT
+        key = repr((VERSION, float(self.slenderness), self.cavitation, self.placed, nodes, self.cells, limit))
+        identity = float(int.from_bytes(hashlib.sha256(key.encode()).digest()[:6], "big"))
+        supplied = any(groove.pressure for groove in self.grooves)
+        return make_head(identity, self.slenderness, limit, nodes, bool(self.grooves), supplied)
+
+    def check(self) -> None:
+        """Check the inputs.
+
+        Raises
+        ------
+        ValueError
+            If the rule of cavitation is unknown, or the number of nodes out of range.
+        """
+        allowed = GROOVED_CAVITATIONS if self.grooves else tuple(CAVITATIONS)
+        if self.cavitation not in allowed:
+            raise ValueError(f"cavitation {self.cavitation!r}: must be one of {', '.join(allowed)}")
+        if self.nodes is not None and (self.nodes[0] < 5 or self.nodes[1] % 2):
+            raise ValueError(f"{self.nodes} nodes: a map needs at least 5 in x, and an even number in y")
 
 
-@lazy_kernel
-def finite_film(eps: float, deps: float, ew: float, table: Array) -> tuple[float, float, float]:
-    """Force and extent of a finite film from its map.
+def build_map(case: MapCase, progress: Callable[[float], object] | None = None) -> Array:
+    """Solve the film on the nodes of a map and fit its splines.
 
     Parameters
     ----------
-    eps, deps, ew : float
-        As in `linkages.laws.film`; eps is clipped to `table_limit(table)`.
+    case : MapCase
+    progress : callable, optional
+        Called with the part that is done.
+
+    Returns
+    -------
     table : array of float
-        From `linkages.laws.film.map_cache.load_map` or `build_map`.
+        For `linkages.laws.film.map_table.mapped_film`.
 
-    Returns
-    -------
-    f_n, f_t, extent : float
-        Units of mu*L*R^3/c^2, and the integral of dtheta/h over the film that carries pressure.
+    Raises
+    ------
+    ValueError
+        If an input is out of range.
     """
-    limit = table[5]
-    nodes_y = int(table[4])
-    x = -math.log(1.0 - eps) if eps < 1.0 else limit
-    if x >= limit:
-        x = limit
-        eps = 1.0 - math.exp(-limit)
-    f_n, f_t, _ = half_film_long(eps, deps, ew, 0.0)
-    scale = math.sqrt(f_n * f_n + f_t * f_t)
-    root_q = math.sqrt(1.0 - eps * eps)
-    y = math.atan2(math.sqrt(root_q) * abs(0.5 * ew), deps)
-    steps_x = table[3] - 1.0
-    s = x * (steps_x / limit)
-    t = y * ((nodes_y - 1) / math.pi)
-    i = min(int(s), int(steps_x) - 1)
-    j = min(int(t), nodes_y - 2)
-    s -= i
-    t -= j
-    x0, x1, x2, x3 = basis(s)
-    y0, y1, y2, y3 = basis(t)
-    row = HEAD + _CHANNELS * (i * (nodes_y + 2) + j)
-    stride = _CHANNELS * (nodes_y + 2)
-    g_n, g_t, g_e = 0.0, 0.0, 0.0
-    for weight in (x0, x1, x2, x3):
-        a, b, c, d = weight * y0, weight * y1, weight * y2, weight * y3
-        g_n += a * table[row] + b * table[row + 3] + c * table[row + 6] + d * table[row + 9]
-        g_t += a * table[row + 1] + b * table[row + 4] + c * table[row + 7] + d * table[row + 10]
-        g_e += a * table[row + 2] + b * table[row + 5] + c * table[row + 8] + d * table[row + 11]
-        row += stride
-    return scale * g_n, scale * g_t if ew >= 0.0 else -scale * g_t, g_e / root_q
+    case.check()
+    head = case.head
+    nx, ny, na = (int(number) for number in head[3:6])
+    values = np.empty((nx, ny, na, CHANNELS))
+    static = np.empty((nx, na, CHANNELS)) if head[7] else None
+    grooves, mirror = case.placed, -np.arange(ny) % ny
+    angles = np.asarray(np.arange(ny) * (_TURN / ny), dtype=np.float64)
+    symmetric = is_symmetric(grooves)
+    for i, eps in enumerate(ratios(head)):
+        for k in range(na // 2 + 1 if symmetric else na):
+            turned = eps, case.slenderness, grooves, k * _TURN / na
+            if grooves:
+                found = solve_grooved(*turned, case.cavitation, angles, case.cells)
+            else:
+                found = np.empty((ny, CHANNELS))
+                found[: ny // 2 + 1] = solve_plain(eps, case.slenderness, case.cavitation, angles[: ny // 2 + 1])
+                found[ny // 2 :] = found[mirror[ny // 2 :]] * _MIRRORED
+            if static is not None:
+                static[i, k] = static_part(*turned, case.cells)
+            if symmetric:
+                values[i, :, -k % na] = found[mirror] * _MIRRORED
+                if static is not None:
+                    static[i, -k % na] = static[i, k] * _MIRRORED
+            values[i, :, k] = found
+        if progress is not None:
+            progress((i + 1) / nx)
+    return fit(head, values, static)
 
 
-@kernel
-def basis(s: float) -> tuple[float, float, float, float]:
-    """Cubic B-splines on a uniform grid, at s in [0, 1] of an interval."""
-    r = 1.0 - s
-    b1, b2 = 4.0 - 6.0 * s * s + 3.0 * s * s * s, 4.0 - 6.0 * r * r + 3.0 * r * r * r
-    return r * r * r / 6.0, b1 / 6.0, b2 / 6.0, s * s * s / 6.0
-
-
-def solve_scaled(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
-    """Solve the film at one eps for directions y = ``angles`` of the motion, (ny,).
+def solve_plain(eps: float, slenderness: float, cavitation: str, angles: Array) -> Array:
+    """Solve the film without groove at one eps for directions y = ``angles`` of the motion, in [0, pi].
 
     Returns
     -------
-    (ny, 3) array
-        The mapped quantities: normal and tangential force, extent.
+    (ny, 4) array
+        The quantities of `linkages.laws.film.map_table`.
     """
     rule = CAVITATIONS[cavitation]
     mesh = make_mesh(eps, slenderness, rule.around, rule.along)
-    films = full_film(mesh) if rule.code == 0 else None
+    films = full_film(mesh) if cavitation == "guembel" else None
     q = 1.0 - eps * eps
-    out = np.empty((len(angles), _CHANNELS))
+    out = np.empty((len(angles), CHANNELS))
     guess = None
     for row, y in zip(out, angles, strict=True):
         deps, half_ew = math.cos(y), math.sin(y) / q**0.25
@@ -148,76 +190,5 @@ def solve_scaled(eps: float, slenderness: float, cavitation: str, angles: Array)
             guess = film.p
         f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
         scale = math.hypot(f_n, f_t)
-        row[:] = film.f_n / scale, film.f_t / scale, film.extent * math.sqrt(q)
+        row[:] = film.f_n / scale, film.f_t / scale, film.extent * math.sqrt(q), film.flow
     return out
-
-
-def build_map(
-    slenderness: float,
-    cavitation: str = "guembel",
-    nodes: int = NODES,
-    progress: Callable[[float], object] | None = None,
-) -> Array:
-    """Solve Reynolds' equation on the grid of a map and fit its spline.
-
-    Parameters
-    ----------
-    slenderness : float
-        L/D > 0.
-    cavitation : str
-        A name in `CAVITATIONS`.
-    nodes : int
-        Nodes in each direction, at least 5.
-    progress : callable, optional
-        Called with the part that is done, in (0, 1]: a map takes seconds to build.
-
-    Returns
-    -------
-    table : array of float
-        For `finite_film`.
-
-    Raises
-    ------
-    ValueError
-        If the rule of cavitation is unknown, or L/D or the number of nodes out of range.
-    """
-    if cavitation not in CAVITATIONS:
-        raise ValueError(f"cavitation {cavitation!r}: must be one of {', '.join(CAVITATIONS)}")
-    if nodes < 5:
-        raise ValueError(f"{nodes} nodes: a map needs at least 5")
-    limit = -math.log1p(-EPS_LIMIT)
-    angles = np.linspace(0.0, math.pi, nodes)
-    eps = -np.expm1(-np.linspace(0.0, limit, nodes))
-    values = np.empty((nodes, nodes, _CHANNELS))
-    for i, e in enumerate(eps):
-        values[i] = solve_scaled(float(e), slenderness, cavitation, angles)
-        if progress is not None:
-            progress((i + 1) / nodes)
-    values[:, [0, -1], 1] = 0.0  # odd about both ends
-    free = np.linalg.inv(collocation(nodes, 0))
-    even, odd = np.linalg.inv(collocation(nodes, 1)), np.linalg.inv(collocation(nodes, -1))
-    padded = np.pad(values, ((1, 1), (1, 1), (0, 0)))  # end conditions have zero on the right
-    along_x = np.tensordot(free, padded, axes=(1, 0))
-    coefficients = np.empty_like(padded)
-    for channel, inverse in enumerate((even, odd, even)):
-        coefficients[..., channel] = along_x[..., channel] @ inverse.T
-    return np.concatenate((map_head(slenderness, cavitation, nodes), coefficients.ravel()))
-
-
-def map_head(slenderness: float, cavitation: str, nodes: int) -> list[float]:
-    """Numbers that a map begins with."""
-    return [VERSION, slenderness, CAVITATIONS[cavitation].code, nodes, nodes, -math.log1p(-EPS_LIMIT)]
-
-
-def collocation(nodes: int, parity: int) -> Array:
-    """Matrix of B-spline coefficients -> end condition, values at the nodes, end condition.
-
-    The ends are mirrors (parity 1), odd (parity -1) or not-a-knot (parity 0).
-    """
-    matrix = np.zeros((nodes + 2, nodes + 2))
-    for i in range(nodes):
-        matrix[i + 1, i : i + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
-    end = {0: [1.0, -4.0, 6.0, -4.0, 1.0], 1: [1.0, 0.0, -1.0], -1: [1.0, 0.0, 1.0]}[parity]
-    matrix[0, : len(end)] = end
-    matrix[-1, -len(end) :] = end[::-1]
-    return matrix

@@ -19,8 +19,7 @@ from linkages.laws.film.closed_form import (
     pinkus_sternlicht_bare,
     short_bearing,
 )
-from linkages.laws.film.film_map import finite_film
-from linkages.laws.film.groove_map import grooved_film, is_grooved
+from linkages.laws.film.map_table import mapped_film, static_film
 from linkages.laws.parameters import Parameter, named_record
 
 #: Stands for the address of a film that is given by a map.
@@ -91,7 +90,7 @@ def film_force(
     eps, deps, ew, slenderness : float
         State of the film and L/D, see `linkages.laws.film`.
     table : array of float
-        Map of a finite film (`linkages.laws.film.film_map`, `groove_map`); others ignore it.
+        Map of a finite film (`linkages.laws.film.film_map`); others ignore it.
     alpha : float
         Angle from the groove to the eccentricity, for a map with a groove [rad].
 
@@ -104,9 +103,12 @@ def film_force(
     """
     eps = min(eps, EPS_MAX)
     if joint.film == MAPPED:
-        if is_grooved(table):
-            return grooved_film(eps, deps, ew, alpha, table)
-        return finite_film(eps, deps, ew, table)
+        f_n, f_t, extent, _ = mapped_film(eps, deps, ew, alpha, table)
+        if joint.supply_pressure != 0.0:
+            s_n, s_t, _ = static_film(eps, alpha, table)
+            part = joint.supply_pressure * joint.clearance**2 / (joint.viscosity * joint.radius**2)
+            f_n, f_t = f_n + part * s_n, f_t + part * s_t
+        return f_n, f_t, extent
     if joint.film_reads_record:
         f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness, joint))
     else:

@@ -8,7 +8,6 @@ built again and replaced.
 
 from __future__ import annotations
 
-import hashlib
 import io
 import warnings
 from collections.abc import Callable
@@ -18,90 +17,59 @@ import numpy as np
 
 from linkages.disk import cache_directory, keep, kept
 from linkages.kernel import Array
-from linkages.laws.film import groove_map
-from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, HEAD, NODES, VERSION, build_map, map_head
-from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.film.film_map import VERSION, MapCase, build_map
+from linkages.laws.film.map_table import CHANNELS
 
 _IDENTITY = b"FILMMAP1"
 
 
-def map_path(slenderness: float, cavitation: str = "guembel", nodes: int = NODES) -> Path:
+def map_path(case: MapCase) -> Path:
     """Where the map of these inputs is stored."""
-    key = f"{float(slenderness).hex()} {cavitation} {nodes} {EPS_LIMIT.hex()}"
-    name = hashlib.sha256(key.encode()).hexdigest()[:16]
-    return cache_directory() / f"film-v{VERSION}-{cavitation}-{name}.map"
+    return cache_directory() / f"film-v{VERSION}-{case.cavitation}-{int(case.head[0]):012x}.map"
 
 
-def load_map(
-    slenderness: float,
-    cavitation: str = "guembel",
-    nodes: int = NODES,
-    progress: Callable[[float], object] | None = None,
-) -> Array:
+def load_map(case: MapCase, progress: Callable[[float], object] | None = None) -> Array:
     """Map of a film: from the cache if a sound one is there, else built and stored.
 
     Parameters
     ----------
-    slenderness, cavitation, nodes, progress
+    case : MapCase
+    progress : callable, optional
         As for `film_map.build_map`, which is called where the map must be built.
 
     Returns
     -------
     table : array of float
-        For `film_map.finite_film`.
+        For `linkages.laws.film.map_table.mapped_film`.
 
     Raises
     ------
     ValueError
-        If an argument is out of range.
+        If an input is out of range.
 
     Notes
     -----
     A directory that cannot be written to costs a warning and the time to build the map again.
     """
-    path = map_path(slenderness, cavitation, nodes)
-    table = read_map(path, slenderness, cavitation, nodes)
+    case.check()
+    path = map_path(case)
+    table = read_map(path, case)
     if table is None:
-        table = build_map(slenderness, cavitation, nodes, progress)
-        _store(path, table)
+        table = build_map(case, progress)
+        try:
+            write_map(path, table)
+        except OSError as error:
+            warnings.warn(f"film map not stored in {path.parent}: {error.strerror}", stacklevel=2)
     return table
 
 
-def load_groove_map(
-    slenderness: float, groove: Groove, rule: str, progress: Callable[[float], object] | None = None
-) -> Array:
-    """Map of a film with a groove: from the cache if a sound one is there, else built and stored.
-
-    Parameters
-    ----------
-    slenderness, groove, rule, progress
-        As for `groove_map.build_groove_map`, which takes up to half a minute.
-
-    Returns
-    -------
-    table : array of float
-        For `groove_map.grooved_film`.
-    """
-    head = groove_map.map_head(slenderness, groove, rule)
-    key = " ".join(float(number).hex() for number in (*head, *groove_map.CELLS))
-    path = cache_directory() / f"film-groove-{rule}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.map"
-    table = _read(path)
-    if table is None or not np.array_equal(table[: len(head)], head):
-        table = groove_map.build_groove_map(slenderness, groove, rule, progress)
-        _store(path, table)
-    return table
-
-
-def read_map(path: Path, slenderness: float, cavitation: str, nodes: int) -> Array | None:
+def read_map(path: Path, case: MapCase) -> Array | None:
     """Read a stored map; None if there is none or it is not sound."""
-    if cavitation not in CAVITATIONS:
-        return None
-    table = _read(path)
-    sound = (
-        table is not None
-        and table.shape == (HEAD + 3 * (nodes + 2) ** 2,)
-        and np.array_equal(table[:HEAD], map_head(slenderness, cavitation, nodes))
-    )
+    table, head = _read(path), case.head
+    nx, ny, na = (int(number) for number in head[3:6])
+    turns = na + 3 if na > 1 else 1
+    size = len(head) + CHANNELS * (nx + 2) * turns * (ny + 3 + bool(head[7]))
+    sound = table is not None and table.shape == (size,) and np.array_equal(table[: len(head)], head)
     return table if sound else None
 
 
@@ -116,14 +84,6 @@ def _read(path: Path) -> Array | None:
         return None
     sound = table.dtype == np.float64 and table.ndim == 1 and bool(np.isfinite(table).all())
     return table if sound else None
-
-
-def _store(path: Path, table: Array) -> None:
-    """Store a map; a directory that cannot be written to costs a warning."""
-    try:
-        write_map(path, table)
-    except OSError as error:
-        warnings.warn(f"film map not stored in {path.parent}: {error.strerror}", stacklevel=3)
 
 
 def write_map(path: Path, table: Array) -> None:

@@ -27,9 +27,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from linkages.kernel import Array
+from linkages.laws.film.surface.obstacle import obstacle
 
 #: Lines of the default mesh around the film and along its half length.
 AROUND, ALONG = 240, 20
@@ -60,6 +60,7 @@ class Pressure(NamedTuple):
     p: Array  # shape (around, along), >= 0
     f_n: float
     f_t: float
+    flow: float  # out of both ends, in units of c*R^2
     extent: float  # axial mean of the integral of dtheta/h over the film that carries pressure
 
 
@@ -226,8 +227,8 @@ def reynolds(
     Notes
     -----
     A film may be wet all around, as the middle of a long bearing is: the ring is never cut where it is wet.
-    Primal-dual active set: Hintermueller, Ito and Kunisch 2003. It wets one more line of cells in a step, so
-    that it starts, without a guess, from the film on a mesh half as fine.
+    The active set wets one more line of cells in a step, so that it starts, without a guess, from the film on a mesh
+    half as fine.
     """
     load = -((deps * mesh.rate_b + half_ew * mesh.rate_w)[:, None] * mesh.height)
     count, rows = load.shape
@@ -240,66 +241,9 @@ def reynolds(
         wet = (film.p > 0.0).repeat(2, axis=0).repeat(2, axis=1)
     free = np.ones_like(wet)
     free[0] = not ambient_at_widest
-    wet &= free
     # conductances from each cell to the next around the film, and along it
     around, along = mesh.along_theta[:, None] * mesh.height, mesh.cube[:, None] * mesh.along_z
-    for _ in range(steps := count + rows):
-        p = _solve_wet(around, along, load, wet)
-        error = 1e-14 * ((around + along) * np.abs(p)).max()  # round-off of the flow wets no cell
-        following = np.where(wet, p > 0.0, _outflow(around, along, p) < load - error) & free
-        if np.array_equal(following, wet):
-            return _integrate(mesh, p)
-        wet = following
-    raise ArithmeticError(f"film at eps = {mesh.eps!r}: the active set did not settle in {steps} steps")
-
-
-def _solve_wet(around: Array, along: Array, load: Array, wet: NDArray[np.bool_]) -> Array:
-    """Solve -div(h^3 grad p) = load on the wet cells, with p = 0 on the others, from the conductances.
-
-    The lines follow each other from one that is dry; where none is, the ring is folded, line i next to line
-    -1 - i, and the band twice as wide.
-    """
-    p = np.zeros_like(load)
-    count, rows = load.shape
-    lines = np.arange(count)
-    used = np.asarray(wet.any(axis=1))
-    if used.all():
-        lines[0::2], lines[1::2] = np.arange(count // 2), np.arange(count - 1, count // 2 - 1, -1)
-    else:
-        lines = np.roll(lines, -np.argmin(used))
-        lines = lines[used[lines]]
-        if lines.size == 0:
-            return p
-    place = np.full(count, -1)
-    place[lines] = np.arange(lines.size)
-    after = np.roll(place, -1)
-    joined = np.flatnonzero((place >= 0) & (after >= 0))
-    first, apart = np.minimum(place, after)[joined], np.abs(place - after)[joined]
-    diagonal = around + np.roll(around, 1, axis=0) + along
-    diagonal[:, 1:] += along[:, :-1]
-    band = np.zeros((apart.max(initial=1) * rows + 1, lines.size, rows))
-    band[0] = np.where(wet, diagonal, 1.0)[lines]
-    band[1, :, :-1] = (-along[:, :-1] * (wet[:, :-1] & wet[:, 1:]))[lines]
-    band[apart * rows, first] = (-around * (wet & np.roll(wet, -1, axis=0)))[joined]
-    right = np.where(wet, load, 0.0)[lines].ravel()
-    p[lines] = _solved(band.reshape(len(band), -1), right).reshape(-1, rows)
-    return p
-
-
-def _solved(band: Array, right: Array) -> Array:
-    """Solve with a symmetric banded matrix, of which the lower half is given by diagonals."""
-    from scipy.linalg import solveh_banded  # takes half a second to import; maps of films are kept
-
-    return solveh_banded(band, right, lower=True, check_finite=False)
-
-
-def _outflow(around: Array, along: Array, p: Array) -> Array:
-    """Flow out of each cell, -div(h^3 grad p) integrated over it, from the conductances."""
-    on, out = around * (p - np.roll(p, -1, axis=0)), along * p
-    out[:, :-1] -= along[:, :-1] * p[:, 1:]
-    flow = on - np.roll(on, 1, axis=0) + out
-    flow[:, 1:] -= out[:, :-1]
-    return flow
+    return _integrate(mesh, obstacle(around, along, np.zeros(count), load, free, wet))
 
 
 def _integrate(mesh: Mesh, p: Array) -> Pressure:
@@ -312,4 +256,5 @@ def _integrate(mesh: Mesh, p: Array) -> Pressure:
     part = np.divide(total, span, out=np.zeros_like(p), where=span > 0.0)
     turn = np.diff(np.append(_sommerfeld(mesh.eps, mesh.theta), 2.0 * math.pi))
     extent = float(turn @ part @ mesh.height) / math.sqrt(1.0 - mesh.eps**2)
-    return Pressure(mesh, positive, float(mesh.force_n @ mean), float(mesh.force_t @ mean), extent)
+    flow = float(mesh.cube @ positive[:, -1]) * float(mesh.along_z[-1]) * mesh.slenderness / 6.0
+    return Pressure(mesh, positive, float(mesh.force_n @ mean), float(mesh.force_t @ mean), flow, extent)

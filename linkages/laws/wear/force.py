@@ -95,7 +95,8 @@ def worn_force(
         c = law.clearance + depth_at(place.bearing, toward - bearing_angle)[0]
         c += depth_at(place.journal, toward - journal_angle)[0]
         rx, ry = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
-        f_n, f_t, couple = film_action(law, table, c, e, vx * rx + vy * ry, vy * rx - vx * ry, omega_b, omega_j)
+        v_n, v_t, alpha = vx * rx + vy * ry, vy * rx - vx * ry, toward - bearing_angle - law.groove_angle
+        f_n, f_t, couple = film_action(law, table, c, e, v_n, v_t, omega_b, omega_j, alpha)
         fx, fy = f_n * rx - f_t * ry, f_n * ry + f_t * rx
         if law.transition == 0.0:
             extra = asperity_force(e / c, c, law.radius, law.length, law.roughness, law.asperity_pressure)

@@ -54,7 +54,6 @@ class Balance(NamedTuple):
     along: Array  # conductance between cells j and j + 1; the last column is the end at zeta > 0
     start: Array  # conductance of the end at zeta < 0, (n,); zero of a mirror
     squeeze: Array  # integral of dh/dt over the cell, which the content multiplies
-    pressed: Array  # the same of what closes as if it were full
     free: NDArray[np.bool_]  # cells that are not in a groove
 
 
@@ -65,7 +64,6 @@ def make_balance(
     speed: float = 0.5,
     *,
     axial: bool = True,
-    full_when_closing: bool = False,
 ) -> Balance:
     """Integrate the film over cells and faces.
 
@@ -79,8 +77,6 @@ def make_balance(
         Mean surface speed over R*omega: half of the journal's in the bearing's frame.
     axial : bool
         Whether there is flow along the bearing.
-    full_when_closing : bool
-        Whether film that closes counts as full: a quasi-static cavity has no other way to fill.
     """
     theta, zeta = mesh.theta[:, None], mesh.zeta
     low, high = mesh.faces[:-1, None], mesh.faces[1:, None]
@@ -98,10 +94,7 @@ def make_balance(
     sines, cosines = np.sin(mesh.faces), np.cos(mesh.faces)
     rate = -vx * np.diff(sines) + vy * np.diff(cosines)
     squeeze = rate[:, None] * mesh.height * np.ones_like(around)
-    pressed = np.minimum(squeeze, 0.0) if full_when_closing else np.zeros_like(squeeze)
-    return Balance(
-        around, carried, *_axial(mesh, film, free, axial), squeeze=squeeze - pressed, pressed=pressed, free=free
-    )
+    return Balance(around, carried, *_axial(mesh, film, free, axial), squeeze=squeeze, free=free)
 
 
 def _powers(film: Thickness, low: Array, high: Array, zeta: Array) -> Array:

@@ -144,7 +144,7 @@ def _fixed(
 
 def _source(balance: Balance) -> Array:
     """Outflow of each cell at full content without pressure."""
-    out = balance.carried - np.roll(balance.carried, 1, axis=0) + balance.squeeze + balance.pressed
+    out = balance.carried - np.roll(balance.carried, 1, axis=0) + balance.squeeze
     return np.where(balance.free, out + _leak(balance), 0.0)
 
 

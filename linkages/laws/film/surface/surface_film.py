@@ -69,7 +69,6 @@ def solve_film(
     velocity: tuple[float, float] = (0.0, 0.0),
     speed: float = 0.5,
     pressures: Pressures = AMBIENT,
-    full_when_closing: bool = False,
     guess: State | None = None,
 ) -> SurfaceFilm:
     """Solve Reynolds' equation on the surface.
@@ -83,7 +82,7 @@ def solve_film(
         With their supply pressures [Pa].
     rule : str
         One of `RULES`.
-    velocity, speed, full_when_closing
+    velocity, speed
         As for `make_balance`.
     pressures : Pressures
     guess : State, optional
@@ -101,7 +100,7 @@ def solve_film(
         raise NoLoadError
     if not thickness.least(mesh.slenderness) > 0.0:
         raise ValueError("the journal touches the bearing")
-    balance = make_balance(mesh, thickness, velocity, speed, full_when_closing=full_when_closing)
+    balance = make_balance(mesh, thickness, velocity, speed)
     cavity = pressures.cavity / pressures.unit
     known = np.array([*(groove.pressure / pressures.unit for groove in grooves), 0.0]) - cavity
     boundary = Boundary(-cavity, np.where(balance.free, 0.0, known[mesh.groove]))
@@ -151,13 +150,13 @@ def _integrate(
     out = flows.around - np.roll(flows.around, 1, axis=0) + flows.along
     out[:, 1:] -= flows.along[:, :-1]
     out[:, 0] -= flows.start
-    stored = content * balance.squeeze + balance.pressed
+    stored = content * balance.squeeze
     gain = np.where(balance.free, out + stored, 0.0)
     if rule == "reynolds":  # volume appears where the film cavitates
         gain = np.where(state.deficit > 0.0, 0.0, gain)
     largest = max(float(np.abs(flows.around).max()), float(np.abs(flows.along).max()), 1e-300)
     theta, zeta = mesh.theta[:, None], mesh.zeta
-    inverse = _at_centres(balance, content) / thickness.at(theta, zeta)
+    inverse = content_at_centres(balance, content) / thickness.at(theta, zeta)
     return SurfaceFilm(
         mesh,
         thickness,
@@ -174,7 +173,7 @@ def _integrate(
     )
 
 
-def _at_centres(balance: Balance, content: Array) -> Array:
+def content_at_centres(balance: Balance, content: Array) -> Array:
     """Content at the centres of cells: a cell's own number is the one at its face downstream."""
     upstream = np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
     carried, full = balance.carried * upstream, balance.carried

@@ -1,0 +1,183 @@
+"""Quasi-static film of a bearing with grooves at one place of the journal: values of a map's nodes.
+
+With mass conservation the film content is the one of the steady whirl at this place (deps = 0), stationary seen from
+the eccentricity. It gives the sources of the pressure: the wedge in the full film, none in the cavity, and where the
+cavity ends the volume that the arriving film lacks. The pressure obeys Reynolds' condition with these sources and the
+squeeze motion. In a steady motion this is the mass-conserving film. A content that followed every motion at once would
+make the force fall with the velocity in some states: a journal would jump.
+
+A part of the cavity counts as full, to regularise states that are not quasi-static:
+
+- `REST`: otherwise a film with its groove at the thinnest gap does not resist a motion around the bearing. A real film
+  is in this state for a part of a turn only, and was fed before.
+- CENTRE^2/(eps^2 + CENTRE^2): the eccentricity has no direction at the centre.
+- All of it in a film that opens (y near pi), where the whirl changes its sense.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from linkages.kernel import Array
+from linkages.laws.film.closed_form import half_film_long
+from linkages.laws.film.map_table import CHANNELS
+from linkages.laws.film.surface.balance import Balance, Thickness, make_balance
+from linkages.laws.film.surface.complementarity import Boundary, solve
+from linkages.laws.film.surface.grooves import Groove
+from linkages.laws.film.surface.obstacle import obstacle
+from linkages.laws.film.surface.surface_film import content_at_centres
+from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
+
+#: Cells around the film and along half its length.
+CELLS = (80, 6)
+#: Eccentricity ratio below which the film content fades towards that of a full film.
+CENTRE = 0.1
+#: Least share of the cavity that counts as full for the force.
+REST = 0.3
+_SOFT = 0.05  # width in cos^2(y) of the transition to a film that opens
+
+_TURN = 2.0 * math.pi
+
+
+def has_angle(grooves: Sequence[Groove]) -> bool:
+    """Whether the film depends on the angle of the grooves: not where all of them are circumferential."""
+    return any(groove.extent < _TURN * (1.0 - 1e-12) or groove.hole for groove in grooves)
+
+
+def is_symmetric(grooves: Sequence[Groove]) -> bool:
+    """Whether the grooves are their own mirror image about the angle 0."""
+
+    def images(sign: float) -> list[tuple[float, ...]]:
+        return sorted((round(sign * g.angle % _TURN, 9) % round(_TURN, 9), *g[1:]) for g in grooves)
+
+    return images(1.0) == images(-1.0)
+
+
+class _Place:
+    """The film at one place of the journal, seen from the eccentricity, which points along x."""
+
+    def __init__(
+        self, eps: float, slenderness: float, grooves: Sequence[Groove], alpha: float, cells: tuple[int, int]
+    ) -> None:
+        self.eps, self.slenderness = eps, slenderness
+        self.grooves = tuple(groove._replace(angle=groove.angle - alpha) for groove in grooves)
+        self.mesh: SurfaceMesh = surface_mesh(slenderness, self.grooves, (eps, 0.0), *cells)
+        self.thickness = Thickness(eps, 0.0)
+        self.closing = self.balance(velocity=(1.0, 0.0), speed=0.0)
+        self.whirl = self.balance(velocity=(0.0, -1.0), speed=0.0).squeeze  # outflow of a full film, for ew/2 = 1
+        if eps > 0.0:
+            self.whirl = self.outflow(self.balance((0.0, 0.0), 1.0 / eps), np.ones_like(self.whirl))
+        self.sides = 2.0 if self.mesh.half else 1.0
+
+    def balance(self, velocity: tuple[float, float], speed: float) -> Balance:
+        return make_balance(self.mesh, self.thickness, velocity, speed)
+
+    def steady(self, sign: float) -> tuple[Array, Array]:
+        """Volume that leaves the cells in the steady whirl with ew/2 = 1 or -1 without pressure; film content."""
+        balance = self.balance((0.0, 0.0), sign / self.eps)
+        content = 1.0 - solve(balance, Boundary(0.0, np.zeros_like(balance.along))).deficit
+        return self.outflow(balance, content), content_at_centres(balance, content)
+
+    @staticmethod
+    def outflow(balance: Balance, content: Array) -> Array:
+        """Volume that leaves the cells by transport of the content."""
+        flow = balance.carried * np.where(balance.carried >= 0.0, content, np.roll(content, -1, axis=0))
+        return np.where(balance.free, flow - np.roll(flow, 1, axis=0), 0.0)
+
+    def pressure(self, deps: float, half_ew: float, share: float, whirl: Array, wet: NDArray[np.bool_]) -> Array:
+        """Pressure where a share of the wedge has the cavity of the steady whirl, the rest none; `wet` is a guess."""
+        loss = deps * self.closing.squeeze + share * abs(half_ew) * whirl + (1.0 - share) * half_ew * self.whirl
+        return obstacle(self.closing.around, self.closing.along, self.closing.start, -loss, self.closing.free, wet)
+
+    def force(self, p: Array) -> tuple[float, float]:
+        """Force on the journal over L/R."""
+        weights = self.sides * self.mesh.height / (2.0 * self.slenderness)
+        sines, cosines = np.diff(np.sin(self.mesh.faces)), -np.diff(np.cos(self.mesh.faces))
+        return -float(sines @ p @ weights), -float(cosines @ p @ weights)
+
+    def flow(self, p: Array) -> float:
+        """Volume flow out of the ends."""
+        return self.sides * float(self.closing.along[:, -1] @ p[:, -1] + self.closing.start @ p[:, 0])
+
+    def extent(self, content: Array) -> float:
+        """Integral of content/h over L/R."""
+        h = self.thickness.at(self.mesh.theta[:, None], self.mesh.zeta)
+        weights = self.sides * self.mesh.height / (2.0 * self.slenderness)
+        return float(self.mesh.width @ (content / h) @ weights)
+
+
+def solve_grooved(
+    eps: float,
+    slenderness: float,
+    grooves: Sequence[Groove],
+    alpha: float,
+    cavitation: str,
+    angles: Array,
+    cells: tuple[int, int] = CELLS,
+) -> Array:
+    """Solve the film at one place of the journal for directions y = ``angles`` of its motion.
+
+    Parameters
+    ----------
+    eps, slenderness : float
+        Eccentricity ratio; L/D.
+    grooves : sequence of Groove
+    alpha : float
+        Angle of the eccentricity [rad].
+    cavitation : str
+        reynolds or mass-conserving.
+    angles : (ny,) array
+    cells : (int, int)
+
+    Returns
+    -------
+    (ny, 4) array
+        The quantities of `linkages.laws.film.map_table`.
+    """
+    place = _Place(eps, slenderness, grooves, alpha, cells)
+    root_q = math.sqrt(1.0 - eps * eps)
+    full = np.ones_like(place.whirl)
+    steady = {sign: (sign * place.whirl, full) for sign in (1.0, -1.0)}
+    seen = 0.0  # share of the cavity that counts
+    if cavitation == "mass-conserving" and eps > 0.0:
+        seen = eps * eps / (eps * eps + CENTRE**2)
+        steady = {sign: place.steady(sign) for sign in steady}
+    out, wet = np.empty((len(angles), CHANNELS)), np.ones(full.shape, dtype=bool)
+    for row, y in zip(out, angles, strict=True):
+        deps, half_ew = math.cos(y), math.sin(y) / math.sqrt(root_q)
+        opening = max(-math.cos(y), 0.0) ** 2
+        share = seen * (1.0 - opening / math.sqrt(opening + _SOFT))
+        whirl, content = steady[math.copysign(1.0, half_ew)]
+        f_n, f_t, _ = half_film_long(eps, deps, 2.0 * half_ew, slenderness)
+        scale = math.hypot(f_n, f_t)
+        p = place.pressure(deps, half_ew, (1.0 - REST) * share, whirl, wet)
+        f_n, f_t = place.force(p)
+        if share > 0.0:  # no cavity is closed for the flow: what it takes up does not leave at the ends
+            p = place.pressure(deps, half_ew, share, whirl, wet)
+        extent = place.extent(share * content + (1.0 - share) * full)
+        row[:] = f_n / scale, f_t / scale, extent * root_q, place.flow(p)
+    return out
+
+
+def static_part(
+    eps: float, slenderness: float, grooves: Sequence[Groove], alpha: float, cells: tuple[int, int] = CELLS
+) -> Array:
+    """Solve the film of a journal at rest, fed by the grooves' pressures.
+
+    Returns
+    -------
+    (4,) array
+        Force over R L, flow over c^3/mu, zero, for grooves of this pressure.
+    """
+    place = _Place(eps, slenderness, grooves, alpha, cells)
+    known = np.array([*(groove.pressure for groove in place.grooves), 0.0])
+    state = solve(
+        place.closing._replace(squeeze=np.zeros_like(place.whirl)),
+        Boundary(0.0, np.where(place.closing.free, 0.0, known[place.mesh.groove])),
+        rule="guembel",
+    )
+    return np.array([*place.force(state.p), place.flow(state.p), 0.0])

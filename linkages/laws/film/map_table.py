@@ -1,0 +1,275 @@
+"""The table of a film map: one mechanism for all films that are given by a map, evaluated by splines.
+
+With the cavity, the ends and the grooves at ambient pressure a film is homogeneous in the motion: at one geometry its
+force depends, but for a factor, on eps, on the direction of (deps, ew) and on the angle alpha from the first groove to
+the eccentricity. A table holds
+
+    f_n/|f_long|, f_t/|f_long|, extent*sqrt(1 - eps^2), flow/speed,  speed^2 = deps^2 + sqrt(1 - eps^2)*(ew/2)^2,
+
+|f_long| the force of `linkages.laws.film.closed_form.half_film_long` in the same state and `flow` what leaves at the
+ends, on a uniform grid of
+
+    x = ln((1 + eps/STRETCH)/(1 - eps)),  y = atan2((1 - eps^2)^(1/4)*ew/2, deps) in [0, 2 pi),  alpha in [0, 2 pi),
+
+interpolated by cubic splines, periodic in y and alpha: away from rest the force is twice continuously differentiable. A
+film that does not depend on alpha has one node there. A supply pressure adds a static part in proportion to it: force
+and flow over x and alpha.
+
+The layout: `HEAD` numbers, the coefficients by x, y, alpha and quantity, then those of the static part by x, alpha and
+quantity. **A map is never extrapolated**: eps is clipped to `table_limit(table)`; where a run exceeds it the caller
+should report that. `linkages.laws.film.film_map` solves the films at the nodes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from linkages.kernel import Array, inlined_kernel, kernel, lazy_kernel
+from linkages.laws.film.closed_form import half_film_long
+
+#: Numbers before the coefficients: `make_head`.
+HEAD = 8
+#: Quantities of a node: normal and tangential force, extent, flow; of the static part: force, flow, and a zero.
+CHANNELS = 4
+#: Eccentricity ratio up to which the nodes are about evenly spaced.
+STRETCH = 0.2
+
+_SMOOTH = 1e-3  # width of the smooth positive part of the power, in parts of |f_long| times the motion
+
+
+def make_head(
+    identity: float, slenderness: float, limit: float, nodes: tuple[int, int, int], grooved: bool, supplied: bool
+) -> Array:
+    """Make the numbers that a table begins with.
+
+    Parameters
+    ----------
+    identity : float
+        Number that stands for all inputs of the map.
+    slenderness : float
+        L/D.
+    limit : float
+        Largest eccentricity ratio.
+    nodes : (int, int, int)
+        In x, y and alpha.
+    grooved, supplied : bool
+        Whether the film has a groove, and whether it has a static part.
+    """
+    return np.array([identity, slenderness, float(place(limit)), *nodes, grooved, supplied], dtype=np.float64)
+
+
+def place(eps: float | Array) -> float | Array:
+    """Coordinate x of an eccentricity ratio."""
+    return np.log1p(np.asarray(eps) / STRETCH) - np.log1p(-np.asarray(eps))
+
+
+def ratios(head: Array) -> Array:
+    """Eccentricity ratios of a map's nodes."""
+    growth = np.exp(np.linspace(0.0, head[2], int(head[3])))
+    return np.asarray((growth - 1.0) / (growth + 1.0 / STRETCH))
+
+
+@kernel
+def table_limit(table: Array) -> float:
+    """Largest eccentricity ratio that this map covers."""
+    growth = math.exp(table[2])
+    return (growth - 1.0) / (growth + 1.0 / STRETCH)
+
+
+@kernel
+def is_grooved(table: Array) -> bool:
+    """Whether the film has a groove; its extent is then the one of the whole film, weighted by the content."""
+    return len(table) > HEAD and table[6] > 0.0
+
+
+@inlined_kernel
+def basis(s: float) -> tuple[float, float, float, float]:
+    """Cubic B-splines on a uniform grid, at s in [0, 1] of an interval."""
+    r = 1.0 - s
+    b1, b2 = 4.0 - 6.0 * s * s + 3.0 * s * s * s, 4.0 - 6.0 * r * r + 3.0 * r * r * r
+    return r * r * r / 6.0, b1 / 6.0, b2 / 6.0, s * s * s / 6.0
+
+
+@inlined_kernel
+def _interval(place: float, last: int) -> tuple[int, float]:
+    """Interval of a uniform grid and the place in it."""
+    i = min(int(place), last)
+    return i, place - i
+
+
+@inlined_kernel
+def _around(angle: float, nodes: int) -> tuple[int, float]:
+    """Interval of a periodic grid and the place in it."""
+    part = angle / (2.0 * math.pi)
+    return _interval((part - math.floor(part)) * nodes, nodes - 1)
+
+
+@inlined_kernel
+def _quantities(table: Array, s: float, y: float, alpha: float) -> tuple[float, float, float, float]:
+    """Interpolate the four quantities at s of the nodes in x."""
+    nx, ny, na = int(table[3]), int(table[4]), int(table[5])
+    i, s = _interval(s, nx - 2)
+    j, t = _around(y, ny)
+    b0, b1, b2, b3 = basis(t)
+    line = CHANNELS * (na + 3 if na > 1 else 1)
+    g_n, g_t, g_e, g_q = 0.0, 0.0, 0.0, 0.0
+    plane = HEAD + line * (i * (ny + 3) + j)
+    if na > 1:
+        k, r = _around(alpha, na)
+        a0, a1, a2, a3 = basis(r)
+        plane += CHANNELS * k
+        for weight_x in basis(s):
+            row = plane
+            for weight_y in (b0, b1, b2, b3):
+                weight = weight_x * weight_y
+                b, c, d, e = weight * a0, weight * a1, weight * a2, weight * a3
+                g_n += b * table[row] + c * table[row + 4] + d * table[row + 8] + e * table[row + 12]
+                g_t += b * table[row + 1] + c * table[row + 5] + d * table[row + 9] + e * table[row + 13]
+                g_e += b * table[row + 2] + c * table[row + 6] + d * table[row + 10] + e * table[row + 14]
+                g_q += b * table[row + 3] + c * table[row + 7] + d * table[row + 11] + e * table[row + 15]
+                row += line
+            plane += line * (ny + 3)
+        return g_n, g_t, g_e, g_q
+    for weight in basis(s):
+        b, c, d, e, row = weight * b0, weight * b1, weight * b2, weight * b3, plane
+        g_n += b * table[row] + c * table[row + 4] + d * table[row + 8] + e * table[row + 12]
+        g_t += b * table[row + 1] + c * table[row + 5] + d * table[row + 9] + e * table[row + 13]
+        g_e += b * table[row + 2] + c * table[row + 6] + d * table[row + 10] + e * table[row + 14]
+        g_q += b * table[row + 3] + c * table[row + 7] + d * table[row + 11] + e * table[row + 15]
+        plane += line * (ny + 3)
+    return g_n, g_t, g_e, g_q
+
+
+@lazy_kernel
+def mapped_film(eps: float, deps: float, ew: float, alpha: float, table: Array) -> tuple[float, float, float, float]:
+    """Evaluate a film from its map.
+
+    Parameters
+    ----------
+    eps, deps, ew : float
+        As in `linkages.laws.film`; eps is clipped to `table_limit(table)`.
+    alpha : float
+        Angle from the first groove to the eccentricity [rad].
+    table : array of float
+        From `linkages.laws.film.map_cache.load_map` or `film_map.build_map`.
+
+    Returns
+    -------
+    f_n, f_t : float
+        Force on the journal in units of mu*L*R^3/c^2.
+    extent : float
+        Integral of dtheta/h over the film that carries pressure; with a groove, over the whole film, times its content.
+    flow : float
+        Volume flow out of the ends in units of c*R^2.
+
+    Notes
+    -----
+    Where a film with a groove carries next to nothing the error of the spline must not feed energy in: a smooth
+    positive part of the power is taken away, so that the film is passive.
+    """
+    eps, x = _clipped(eps, table)
+    f_n, f_t, _ = half_film_long(eps, deps, ew, 0.0)
+    scale = math.sqrt(f_n * f_n + f_t * f_t)
+    root_q, half = math.sqrt(1.0 - eps * eps), 0.5 * ew
+    across, side = math.sqrt(root_q) * half, 1.0
+    if table[5] == 1.0:  # its own mirror image, to round-off too
+        side = math.copysign(1.0, half) if half != 0.0 else 0.0
+        across = abs(across)
+    g_n, g_t, g_e, g_q = _quantities(table, x * ((table[3] - 1.0) / table[2]), math.atan2(across, deps), alpha)
+    f_n, f_t = scale * g_n, side * scale * g_t
+    motion = deps * deps + half * half
+    if motion > 0.0 and table[6] > 0.0:
+        power, width = f_n * deps - f_t * half, _SMOOTH * scale * math.sqrt(motion)
+        excess = 0.5 * (power + math.sqrt(power * power + width * width)) / motion
+        f_n -= excess * deps
+        f_t += excess * half
+    return f_n, f_t, g_e / root_q, g_q * math.sqrt(deps * deps + across * across)
+
+
+@inlined_kernel
+def _clipped(eps: float, table: Array) -> tuple[float, float]:
+    """Eccentricity ratio within the map, and its x."""
+    limit = table[2]
+    x = math.log((1.0 + eps * (1.0 / STRETCH)) / (1.0 - eps)) if eps < 1.0 else limit
+    return (eps, x) if x < limit else (table_limit(table), limit)
+
+
+@lazy_kernel
+def static_film(eps: float, alpha: float, table: Array) -> tuple[float, float, float]:
+    """Evaluate the static part of a film: force over p*R*L and flow over p*c^3/mu at a supply pressure p.
+
+    Zero where the map has none.
+    """
+    if len(table) <= HEAD or table[7] == 0.0:
+        return 0.0, 0.0, 0.0
+    nx, ny, na = int(table[3]), int(table[4]), int(table[5])
+    _, x = _clipped(eps, table)
+    i, s = _interval(x * ((nx - 1) / table[2]), nx - 2)
+    count = na + 3 if na > 1 else 1
+    k, r = _around(alpha, na) if na > 1 else (0, 0.0)
+    a0, a1, a2, a3 = basis(r)
+    f_n, f_t, flow = 0.0, 0.0, 0.0
+    row = HEAD + CHANNELS * ((nx + 2) * (ny + 3) * count + i * count + k)
+    for weight in basis(s):
+        if na == 1:
+            f_n, f_t, flow = f_n + weight * table[row], f_t + weight * table[row + 1], flow + weight * table[row + 2]
+        else:
+            at = row
+            for part in (a0, a1, a2, a3):
+                f_n += weight * part * table[at]
+                f_t += weight * part * table[at + 1]
+                flow += weight * part * table[at + 2]
+                at += CHANNELS
+        row += CHANNELS * count
+    return f_n, f_t, flow
+
+
+def fit(head: Array, values: Array, static: Array | None = None) -> Array:
+    """Fit the splines to the values at the nodes.
+
+    Parameters
+    ----------
+    head : array
+        From `make_head`.
+    values : (nx, ny, na, 4) array
+    static : (nx, na, 4) array, optional
+
+    Returns
+    -------
+    table : (nt,) array
+    """
+    parts = [head, _coefficients(values, (1, 2)).ravel()]
+    if static is not None:
+        parts.append(_coefficients(static, (1,)).ravel())
+    return np.concatenate(parts)
+
+
+def _coefficients(values: Array, periodic: tuple[int, ...]) -> Array:
+    """Coefficients of a spline along the first axis and along periodic ones."""
+    padded = np.pad(values, ((1, 1), *((0, 0),) * (values.ndim - 1)))  # the end conditions have zero on the right
+    found = np.tensordot(np.linalg.inv(_collocation(len(values))), padded, (1, 0))
+    for axis in periodic:
+        if values.shape[axis] > 1:
+            found = _periodic(found, axis)
+    return np.asarray(found)
+
+
+def _collocation(nodes: int) -> Array:
+    """Matrix of B-spline coefficients -> end condition (not-a-knot), values at the nodes, end condition."""
+    matrix = np.zeros((nodes + 2, nodes + 2))
+    for i in range(nodes):
+        matrix[i + 1, i : i + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
+    matrix[0, :5] = matrix[-1, -5:] = 1.0, -4.0, 6.0, -4.0, 1.0
+    return matrix
+
+
+def _periodic(values: Array, axis: int) -> Array:
+    """Coefficients of a periodic spline along an axis, padded: the interval from node j begins at j."""
+    count = values.shape[axis]
+    factor = (4.0 + 2.0 * np.cos(2.0 * math.pi * np.fft.rfftfreq(count))) / 6.0
+    shape = [1] * values.ndim
+    shape[axis] = factor.size
+    found = np.fft.irfft(np.fft.rfft(values, axis=axis) / factor.reshape(shape), count, axis=axis)
+    return np.asarray(np.take(found, np.arange(-1, count + 2) % count, axis=axis))
