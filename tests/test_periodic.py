@@ -369,6 +369,21 @@ def test_a_stop_that_springs_has_the_closed_form_branch_and_grazing(oscillator):
         assert product == pytest.approx(np.exp(-C / M * motion.period), rel=1e-7)
 
 
+@pytest.mark.parametrize(("speed", "revolutions"), [(-2.0, 1), (-1.5, 2)])
+def test_drives_in_a_ratio_of_integers_have_a_common_period(speed, revolutions):
+    """A five-bar with two drives: the motion is the one to which a run settles."""
+    film = {"model": "lubricated", "clearance": 2e-4, "film": "short", "viscosity": 0.1}
+    slow = shipped("five_bar_dry").value("drives.O1.speed")
+    changed = {"joints.C": film, "drives.O2.speed": speed * slow, "solver.accuracy": 1e-10}
+    system = shipped("five_bar_dry", **changed)
+    motion = periodic_motion(system, transient=2, accuracy=1e-10)
+    assert motion.stable
+    assert motion.period == pytest.approx(revolutions * 2.0 * np.pi / slow, rel=1e-12)
+    settled = stroboscopic(system, ["C.ex", "C.ey"], 5 * revolutions, 0, "O1")
+    for name, values in motion.section(["C.ex", "C.ey"]).strobe.items():
+        assert values[0] == pytest.approx(settled.strobe[name][-1], rel=1e-7)
+
+
 @pytest.mark.slow
 def test_a_branch_switches_at_a_period_doubling(system_of):
     """Runs settle to the doubled branch beyond the doubling, and to the first branch before it."""

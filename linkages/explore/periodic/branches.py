@@ -22,6 +22,7 @@ from linkages.outputs.registry import pack
 from linkages.system import System
 
 _FIRST, _LEAST = 0.2, 1e-4  # first and smallest step, over the largest
+_SHOWN = 0.98  # largest progress before the end
 _MOST = 400  # points of a branch
 _SAME = 1e-4  # distance of two bifurcations over the range, below which they are one
 
@@ -225,7 +226,7 @@ class _Search(NamedTuple):
         """Trace a branch from a point in the direction of its tangent."""
 
         def report(point: Point) -> None:
-            self.progress(abs(point.p - self.low) / self._range)
+            self.progress(_SHOWN * abs(point.p - self.low) / self._range)
 
         limits = (self.low, self.high)
         return trace(forced(given), point, limits, settings, _seen, _MOST, report)
