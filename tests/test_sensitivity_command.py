@@ -1,0 +1,28 @@
+"""``linkages sensitivity``: files, differences, warnings, bad input."""
+
+import json
+
+from linkages.cli.main import main
+
+_RUN = ("sensitivity", "slider_crank_lubricated.toml", "--duration", "0.002", "--output", "slider.ax", "--quiet")
+
+
+def test_the_command_writes_derivatives_that_agree_with_differences(tmp_path):
+    paths = ("joints.B.clearance", "drives.O.speed", "gravity.y")
+    assert main([*_RUN, "--wrt", *paths, "--check", "--set", "solver.accuracy=1e-9", "--out", str(tmp_path)]) == 0
+    found = json.loads((tmp_path / "sensitivity.json").read_text())
+    details = json.loads((tmp_path / "details.json").read_text())
+    assert set(found) == set(paths)
+    assert set(found["gravity.y"]) == {"slider.ax.peak", "slider.ax.mean", "slider.ax.rms", "O.work"}
+    for path in ("joints.B.clearance", "drives.O.speed"):
+        rate, error = found[path]["slider.ax.peak"], details["errors"][path]["slider.ax.peak"]
+        assert abs(rate - details["differences"][path]["slider.ax.peak"]) < 1e-3 * abs(rate)
+        assert error < 1e-3 * abs(rate)
+    assert (tmp_path / "tornado.png").exists()
+
+
+def test_bad_input_gives_one_line_and_writes_nothing(tmp_path, capsys):
+    for path in ("joints.X.clearance", "joints.B.film"):
+        assert main([*_RUN, "--wrt", path, "--out", str(tmp_path / "new")]) == 2
+        assert path in capsys.readouterr().err.splitlines()[-1]
+    assert not (tmp_path / "new").exists()
