@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from linkages.arrays import Array
 from linkages.explore.periodic.branches import Branch, Branches
+from linkages.explore.periodic.motion import PeriodicMotion
 from linkages.explore.periodic.multipliers import BRANCH_POINT, DOUBLING, FOLD, GRAZING, NEIMARK_SACKER
 from linkages.explore.sections import Section
 from linkages.explore.sweep import Sweep
@@ -87,18 +88,29 @@ def _draw_sweep(
 def _draw_branch(
     axis: Axes, branch: Branch, values: Callable[[Section | None], Array], scale: float, factor: float, color: str
 ) -> None:
-    """Draw a line for each period of the drives, in pieces of equal stability, and the bifurcations."""
-    x = scale * np.array([motion.value for motion in branch.motions], dtype=np.float64)
-    y = factor * np.array([values(motion.outputs) for motion in branch.motions])
-    stable = np.array([motion.stable is not False for motion in branch.motions])
-    breaks = [0, *(np.flatnonzero(np.diff(stable)) + 1), len(x)]
+    """Draw a line for each period of the drives, solid between stable motions, and the bifurcations."""
+    motions = _with_events(branch)
+    x = scale * np.array([motion.value for motion in motions], dtype=np.float64)
+    y = factor * np.array([values(motion.outputs) for motion in motions])
+    solid = [all(motion.stable is not False for motion in pair) for pair in pairwise(motions)]
+    breaks = [0, *(np.flatnonzero(np.diff(solid)) + 1), len(solid)] if solid else []
     for first, last in pairwise(breaks):
-        part = slice(first, min(last + 1, len(x)))
-        good = bool(stable[first])
+        good = solid[first]
         name = f"{branch.periods} period{'s' if branch.periods > 1 else ''}, {'stable' if good else 'unstable'}"
-        for line in y[part].T:
-            axis.plot(x[part], line, color=color, ls="-" if good else "--", lw=1.2, zorder=2, label=name)
+        for line in y[first : last + 1].T:
+            axis.plot(x[first : last + 1], line, color=color, ls="-" if good else "--", lw=1.2, zorder=2, label=name)
     for event in branch.events:
         at = factor * values(event.motion.outputs)
         place = np.full(len(at), scale * (event.motion.value or 0.0))
         axis.plot(place, at, _MARKS[event.kind], color="black", ms=5, mfc="none", zorder=3, ls="", label=event.kind)
+
+
+def _with_events(branch: Branch) -> list[PeriodicMotion]:
+    """Return the motions of a branch with its bifurcations between them."""
+    found, rest = [branch.motions[0]], [event for event in branch.events if event.kind != FOLD]
+    for motion, ahead in pairwise(branch.motions):
+        ends = motion.value or 0.0, ahead.value or 0.0
+        while rest and min(ends) <= (rest[0].motion.value or 0.0) <= max(ends):
+            found.append(rest.pop(0).motion)
+        found.append(ahead)
+    return found
