@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from linkages.plots.shown import ShownFigure
 from linkages.plots.style import COLORS, figure_style
@@ -41,6 +42,10 @@ def tornado_figure(found: Sensitivities) -> Figure:
             axis.tick_params(axis="y", labelsize=7)
             axis.set_title(key, fontsize=9)
             axis.set_xlabel("change with 1 % of the value [%]", fontsize=8)
+            axis.xaxis.set_major_locator(MaxNLocator(4))
+            axis.xaxis.set_major_formatter("{x:.3g}")
+            if not any(heights):
+                axis.set_xlim(-1.0, 1.0)
         for axis in axes[len(keys) :]:
             axis.axis("off")
         return figure
