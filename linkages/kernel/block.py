@@ -64,7 +64,7 @@ class Block(Packed):
     """
 
     def __init__(self, value: Any) -> None:
-        self.unpacked, self.numba_type = value, reference_to(value)
+        self.unpacked, self._numba_type_ = value, reference_to(value)
         words, moved, where = bytearray(), list[tuple[int, int]](), list[Indices]()
         _place(value, words, moved, where)
         words.extend(bytes(-len(words) % 8))

@@ -24,7 +24,6 @@ from numba.extending import (
     lower_getattr_generic,
     models,
     register_model,
-    typeof_impl,
     unbox,
 )  # fmt: skip
 
@@ -118,7 +117,7 @@ class Packed:
         key = _key(value, items)
         layout = _layouts.get(key) or _add_layout(key, value)
         self.unpacked = value
-        self.numba_type, self._words = layout.kind, layout.words.copy()
+        self._numba_type_, self._words = layout.kind, layout.words.copy()
         self._words[layout.places] = [_word(item) for item in items]
         self.place = _address(self._words)
 
@@ -146,7 +145,7 @@ def _key(value: Any, items: list[Any]) -> Any:
     items.append(value)
     if isinstance(value, np.ndarray):
         return type(value), value.dtype, value.shape, value.strides, value.flags.num
-    return value.numba_type if isinstance(value, Packed) else type(value)
+    return value._numba_type_ if isinstance(value, Packed) else type(value)
 
 
 def _add_layout(key: Any, value: Any) -> _Layout:
@@ -184,7 +183,7 @@ def reference_to(value: Any) -> Reference:
 def shape(value: Any) -> Any:
     """Return a key for the numba type of a value, which takes numba longer to find."""
     if isinstance(value, Packed):
-        return Packed, value.numba_type
+        return Packed, value._numba_type_
     if isinstance(value, tuple):
         return type(value), *map(shape, value)
     if isinstance(value, np.ndarray):
@@ -194,7 +193,7 @@ def shape(value: Any) -> Any:
 
 def reference_type(value: Any) -> Any:
     """Return the numba type of a packed named tuple."""
-    return value.numba_type
+    return value._numba_type_
 
 
 def packed(value: T) -> T:
@@ -234,11 +233,6 @@ def _address(array: Any) -> int:
         return addressof(c_char.from_buffer(array))
     except (TypeError, ValueError, BufferError):  # read-only, empty, or with gaps
         return int(array.ctypes.data)
-
-
-@typeof_impl.register(Packed)
-def _type_of_packed(value: Packed, context: Any) -> Reference:
-    return value.numba_type
 
 
 @unbox(Reference)

@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property, partial, update_wrapper
-from inspect import signature
-from typing import Any, TypeVar, cast, get_args, get_type_hints
+from inspect import Parameter, signature
+from typing import Any, TypeVar, cast, get_args
 
 import numba
 from numba import types
@@ -27,7 +27,7 @@ from linkages.kernel import precompiled
 from linkages.kernel.by_reference import shape
 from linkages.kernel.external import call_cell, call_symbol, external, failures, kernels, name_of, obtain, under_way
 from linkages.kernel.fingerprint import LAZY
-from linkages.kernel.private import COUNTED, FOR_KERNELS, OFF, UNCOUNTED, function_for_python, problem
+from linkages.kernel.private import COUNTED, INLINED, OFF, UNCOUNTED, problem, python_function
 
 F = TypeVar("F", bound=Callable[..., Any])
 _NUMBERS = {None: types.none, float: types.float64, int: types.int64, bool: types.boolean}
@@ -91,8 +91,8 @@ class Kernel:
     @cached_property
     def inlined(self) -> Any:
         """Function that is compiled with each caller."""
-        own = UNCOUNTED if _returns_numbers(self.py_func) else COUNTED
-        options: Any = FOR_KERNELS | own | {"error_model": "numpy", "forceinline": self.kind == b"inlined"}
+        own = UNCOUNTED if _result(self.py_func) else COUNTED
+        options: Any = INLINED | own | {"error_model": "numpy", "forceinline": self.kind == b"inlined"}
         return numba.njit(**options)(self.py_func)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
@@ -116,7 +116,7 @@ class Kernel:
 
     def _entry(self, kinds: tuple[Any, ...]) -> Any:
         """Compile or load the function for calls from Python."""
-        make = partial(function_for_python, kinds=kinds, error_model="numpy")
+        make = partial(python_function, kinds=kinds, error_model="numpy")
         return obtain(name_of(self.py_func, kinds), self.py_func, make)
 
     def prepare(self, *kinds: Any) -> None:
@@ -134,11 +134,7 @@ class Kernel:
         return type_call
 
     def _write_call(self, context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        """Write a call by another kernel; defaults become arguments."""
-        missing = [each.default for each in self._signature.parameters.values()][len(values) :]
-        kinds = tuple(map(numba.typeof, missing))
-        typed = typed.return_type(*typed.args, *kinds)
-        values = [*values, *(context.get_constant(*each) for each in zip(kinds, missing, strict=True))]
+        """Write a call by another kernel."""
         lazy = self.kind == LAZY or under_way(self.py_func, typed.args, typed.return_type)
         return (call_cell if lazy else call_symbol)(self.py_func, context, builder, typed, values)
 
@@ -150,28 +146,11 @@ def _type_of(kernel: Kernel, context: Any) -> Any:
 
 def _result(function: Any) -> Any:
     """Find the numba type of an external function's result in its annotation; None if it is no number."""
-    kind = _annotation(function)
-    with suppress(KeyError, TypeError):
+    kind = function.__annotations__.get("return", Parameter.empty)
+    with suppress(KeyError, TypeError, NameError):
+        kind = eval(kind, function.__globals__) if isinstance(kind, str) else kind
+        if any(each.default is not Parameter.empty for each in signature(function).parameters.values()):
+            return None
         parts = get_args(kind)
         return types.Tuple([_NUMBERS[part] for part in parts]) if parts else _NUMBERS[kind]
     return None
-
-
-def _annotation(function: Any) -> Any:
-    """Return the annotation of a function's result; Any if it is not known."""
-    kind = function.__annotations__.get("return", Any)
-    with suppress(NameError, TypeError):
-        return eval(kind, function.__globals__) if isinstance(kind, str) else kind
-    return Any
-
-
-def _returns_numbers(function: Any) -> bool:
-    """Whether the result holds numbers alone, no array, whose references would be counted."""
-    waiting = [_annotation(function)]
-    while waiting:
-        kind = waiting.pop()
-        parts = get_args(kind) or tuple(get_type_hints(kind).values()) if isinstance(kind, type) else get_args(kind)
-        if not parts and kind not in _NUMBERS:
-            return False
-        waiting.extend(parts)
-    return True

@@ -1,4 +1,4 @@
-"""External functions: compiled or loaded once, and called at their address.
+"""External functions: C functions that are compiled or loaded once and called at their address.
 
 A caller contains no code of an external function. It finds the address by one of three ways:
 
@@ -12,7 +12,6 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import importlib
-import inspect
 import pickle
 import uuid
 from collections.abc import Callable, Sequence
@@ -31,16 +30,7 @@ from linkages.kernel import locks, precompiled
 from linkages.kernel.cache import read, write
 from linkages.kernel.fingerprint import fingerprint
 from linkages.kernel.folder import folder
-from linkages.kernel.private import (
-    COUNTED,
-    OFF,
-    UNCOUNTED,
-    Stored,
-    function_for_kernels,
-    problem,
-    type_of_function,
-    write_call,
-)  # fmt: skip
+from linkages.kernel.private import COUNTED, OFF, UNCOUNTED, Stored, c_function, problem, restored
 from linkages.signals import deferred
 
 kernels: dict[tuple[str, str], Any] = {}  #: by module and name
@@ -111,12 +101,8 @@ def _linked(symbol: str) -> bool:
     """Load the external function with this symbol, if it is one; False if its code is not on disk."""
     if not symbol.startswith(_PREFIX) or _alive.get(symbol):
         return True
-    made = _load(symbol.removeprefix(_PREFIX), None, _restored)
+    made = _load(symbol.removeprefix(_PREFIX), None, lambda function, stored: restored(stored))
     return made is not None and _link(symbol, made)
-
-
-def _restored(function: None, stored: Stored) -> Stored:
-    return function_for_kernels(lambda: None, stored, types.none())
 
 
 def _link(symbol: str, made: Any) -> bool:
@@ -136,7 +122,8 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
     with deferred() as interrupts:
         _interrupts.append(interrupts)
         try:
-            stored = Stored(counts=_makes_arrays(function))
+            names = {name for name in function.__code__.co_names if name not in function.__globals__}
+            stored = Stored(counts=not _ALLOCATING.isdisjoint(names))  # a global of such a name is a kernel
             if not stored.counts:
                 with suppress(numba.NumbaError):
                     made = make(renamed, stored := Stored(counts=True), **UNCOUNTED)
@@ -152,22 +139,13 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
 _PARTS = "code", "globals", "name", "defaults", "closure"
 
 
-def _makes_arrays(function: Any) -> bool:
-    """Whether a function, or a kernel that is compiled with it, seems to make arrays."""
-    names = inspect.getclosurevars(function)
-    called = (*names.nonlocals.values(), *names.globals.values())
-    parts = (each.py_func for each in called if getattr(each, "result", each) is None)
-    return not _ALLOCATING.isdisjoint(names.unbound) or any(map(_makes_arrays, parts))
-
-
 def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
     """Load or compile an external function for arguments of these types, and return its symbol."""
     name, symbol = name_of(function, kinds, result), _symbol(function, kinds, result)
     if not _alive.get(symbol):
         _alive[symbol] = None
         try:
-            make = partial(function_for_kernels, signature=result(*kinds), error_model="numpy")
-            made = obtain(name, function, make)
+            made = obtain(name, function, partial(c_function, kinds=kinds, result=result, error_model="numpy"))
         except BaseException:
             del _alive[symbol]
             raise
@@ -187,24 +165,25 @@ def under_way(function: Any, kinds: tuple[Any, ...], result: Any) -> bool:
 
 def call_symbol(function: Any, context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
     """Write a call of an external function by its symbol."""
-    symbol, module = external(function, signature.args, signature.return_type), builder.module
-    known = module.globals.get(symbol) or ir.Function(module, type_of_function(context, signature), symbol)
-    return write_call(context, builder, known, signature, values)
+    symbol = external(function, signature.args, signature.return_type)
+    kind = _kind(context, signature.return_type, values)
+    known = builder.module.globals.get(symbol)
+    return builder.call(known or ir.Function(builder.module, kind, symbol), values)
 
 
-def call_address(context: Any, builder: Any, place: Any, signature: Any, values: Sequence[Any]) -> Any:
+def call_address(context: Any, builder: Any, place: Any, result: Any, values: Sequence[Any]) -> Any:
     """Write a call of the external function at an address."""
-    if not problem:
-        kind = type_of_function(context, signature)
-        return write_call(context, builder, builder.inttoptr(place, kind.as_pointer()), signature, values)
-    kind = ir.FunctionType(context.get_value_type(signature.return_type), [value.type for value in values])
-    return builder.call(builder.inttoptr(place, kind.as_pointer()), values)
+    return builder.call(builder.inttoptr(place, _kind(context, result, values).as_pointer()), values)
+
+
+def _kind(context: Any, result: Any, values: Sequence[Any]) -> Any:
+    return ir.FunctionType(context.get_value_type(result), [value.type for value in values])
 
 
 def call_cell(function: Any, context: Any, builder: Any, signature: Any, values: Sequence[Any]) -> Any:
     """Write a call of a lazy kernel: the first one asks Python, which compiles or loads it, for the address."""
     wanted = pickle.dumps((function.__module__, function.__qualname__, signature.args))
-    module = builder.module
+    module, result = builder.module, signature.return_type
     cell = ir.GlobalVariable(module, _WORD, module.get_unique_name("cell"))
     cell.linkage, cell.initializer = "internal", ir.Constant(_WORD, 0)
     text = ir.GlobalVariable(module, ir.ArrayType(ir.IntType(8), len(wanted)), module.get_unique_name("lazy"))
@@ -222,7 +201,7 @@ def call_cell(function: Any, context: Any, builder: Any, signature: Any, values:
     found.add_incoming(asked, asking)
     before = builder.block
     with builder.if_then(builder.icmp_unsigned("!=", found, _WORD(0)), likely=True):
-        given = call_address(context, builder, found, signature, values)
+        given = call_address(context, builder, found, result, values)
         calling = builder.block
     value = builder.phi(given.type)
     value.add_incoming(ir.Constant(given.type, None), before)
@@ -250,7 +229,7 @@ binding.add_symbol(_FIND, cast(int, ctypes.cast(_find, ctypes.c_void_p).value))
 
 @cache
 def address(function: Callable[..., Any], signature: Any) -> int:
-    """Compile a function to an external function, or load it.
+    """Compile a function to a C function, or load it.
 
     Parameters
     ----------
@@ -287,7 +266,7 @@ def _with_records(function: Callable[..., Any], seen: Sequence[Any]) -> Callable
 
 
 def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
-    """Make ``call(address, arguments)``, for use within kernels, for external functions with this type of result."""
+    """Make ``call(address, arguments)``, for use within kernels, for C functions with this type of result."""
     if OFF:
         return lambda address, arguments: _interpreted[address](*arguments)
 
@@ -298,7 +277,7 @@ def caller(result: Any) -> Callable[[int, tuple[Any, ...]], Any]:
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             given = (builder.extract_value(values[1], k) for k in range(len(kinds)))
             passed = [context.cast(builder, *each) for each in zip(given, arguments, kinds, strict=True)]
-            return call_address(context, builder, values[0], result(*kinds), passed)
+            return call_address(context, builder, values[0], result, passed)
 
         return result(types.int64, arguments), code
 
