@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cached_property, partial, update_wrapper
-from inspect import Parameter, signature
-from typing import Any, TypeVar, cast, get_args
+from inspect import signature
+from typing import Any, TypeVar, cast, get_args, get_type_hints
 
 import numba
 from numba import types
@@ -91,7 +91,7 @@ class Kernel:
     @cached_property
     def inlined(self) -> Any:
         """Function that is compiled with each caller."""
-        own = UNCOUNTED if _result(self.py_func) else COUNTED
+        own = UNCOUNTED if _returns_numbers(self.py_func) else COUNTED
         options: Any = INLINED | own | {"error_model": "numpy", "forceinline": self.kind == b"inlined"}
         return numba.njit(**options)(self.py_func)
 
@@ -134,7 +134,11 @@ class Kernel:
         return type_call
 
     def _write_call(self, context: Any, builder: Any, typed: Any, values: Any) -> Any:
-        """Write a call by another kernel."""
+        """Write a call by another kernel; defaults become arguments."""
+        missing = [each.default for each in self._signature.parameters.values()][len(values) :]
+        kinds = tuple(map(numba.typeof, missing))
+        typed = typed.return_type(*typed.args, *kinds)
+        values = [*values, *(context.get_constant(*each) for each in zip(kinds, missing, strict=True))]
         lazy = self.kind == LAZY or under_way(self.py_func, typed.args, typed.return_type)
         return (call_cell if lazy else call_symbol)(self.py_func, context, builder, typed, values)
 
@@ -146,11 +150,28 @@ def _type_of(kernel: Kernel, context: Any) -> Any:
 
 def _result(function: Any) -> Any:
     """Find the numba type of an external function's result in its annotation; None if it is no number."""
-    kind = function.__annotations__.get("return", Parameter.empty)
-    with suppress(KeyError, TypeError, NameError):
-        kind = eval(kind, function.__globals__) if isinstance(kind, str) else kind
-        if any(each.default is not Parameter.empty for each in signature(function).parameters.values()):
-            return None
+    kind = _annotation(function)
+    with suppress(KeyError, TypeError):
         parts = get_args(kind)
         return types.Tuple([_NUMBERS[part] for part in parts]) if parts else _NUMBERS[kind]
     return None
+
+
+def _annotation(function: Any) -> Any:
+    """Return the annotation of a function's result; Any if it is not known."""
+    kind = function.__annotations__.get("return", Any)
+    with suppress(NameError, TypeError):
+        return eval(kind, function.__globals__) if isinstance(kind, str) else kind
+    return Any
+
+
+def _returns_numbers(function: Any) -> bool:
+    """Whether the result holds numbers alone, no array, whose references would be counted."""
+    waiting = [_annotation(function)]
+    while waiting:
+        kind = waiting.pop()
+        parts = get_args(kind) or tuple(get_type_hints(kind).values()) if isinstance(kind, type) else get_args(kind)
+        if not parts and kind not in _NUMBERS:
+            return False
+        waiting.extend(parts)
+    return True

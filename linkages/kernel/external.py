@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import importlib
+import inspect
 import pickle
 import uuid
 from collections.abc import Callable, Sequence
@@ -122,8 +123,7 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
     with deferred() as interrupts:
         _interrupts.append(interrupts)
         try:
-            names = {name for name in function.__code__.co_names if name not in function.__globals__}
-            stored = Stored(counts=not _ALLOCATING.isdisjoint(names))  # a global of such a name is a kernel
+            stored = Stored(counts=_makes_arrays(function))
             if not stored.counts:
                 with suppress(numba.NumbaError):
                     made = make(renamed, stored := Stored(counts=True), **UNCOUNTED)
@@ -137,6 +137,14 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
 
 
 _PARTS = "code", "globals", "name", "defaults", "closure"
+
+
+def _makes_arrays(function: Any) -> bool:
+    """Whether a function, or a kernel that is compiled with it, seems to make arrays."""
+    names = inspect.getclosurevars(function)
+    called = (*names.nonlocals.values(), *names.globals.values())
+    parts = (each.py_func for each in called if getattr(each, "result", each) is None)
+    return not _ALLOCATING.isdisjoint(names.unbound) or any(map(_makes_arrays, parts))
 
 
 def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
