@@ -6,8 +6,8 @@ both are wrong. Therefore other maxima of the same column are compared as well.
 | where                      | error of a peak                                                                       |
 |----------------------------|---------------------------------------------------------------------------------------|
 | the two runs stay together | `SAFETY` times the largest change among the peak and up to eight other maxima of its  |
-|                            | column that are at least half as high; of heights and of values at equal times, or    |
-|                            | equally far from both maxima if errors shift them in time by about a step             |
+|                            | column that are at least half as high; of heights over continuous time and of values  |
+|                            | at equal times, or equally far from both maxima if errors shift them by about a step  |
 | they part (chaos)          | the same before they part, but at least the largest difference of the two columns     |
 |                            | while they are apart. If this exceeds `FELT` of the peak there is no error: the peak  |
 |                            | is a lower bound, since a larger one may follow in an equally accurate run            |
@@ -35,6 +35,7 @@ RESOLVED = 1e-9
 _MAXIMA = 8  # number of other compared maxima of a column
 _HIGH = 0.5  # smallest height of such a maximum over the highest
 _SHIFTED = 0.25  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
+_REACH = 4.0  # farthest maximum of the run from the samples around that of the tighter run, over their duration
 _COMPARED = 500  # number of times at which diverged runs are compared
 
 
@@ -112,9 +113,25 @@ def _changes(run: Trajectory, tighter: Trajectory, names: set[str], until: float
         sign, scale = float(np.sign(values[np.abs(values).argmax()])), float(np.abs(values).max())
         here.append(Bracket(name, sign, tighter.time[window], sign * exact[name][inside], scale))
         there.append(Bracket(name, sign, tighter.time[window], sign * values, scale))
-    for one, other, top, finer in zip(here, there, refine(run, here), refine(tighter, there), strict=True):
+    tops = refine(run, [_uphill(run, bracket) for bracket in here])
+    for one, other, top, finer in zip(here, there, tops, refine(tighter, there), strict=True):
         result[one.name] = max(result[one.name], _change(run, one, other, top, finer))
     return result
+
+
+def _uphill(run: Trajectory, window: Bracket) -> Bracket:
+    """Bracket the maximum of the run that lies in a window or, shifted by the run's errors, close to it."""
+    first, last = window.times[[0, -1]]
+    reach = _REACH * (last - first)
+    near = slice(max(np.searchsorted(run.time, first - reach) - 1, 0), np.searchsorted(run.time, last + reach) + 1)
+    times, order = np.unique(np.concatenate([window.times, run.time[near]]), return_index=True)
+    values = np.concatenate([window.values, window.sign * run[window.name][near]])[order]
+    k = int(np.searchsorted(times, window.times[window.values.argmax()]))
+    while 0 < k < len(times) - 1:
+        if values[k] >= max(values[k - 1], values[k + 1]):
+            return window._replace(times=times[k - 1 : k + 2], values=values[k - 1 : k + 2])
+        k += 1 if values[k + 1] > values[k - 1] else -1
+    return window
 
 
 def _change(
@@ -122,14 +139,15 @@ def _change(
 ) -> float:
     """Compare a maximum of the run with that of the tighter run: samples at equal times, and refined (time, value)."""
     assert run.evaluate is not None
-    shift = top[0] - finer[0]
+    shift, change = top[0] - finer[0], abs(top[1] - finer[1])
     if abs(shift) > _SHIFTED * np.diff(one.times).min(initial=np.inf):
-        # between such short steps parabolas overshoot, and values at equal times lie on the flanks
-        moved = one.sign * run.evaluate(np.clip(one.times + shift, *run.time[[0, -1]]))[one.name]
-        return float(max(abs(top[1] - finer[1]), np.abs(moved - other.values).max()))
-    heights = [vertex(bracket.times, bracket.values)[1] for bracket in (one, other)]
-    # in a transient of few steps heights may agree by chance; a shift in time alone leaves one sample
-    return float(max(abs(heights[0] - heights[1]), np.abs(one.values - other.values).min()))
+        # values at equal times lie on the flanks, and parabolas through them overshoot
+        values = one.sign * run.evaluate(np.clip(one.times + shift, *run.time[[0, -1]]))[one.name]
+    else:
+        # in a transient of few steps heights may agree by chance: parabolas contain the values beside the maximum
+        heights = [vertex(bracket.times, bracket.values)[1] for bracket in (one, other)]
+        values, change = one.values, max(change, abs(heights[0] - heights[1]))
+    return float(max(change, np.abs(values - other.values).min()))  # a shift in time alone leaves one value
 
 
 def _maxima(values: Array, times: Array, until: float) -> list[slice]:
