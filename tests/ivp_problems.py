@@ -281,7 +281,7 @@ def settle(problem, t, y, event):
 
 
 @kernel
-def observe(problem, t, y, row):
+def observe(problem, observer, t, y, row):
     pass
 
 
@@ -293,8 +293,8 @@ _drive_implicit, _drive_explicit = (driver(rhs, attempt, signs, settle, observe)
 def drive(implicit, problem, stepper, tolerance, t, y, modes, options):
     s = reference(stepper)
     if implicit:
-        return _drive_implicit(problem, s, tolerance, t, y, modes, 0, options)
-    return _drive_explicit(problem, s, tolerance, t, y, modes, 0, options)
+        return _drive_implicit(problem, None, s, tolerance, t, y, modes, 0, options)
+    return _drive_explicit(problem, None, s, tolerance, t, y, modes, 0, options)
 
 
 def steps_of(attempt):

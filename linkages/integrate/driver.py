@@ -13,7 +13,8 @@ attempt    ``attempt(problem, s, t, h, y, exact) -> (error, ratio)`` attempts a 
 signs      ``signs(problem, g, dg)`` fills the event functions and their rates at the last evaluation of `rhs`
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
-observe    ``observe(problem, t, y, row)`` fills further columns of the record
+observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the problem's last evaluation is
+           that of the state, unless `attempt` says otherwise
 ========== ==========================================================================================================
 """
 
@@ -91,20 +92,23 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
     first_step, land = starter(rhs), lander(attempt, signs)
 
     @kernel
-    def note(problem: Any, t: float, y: Array, line: Array) -> None:
+    def note(problem: Any, observer: Any, t: float, y: Array, line: Array) -> None:
         """Fill a line of the record: time, state, columns of `observe`."""
         line[0] = t
         copy(y, line[1 : 1 + len(y)])
-        observe(problem, t, y, line[1 + len(y) :])
+        observe(problem, observer, t, y, line[1 + len(y) :])
 
     @kernel
     def drive(
-        problem: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int, options: Options
-    ) -> Record:
+        problem: Any, observer: Any, s: Stepper, tolerance: Array, t: float, start: Array, modes: Indices, width: int,
+        options: Options,
+    ) -> Record:  # fmt: skip
         """Integrate from (t, start).
 
         Parameters
         ----------
+        observer : any
+            What `observe` needs beside the problem.
         tolerance : (n,) array
             Absolute tolerance of each entry.
         modes : (ne,) array of int
@@ -125,7 +129,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
         first = options.first if options.first > 0.0 else first_step(problem, s, t, y, options.accuracy)
         signs(problem, g0, d0)
         lines = np.empty((256, 1 + n + width))
-        note(problem, t, y, lines[0])
+        note(problem, observer, t, y, lines[0])
         steps, rejected, stuck, failed = 0, 0, 0, False
         h = first
         while status == DONE and t < options.end:
@@ -176,7 +180,7 @@ def driver(rhs: Any, attempt: Any, signs: Any, settle: Any, observe: Any) -> Any
             h = max(h * ratio, 2.0 * smallest)
             if steps == len(lines):
                 lines = _doubled(lines)
-            note(problem, t, y, lines[steps])
+            note(problem, observer, t, y, lines[steps])
         lines = lines[: steps + 1]
         found = lines[:, 0].copy(), lines[:, 1 : 1 + n].copy(), lines[:, 1 + n :].copy()
         return Record(*found, status, steps, rejected, int(s.memory[COUNT]), h)

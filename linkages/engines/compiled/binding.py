@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from linkages.engines.compiled.equations import derivatives, outside, solve_state
@@ -47,28 +49,45 @@ def settle(equations: Equations, t: float, y: Array, event: int) -> tuple[int, b
 
 
 @kernel
-def observe(equations: Equations, t: float, y: Array, row: Array) -> None:
+def observe(equations: Equations, observer: Any, t: float, y: Array, row: Array) -> None:
     """Record the approach speeds, which hold for the step that follows."""
     work = equations.work
-    for k in range(len(row)):
+    for k in range(len(work.memory)):
         row[k] = work.memory[k, APPROACH]
 
 
-_drive = driver(derivatives, attempt, signs, settle, observe)
+def runner(observe: Any) -> Any:
+    """Make the function that runs from (t, y), and keeps the work's memory and modes of the contacts up to date.
+
+    `observe` fills the columns of the record, see `linkages.integrate.driver`.
+    """
+    drive = driver(derivatives, attempt, signs, settle, observe)
+
+    @kernel
+    def run(
+        equations: Equations, observer: Any, s: Stepper, tolerance: Array, t: float, y: Array, width: int,
+        options: Options,
+    ) -> Record:  # fmt: skip
+        model, work = equations.model, equations.work
+        if t == 0.0:
+            solve_state(equations, t, y)
+            for k in range(len(model.ends)):
+                delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]
+                work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
+                if work.modes[k] > 0:
+                    work.memory[k, APPROACH] = approach_at_start(delta, closing, options.landing[k])
+        return drive(equations, observer, s, tolerance, t, y, work.modes, width, options)
+
+    return run
+
+
+_run = runner(observe)
 
 
 @kernel
 def run(equations: Equations, stepper: Stepper, tolerance: Array, t: float, y: Array, options: Options) -> Record:
-    """Run from (t, y); the work's memory and modes of the contacts are kept up to date."""
-    model, work = equations.model, equations.work
-    if t == 0.0:
-        solve_state(equations, t, y)
-        for k in range(len(model.ends)):
-            delta, closing = work.contacts[k, PENETRATION], work.contacts[k, CLOSING]
-            work.modes[k] = 1 if model.touching[k] and (delta > 0.0 or (delta == 0.0 and closing >= 0.0)) else -1
-            if work.modes[k] > 0:
-                work.memory[k, APPROACH] = approach_at_start(delta, closing, options.landing[k])
-    return _drive(equations, stepper, tolerance, t, y, work.modes, len(model.ends), options)
+    """Run from (t, y), and record the approach speeds."""
+    return _run(equations, None, stepper, tolerance, t, y, len(equations.model.ends), options)
 
 
 @kernel

@@ -6,11 +6,12 @@ the one before, of given size, is as accurate as the run.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from linkages.engines.compiled.equations import derivatives, solve_state
+from linkages.engines.compiled.equations import derivatives, is_solved, solve_state
 from linkages.engines.compiled.methods import attempt
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.projection import project_state
@@ -33,7 +34,8 @@ class Steps(NamedTuple):
 
 @kernel
 def remember(equations: Equations, steps: Steps, k: int) -> None:
-    """Restore what the contacts remember after step k."""
+    """Restore what the contacts remember after step k; the equations are not solved with that."""
+    equations.work.solved[0] = math.nan
     for c in range(steps.memory.shape[1]):
         equations.work.memory[c, 0] = steps.memory[k, c]
 
@@ -83,6 +85,7 @@ def replay(equations: Equations, s: Stepper, tolerance: Array, steps: Steps, t: 
         if now < t:  # better no number than a wrong one
             for i in range(len(y)):
                 y[i] = np.nan
-    solve_state(equations, t, y)
+    if not is_solved(equations.work, t, y):
+        solve_state(equations, t, y)
     if len(equations.model.rows) and project_state(equations, y):
         solve_state(equations, t, y)

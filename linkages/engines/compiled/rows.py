@@ -7,10 +7,12 @@ import math
 import numpy as np
 
 from linkages.engines.budget import WINDOW
-from linkages.engines.compiled.binding import OPEN, run
+from linkages.engines.compiled.binding import OPEN, observe, runner
+from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
 from linkages.engines.compiled.replay import Steps
-from linkages.engines.compiled.statistics import summarise
+from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.statistics import asked, knows_outputs, look, summarise
 from linkages.integrate.driver import DONE, PAUSED, Options, Record
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, Indices, kernel
@@ -30,44 +32,64 @@ def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices)
 
 
 @kernel
-def _joined(before: Steps, record: Record, count: int) -> Steps:
-    """Append the first steps of a record, whose first state is the last one before; see `runner.join`."""
+def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
+    """Record the approach speeds, and the outputs of the state where they can be known."""
+    observe(equations, job, t, y, row)
+    if knows_outputs(job) and asked(job, t):
+        if not is_solved(equations.work, t, y):
+            solve_state(equations, t, y)
+        look(job, t, row[len(equations.work.memory) :])
+
+
+_run = runner(_observe)
+
+
+@kernel
+def _joined(before: Steps, table: Array, record: Record, count: int) -> tuple[Steps, Array]:
+    """Append the first steps of a record, whose first state is the last one before, and their outputs."""
     n, first = len(before.times), min(len(before.times), 1)
     total = n + count - first
     times = np.empty(total)
-    states, memory = np.empty((total, record.states.shape[1])), np.empty((total, record.observed.shape[1]))
+    nc, states = before.memory.shape[1], np.empty((total, record.states.shape[1]))
+    memory, outputs = np.empty((total, nc)), np.empty((total, table.shape[1]))
     for i in range(n):
         times[i] = before.times[i]
         copy(before.states[i], states[i])
         copy(before.memory[i], memory[i])
+        copy(table[i], outputs[i])
     for i in range(first, count):
-        times[n + i - first] = record.times[i]
-        copy(record.states[i], states[n + i - first])
-        copy(record.observed[i], memory[n + i - first])
-    return Steps(times, states, memory)
+        k = n + i - first
+        times[k] = record.times[i]
+        copy(record.states[i], states[k])
+        copy(record.observed[i, :nc], memory[k])
+        copy(record.observed[i, nc:], outputs[k])
+    return Steps(times, states, memory), outputs
 
 
 @kernel
-def integrate(job: Job, stop: Indices) -> tuple[Steps, int, int]:
-    """Run a job as `linkages.engines.compiled.simulation.simulate` does; return steps, status and number of steps.
+def integrate(job: Job, stop: Indices) -> tuple[Steps, Array, int, int]:
+    """Run a job as `linkages.engines.compiled.simulation.simulate` does.
+
+    Returns steps, outputs at them (nt, no) where they are known during the run, status and number of steps.
 
     The run pauses after every `WINDOW` steps: it ends there if ``stop`` (1,) is set or its steps are spent.
     """
-    limits, nc = job.limits, len(job.landing)
-    steps = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nc)))
+    limits, nc, no = job.limits, len(job.landing), len(job.outputs)
+    steps, table = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nc))), np.empty((0, no))
     y, t, before, first, total = job.start, 0.0, 0.0, 0.0, 0
     while True:
         options = Options(limits[END], first, limits[LONGEST], WINDOW, 0.0, job.landing, limits[ACCURACY])
-        record = run(job.equations, job.stepper, job.tolerance, t, y, options)
+        record = _run(job.equations, job, job.stepper, job.tolerance, t, y, nc + no, options)
         count = len(record.times)
         if record.status == OPEN and count > 1:
             count -= 1
-        steps, total = _joined(steps, record, count), total + record.steps
+        steps, table = _joined(steps, table, record, count)
+        total += record.steps
         t, y, first = record.times[count - 1], record.states[count - 1], record.next_step
         if record.status != PAUSED or total >= limits[MOST] or t - before < limits[LEAST]:
-            return steps, record.status, total
+            return steps, table, record.status, total
         if stop[0]:
-            return steps, STOPPED, total
+            return steps, table, STOPPED, total
         before = t
 
 
@@ -105,11 +127,11 @@ def run_rows(
         if stop[0]:
             return
         restore(memory, initial, columns, words[i])
-        steps, status, total = integrate(job, stop)
+        steps, table, status, total = integrate(job, stop)
         end = steps.times[len(steps.times) - 1]
         if status == DONE:
             restore(memory, initial, columns, words[i])
-            if not summarise(job, steps, found[i]):
+            if not summarise(job, steps, table, found[i]):
                 status = NO_IDEAL
         if status != DONE:
             for m in range(found.shape[1]):

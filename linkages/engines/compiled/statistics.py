@@ -39,10 +39,9 @@ class Sampler(NamedTuple):
 
 
 @kernel
-def _look(sampler: Sampler, t: float, out: Array) -> bool:
+def look(job: Job, t: float, out: Array) -> bool:
     """Fill ``out`` (no,) with the outputs of the solved state; returns False if the ideal linkage does not close."""
-    job, ideal = sampler.job, sampler.job.ideal
-    model, work = job.equations.model, job.equations.work
+    ideal, model, work = job.ideal, job.equations.model, job.equations.work
     w = work.dynamics
     if job.with_ideal and not ideal_state(model, w, job.rows, job.closing, ideal):
         return False
@@ -63,11 +62,26 @@ def _look(sampler: Sampler, t: float, out: Array) -> bool:
 
 
 @kernel
+def asked(job: Job, t: float) -> bool:
+    """Whether a time is in a window."""
+    for m in range(len(job.windows)):
+        if job.windows[m, 0] <= t <= job.windows[m, 1]:
+            return True
+    return False
+
+
+@kernel
+def knows_outputs(job: Job) -> bool:
+    """Whether outputs are recorded during the run: the explicit method leaves the equations solved at each state."""
+    return not (job.equations.implicit or job.with_ideal)
+
+
+@kernel
 def _sample(sampler: Sampler, t: float, out: Array) -> bool:
     """Fill ``out`` (no,) with the outputs at time t; returns False if the ideal linkage does not close."""
     job = sampler.job
     replay(job.equations, job.stepper, job.tolerance, sampler.steps, t, job.y)
-    return _look(sampler, t, out)
+    return look(job, t, out)
 
 
 @kernel
@@ -103,6 +117,8 @@ def _refine(sampler: Sampler, k: int, sign: float, bracket: Array) -> tuple[floa
         if not _sample(sampler, t, sampler.job.row):
             break
         f = sign * sampler.job.row[k]
+        if f == highest:  # a plateau, such as the force of a free journal: its end promises more
+            break
         _narrow(bracket, t, f)
         kept = abs(f - promised) <= _KEPT * gain + _FLAT * abs(bracket[1, 1])
         if not kept:
@@ -128,7 +144,7 @@ def _turn(sampler: Sampler, k: int, sign: float, bracket: Array) -> bool:
 
 
 @kernel
-def summarise(job: Job, steps: Steps, out: Array) -> bool:
+def summarise(job: Job, steps: Steps, table: Array, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
     Parameters
@@ -137,18 +153,19 @@ def summarise(job: Job, steps: Steps, out: Array) -> bool:
         Whose contacts remember nothing.
     steps : Steps
         Of the run.
+    table : (nt, no) array
+        Outputs at the steps, filled unless `knows_outputs`.
     """
     sampler, windows = reference(Sampler(job, steps)), job.windows
     grid, states = steps.times, steps.states
     nt, no = len(grid), len(job.outputs)
-    bracket, table = np.empty((2, 3)), np.empty((nt, no))
-    begin, end = windows[:, 0].min(), windows[:, 1].max()
+    bracket = np.empty((2, 3))
     for i in range(nt):
-        if not begin <= grid[i] <= end:
+        if knows_outputs(job) or not asked(job, grid[i]):
             continue
         remember(job.equations, steps, i)
         solve_state(job.equations, grid[i], states[i])
-        if not _look(sampler, grid[i], table[i]):
+        if not look(job, grid[i], table[i]):
             return False
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
