@@ -1,13 +1,14 @@
-"""Compare batches with single runs: ``python benchmarks/batch.py [--runs N] [--exudyn N] [--page docs/benchmarks.md]``.
+"""Compare batches with single runs: ``python benchmarks/batch.py [--runs N] [--large N] [--exudyn N] [--page FILE]``.
 
 Times and processor times of batches with one and two threads, and the part of their processor time in compiled code;
 of single runs with `linkages.simulate`; of a whole design study. The memory of a run, and how soon a large batch ends
-at Ctrl-C. With ``--exudyn`` the same designs in Exudyn (``pip install exudyn``), by its ``ParameterVariation`` with
-two processes, at an equal error of the orbit: see sevenbar_engines.py for the steps per second.
+at Ctrl-C; not with ``--large 0``. With ``--exudyn`` the same designs in Exudyn (``pip install exudyn``), by its
+``ParameterVariation`` with two processes, at an equal error of the orbit: see sevenbar_engines.py for the steps per
+second.
 
 The press is ``seven_bar.toml`` over 2 s with statistics of the second one; dry is ``slider_crank_dry.toml`` over
-0.05 s. Processor times count where other programs use the machine: with N threads on N idle processors a batch takes
-the processor time over N.
+0.05 s. The integration alone is the mean of ten of the same designs. Processor times count where other programs use
+the machine: with N threads on N idle processors a batch takes the processor time over N.
 """
 
 from __future__ import annotations
@@ -85,15 +86,18 @@ def batch(system, paths, count, threads, outputs=OUTPUTS, windows=((1.0, 2.0),))
     return 1e3 * wall / count, 1e3 * spent / count, compiled.spent / spent
 
 
-def integration(system, repeat=20):
-    """Processor time of the integration alone [ms]."""
-    runner, spent = Runner(system), []
-    for _ in range(repeat):
-        runner.memory[:], runner.modes[:] = 0.0, -1
-        begun = time.process_time()
-        runner.run(0.0, runner.start, 0.0, 10**7)
-        spent.append(time.process_time() - begun)
-    return 1e3 * statistics.median(spent)
+def integration(system, paths, count):
+    """Mean processor time of the integration alone, over the first designs [ms]."""
+    spent = []
+    for row in table(paths, count)[:10].tolist():
+        runner = Runner(system.replaced(dict(zip(paths, row, strict=True))))
+
+        def run(_, runner=runner):
+            runner.memory[:], runner.modes[:] = 0.0, -1
+            runner.run(0.0, runner.start, 0.0, 10**7)
+
+        spent.append(each(run, 10))
+    return statistics.mean(spent)
 
 
 def each(run, repeat=40):
@@ -119,7 +123,7 @@ def batches(runs):
     rows = [["batch", "runs", "integration alone", "processor time", "wall, 1 thread", "wall, 2 threads", "compiled"]]
     for name, (system, paths, count, outputs, windows) in cases.items():
         one, two = (batch(system, paths, count, threads, outputs, windows) for threads in (1, 2))
-        numbers = [f"{x:.2f} ms" for x in (integration(system), one[1], one[0], two[0])]
+        numbers = [f"{x:.2f} ms" for x in (integration(system, paths, count), one[1], one[0], two[0])]
         rows.append([name, str(count), *numbers, f"{two[2]:.0%}"])
     return rows
 
@@ -211,19 +215,22 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in background jobs
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--runs", type=int, default=1500)
-    parser.add_argument("--large", type=int, default=100_000)
+    parser.add_argument("--large", type=int, default=100_000, help="runs of the large batch; 0: none")
     parser.add_argument("--exudyn", type=int, default=0)
     parser.add_argument("--page", type=Path)
     options = parser.parse_args()
-    tables = [batches(options.runs), singles(), large(options.large)]
+    tables = [batches(options.runs), singles()]
+    if options.large:
+        tables.append(large(options.large))
     if options.exudyn:
         tables.append(exudyn_rows(options.exudyn))
     text = "\n".join(map(markdown, tables))
     print(text)
     if options.page:
-        page = options.page.read_text(encoding="utf-8").partition(MARK)[0].rstrip("\n").removesuffix(BEGIN.rstrip("\n"))
+        page, _, rest = options.page.read_text(encoding="utf-8").partition(BEGIN)
+        rest = "".join(rest.partition("\n## ")[1:])  # of other benchmarks
         about = __doc__.partition("\n\n")[2].replace("``", "`")
-        options.page.write_text(f"{page.rstrip()}\n{BEGIN}\n{MARK}\n\n{about}\n{text}", encoding="utf-8")
+        options.page.write_text(f"{page.rstrip()}\n{BEGIN}\n{MARK}\n\n{about}\n{text}{rest}", encoding="utf-8")
 
 
 if __name__ == "__main__":
