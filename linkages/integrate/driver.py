@@ -13,8 +13,8 @@ attempt    ``attempt(problem, s, t, h, y, exact) -> (error, ratio)`` attempts a 
 signs      ``signs(problem, g, dg)`` fills the event functions and their rates at the last evaluation of `rhs`
 settle     ``settle(problem, t, y, event) -> (status, changed)`` is called with every new state, the first one included,
            and with the event at the end of the step, or -1; it may change y
-observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the problem's last evaluation is
-           that of the state, unless `attempt` says otherwise
+observe    ``observe(problem, observer, t, y, row)`` fills further columns of the record; the last evaluation of
+           the problem is that of the state, if `attempt` ends with it
 ========== ==========================================================================================================
 """
 

@@ -10,8 +10,8 @@ from linkages.engines.budget import WINDOW
 from linkages.engines.compiled.binding import OPEN, observe, runner
 from linkages.engines.compiled.equations import is_solved, solve_state
 from linkages.engines.compiled.job import ACCURACY, END, LEAST, LONGEST, MOST, Job
-from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.statistics import asked, knows_outputs, look, summarise
 from linkages.integrate.driver import DONE, PAUSED, Options, Record
 from linkages.integrate.stepper import copy

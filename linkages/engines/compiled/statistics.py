@@ -64,10 +64,10 @@ def look(job: Job, t: float, out: Array) -> bool:
 @kernel
 def asked(job: Job, t: float) -> bool:
     """Whether a time is in a window."""
+    inside = False
     for m in range(len(job.windows)):
-        if job.windows[m, 0] <= t <= job.windows[m, 1]:
-            return True
-    return False
+        inside |= job.windows[m, 0] <= t <= job.windows[m, 1]
+    return inside
 
 
 @kernel
