@@ -1,4 +1,4 @@
-"""Records of joints for the tests of the laws."""
+"""Records of joints, and all quantities of a film map, for the tests of the laws."""
 
 from types import SimpleNamespace
 
@@ -8,6 +8,7 @@ from numba import config
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.contact_forces import CLIP
 from linkages.laws.declared import BUILT_IN_PARAMETERS
+from linkages.laws.film.map_table import mapped_film, mapped_flow
 from linkages.laws.parameters import SHEAR, set_parameters
 
 
@@ -40,3 +41,8 @@ def joint(film=None, contact=None, friction="none", shear="full", restitution=0.
         names |= {name: name for name in PARAMETERS.names}
         return SimpleNamespace(**{name: record[place].item() for name, place in names.items()})
     return record[()]
+
+
+def map_quantities(eps, deps, ew, alpha, table):
+    """Force, extent and flow of a film from its map."""
+    return *mapped_film(eps, deps, ew, alpha, table, True), mapped_flow(eps, deps, ew, alpha, table)

@@ -10,7 +10,7 @@ from linkages.kernel import Array, inlined_kernel, kernel
 from linkages.laws.contact.contact_laws import contact_force
 from linkages.laws.film.closed_form import EPS_MAX
 from linkages.laws.film.films import MAPPED, film_force
-from linkages.laws.film.map_table import is_grooved, mapped_film, static_film
+from linkages.laws.film.map_table import is_grooved, mapped_flow, static_film
 from linkages.laws.film.tilted_film import tilted_action
 from linkages.laws.friction import bristle_rate, friction_coefficient
 from linkages.laws.mixed import asperity_force, dry_weight, mix
@@ -134,7 +134,7 @@ def end_flow(
     eps, alpha = min(e / c, EPS_MAX), math.atan2(ny, nx) - angle - joint.groove_angle
     if joint.model != _LUBRICATED:
         eps = min(eps, joint.film_limit)
-    _, _, _, flow = mapped_film(eps, v_n / c, e / c * (omega_j + omega_b) - 2.0 * v_t / c, alpha, table)
+    flow = mapped_flow(eps, v_n / c, e / c * (omega_j + omega_b) - 2.0 * v_t / c, alpha, table)
     _, _, static = static_film(eps, alpha, table)
     return c * joint.radius**2 * flow + joint.supply_pressure * c**3 / joint.viscosity * static
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from joint_records import joint
+from joint_records import joint, map_quantities
 
 from linkages.laws import FILMS
 from linkages.laws.film import map_cache
@@ -16,7 +16,7 @@ from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import CAVITATIONS, EPS_LIMIT, MapCase, build_map, solve_plain
 from linkages.laws.film.films import film_force
 from linkages.laws.film.map_cache import cache_directory, load_map, map_path
-from linkages.laws.film.map_table import mapped_film, ratios, table_limit
+from linkages.laws.film.map_table import ratios, table_limit
 
 SLENDERNESS = 0.04 / 0.03  # Chen 2025 Table 5
 
@@ -37,7 +37,7 @@ def map_errors(rule, table, largest, count=150, slenderness=SLENDERNESS):
     for x, y in random.uniform((0.0, 0.0), (-math.log1p(-largest), math.pi), (count, 2)):
         eps = -math.expm1(-x)
         deps, ew = math.cos(y), 2.0 * math.sin(y) / (1.0 - eps * eps) ** 0.25
-        f_n, f_t, *_ = mapped_film(eps, deps, ew, 0.0, table)
+        f_n, f_t, *_ = map_quantities(eps, deps, ew, 0.0, table)
         scale = math.hypot(*half_film_long(eps, deps, ew, slenderness)[:2])
         exact = solve_plain(eps, slenderness, rule, np.array([y]))[0]
         errors.append(math.hypot(f_n / scale - exact[0], f_t / scale - exact[1]))
@@ -64,7 +64,7 @@ def test_map_at_its_nodes_is_the_solver(rule_and_table):
         deps, ew = math.cos(y), 2.0 * math.sin(y) / (1.0 - eps * eps) ** 0.25
         exact = solve_plain(eps, SLENDERNESS, rule, np.linspace(0.0, math.pi, 49))[abs(j)]
         scale = math.hypot(*half_film_long(eps, deps, ew, SLENDERNESS)[:2])
-        f_n, f_t, _, flow = mapped_film(eps, deps, ew, 0.0, table)
+        f_n, f_t, _, flow = map_quantities(eps, deps, ew, 0.0, table)
         assert f_n == pytest.approx(scale * exact[0], abs=1e-9 * scale)
         assert f_t == pytest.approx(math.copysign(scale * exact[1], f_t), abs=1e-9 * scale)
         assert flow == pytest.approx(exact[3], rel=1e-9)
@@ -74,7 +74,7 @@ def test_the_slenderness_of_chen_2025_is_not_long():
     """L/D = 1.33, rotation: the long film is 2.9, 2.4 and 1.4 times too strong at eps = 0.05, 0.5, 0.9."""
     table = build_map(MapCase(SLENDERNESS, nodes=(33, 48, 1)))
     for eps, ratio in ((0.05, 2.9), (0.5, 2.4), (0.9, 1.4)):
-        finite, long = mapped_film(eps, 0.0, eps, 0.0, table), half_film_long(eps, 0.0, eps, SLENDERNESS)
+        finite, long = map_quantities(eps, 0.0, eps, 0.0, table), half_film_long(eps, 0.0, eps, SLENDERNESS)
         assert math.hypot(*long[:2]) / math.hypot(*finite[:2]) == pytest.approx(ratio, abs=0.05)
 
 
@@ -83,12 +83,12 @@ def test_the_slenderness_of_chen_2025_is_not_long():
 def test_map_is_passive_odd_and_homogeneous(rule_and_table, eps, direction, size):
     _, table = rule_and_table
     deps, ew = math.cos(direction), 2.0 * math.sin(direction)
-    f_n, f_t, extent, flow = mapped_film(eps, deps, ew, 0.0, table)
+    f_n, f_t, extent, flow = map_quantities(eps, deps, ew, 0.0, table)
     assert f_n * deps - 0.5 * f_t * ew < 0.0
     assert extent > 0.0
-    mirrored = mapped_film(eps, deps, -ew, 0.0, table)
+    mirrored = map_quantities(eps, deps, -ew, 0.0, table)
     assert mirrored == pytest.approx((f_n, -f_t, extent, flow), rel=1e-9, abs=1e-9 * math.hypot(f_n, f_t))
-    scaled = mapped_film(eps, size * deps, size * ew, 0.0, table)
+    scaled = map_quantities(eps, size * deps, size * ew, 0.0, table)
     # in a direction the force may vanish, hence the absolute part
     force = math.hypot(f_n, f_t)
     assert scaled[:2] == pytest.approx((size * f_n, size * f_t), abs=1e-9 * size * force)
@@ -111,16 +111,16 @@ def test_closed_form_films_are_passive(name, eps, direction, slenderness):
 def test_map_is_continuous_over_its_lines_and_clipped_at_its_limit(rule_and_table):
     _, table = rule_and_table
     assert table_limit(table) == pytest.approx(EPS_LIMIT, rel=1e-12)
-    assert mapped_film(0.9999, 0.3, 0.5, 0.0, table) == mapped_film(table_limit(table), 0.3, 0.5, 0.0, table)
-    assert mapped_film(1.5, 0.3, 0.5, 0.0, table) == mapped_film(table_limit(table), 0.3, 0.5, 0.0, table)
+    assert map_quantities(0.9999, 0.3, 0.5, 0.0, table) == map_quantities(table_limit(table), 0.3, 0.5, 0.0, table)
+    assert map_quantities(1.5, 0.3, 0.5, 0.0, table) == map_quantities(table_limit(table), 0.3, 0.5, 0.0, table)
     for i in (1, 10, 47):
         node = float(ratios(table)[i])
         below, above = node - 1e-13, node + 1e-13
-        assert mapped_film(below, 0.3, 0.5, 0.0, table) == pytest.approx(
-            mapped_film(above, 0.3, 0.5, 0.0, table), rel=1e-8
+        assert map_quantities(below, 0.3, 0.5, 0.0, table) == pytest.approx(
+            map_quantities(above, 0.3, 0.5, 0.0, table), rel=1e-8
         )
-    assert np.isfinite(mapped_film(0.5, 0.0, 0.0, 0.0, table)).all()  # a journal at rest
-    assert mapped_film(0.5, 0.0, 0.0, 0.0, table)[:2] == (0.0, 0.0)
+    assert np.isfinite(map_quantities(0.5, 0.0, 0.0, 0.0, table)).all()  # a journal at rest
+    assert map_quantities(0.5, 0.0, 0.0, 0.0, table)[:2] == (0.0, 0.0)
 
 
 def test_progress_is_told():

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from joint_records import map_quantities
 from shipped import shipped
 
 import linkages
@@ -13,7 +14,7 @@ from linkages.laws.film.closed_form import half_film_long
 from linkages.laws.film.film_map import GROOVED_CAVITATIONS, MapCase, build_map
 from linkages.laws.film.films import MAPPED
 from linkages.laws.film.groove_nodes import CENTRE, is_symmetric, solve_grooved
-from linkages.laws.film.map_table import mapped_film, ratios, static_film
+from linkages.laws.film.map_table import ratios, static_film
 from linkages.laws.film.surface import Groove
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.surface_film import Pressures, solve_film
@@ -59,7 +60,7 @@ def test_a_map_holds_the_solver_s_values_at_its_nodes(rule, grooves):
         eps, y, alpha = float(ratios(table)[i]), 2.0 * math.pi * j / NODES[1], 2.0 * math.pi * k / NODES[2]
         placed = tuple(g._replace(angle=g.angle - grooves[0].angle) for g in grooves)
         exact = solve_grooved(eps, SLENDERNESS, placed, alpha, rule, np.array([y]), CELLS)[0]
-        f_n, f_t, extent, flow = mapped_film(eps, *motion(eps, y), alpha, table)
+        f_n, f_t, extent, flow = map_quantities(eps, *motion(eps, y), alpha, table)
         scale = unit(eps, *motion(eps, y))
         found = f_n / scale, f_t / scale, extent * math.sqrt(1.0 - eps * eps), flow
         assert found == pytest.approx(exact, abs=2e-3)
@@ -89,7 +90,7 @@ def test_between_the_nodes(rule):
     for x, y, alpha in random.uniform((0.0, -3.1, -4.0), (3.0, 3.1, 4.0), (60, 3)):
         eps = -math.expm1(-x)
         exact = solve_grooved(eps, SLENDERNESS, (GROOVE,), alpha, rule, np.array([y]), CELLS)[0]
-        f_n, f_t, *_ = mapped_film(eps, *motion(eps, y), alpha, small(rule))
+        f_n, f_t, *_ = map_quantities(eps, *motion(eps, y), alpha, small(rule))
         scale = unit(eps, *motion(eps, y))
         errors.append(math.hypot(f_n / scale - exact[0], f_t / scale - exact[1]))
     assert np.median(errors) < 3e-3
@@ -103,9 +104,9 @@ def test_a_grooved_film_is_passive_and_homogeneous(rule):
     for x, y, alpha in random.uniform((0.0, -3.14, -4.0), (4.0, 3.14, 4.0), (300, 3)):
         eps = -math.expm1(-x)
         deps, ew = motion(eps, y)
-        f_n, f_t, _, flow = mapped_film(eps, deps, ew, alpha, small(rule))
+        f_n, f_t, _, flow = map_quantities(eps, deps, ew, alpha, small(rule))
         assert f_n * deps - 0.5 * f_t * ew <= 1e-12 * unit(eps, deps, ew)
-        twice = mapped_film(eps, 2.0 * deps, 2.0 * ew, alpha, small(rule))
+        twice = map_quantities(eps, 2.0 * deps, 2.0 * ew, alpha, small(rule))
         assert twice[:2] == pytest.approx((2.0 * f_n, 2.0 * f_t), rel=1e-12)
         assert twice[3] == pytest.approx(2.0 * flow, rel=1e-12)
 
@@ -119,7 +120,7 @@ def test_a_journal_without_mass_does_not_jump(rule):
         deps, ew = motion(eps, y)
 
         def force(deps, half_ew, eps=eps, alpha=alpha):
-            return np.array(mapped_film(eps, deps, 2.0 * half_ew, alpha, small(rule))[:2])
+            return np.array(map_quantities(eps, deps, 2.0 * half_ew, alpha, small(rule))[:2])
 
         slope = np.column_stack([
             force(deps + step, 0.5 * ew) - force(deps - step, 0.5 * ew),
@@ -189,7 +190,7 @@ def test_symmetry_of_grooves():
     assert not is_symmetric((GROOVE, Groove(0.5, 0.2), Groove(-0.5, 0.2, 0.5)))
     ring = (Groove(0.0, 2.0 * math.pi, 0.2),)
     assert len(small("mass-conserving", ring)) < len(small("reynolds")) / 10  # one angle
-    first, other = (mapped_film(0.5, 0.1, 0.4, alpha, small("mass-conserving", ring)) for alpha in (0.0, 2.0))
+    first, other = (map_quantities(0.5, 0.1, 0.4, alpha, small("mass-conserving", ring)) for alpha in (0.0, 2.0))
     assert first == other
 
 

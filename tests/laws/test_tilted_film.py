@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joint_records import map_quantities
 
 from linkages.laws.film.film_map import MapCase
 from linkages.laws.film.map_cache import load_map
-from linkages.laws.film.map_table import mapped_film
 from linkages.laws.film.surface.balance import Thickness
 from linkages.laws.film.surface.surface_film import friction_torque, solve_film
 from linkages.laws.film.surface.surface_mesh import surface_mesh
@@ -48,7 +48,7 @@ def test_force_moment_shear_and_flow_are_those_of_the_surface(state):
 @pytest.mark.parametrize(("eps", "deps", "ew"), [(0.2, 0.3, 0.4), (0.6, 0.0, 0.4), (0.9, 0.3, 0.5), (0.9, -0.3, 0.9)])
 def test_without_tilt_it_is_the_finite_film(eps, deps, ew):
     """The map of the same film, to 0.5 %: both are discrete."""
-    expected = np.array(mapped_film(eps, deps, ew, 0.0, load_map(MapCase(1.0)))[:2])
+    expected = np.array(map_quantities(eps, deps, ew, 0.0, load_map(MapCase(1.0)))[:2])
     f_n, f_t, m_n, m_t, _, whole, _ = tilted_film(eps, deps, ew, 3.0, 0.0, 0.0, 1.0)
     assert math.dist((f_n, f_t), expected) < 5e-3 * np.hypot(*expected)
     assert math.hypot(m_n, m_t) < 1e-12 * np.hypot(*expected)

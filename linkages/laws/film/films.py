@@ -19,12 +19,13 @@ from linkages.laws.film.closed_form import (
     pinkus_sternlicht_bare,
     short_bearing,
 )
-from linkages.laws.film.map_table import mapped_film, static_film
-from linkages.laws.parameters import Parameter, named_record
+from linkages.laws.film.map_table import is_grooved, mapped_film, static_film
+from linkages.laws.parameters import SHEAR, Parameter, named_record
 
 #: Stands for the address of a film that is given by a map.
 MAPPED = 1
 
+_NO_SHEAR, _HALF_SHEAR = SHEAR["none"], SHEAR["half"]
 _F = types.float64
 _TRIPLE = types.UniTuple(_F, 3)
 _SIGNATURE = _TRIPLE(_F, _F, _F, _F)
@@ -99,11 +100,13 @@ def film_force(
     f_n, f_t : float
         Force on the journal in units of mu*L*R^3/c^2.
     extent : float
-        Integral of dtheta/h over the film that carries pressure.
+        Integral of dtheta/h over the film that carries pressure; with a groove, over the whole film, times its content.
+        0 for a map where the joint's shear torque does not need it.
     """
     eps = min(eps, EPS_MAX)
     if joint.film == MAPPED:
-        f_n, f_t, extent, _ = mapped_film(eps, deps, ew, alpha, table)
+        sheared = joint.shear == _HALF_SHEAR or (joint.shear != _NO_SHEAR and is_grooved(table))
+        f_n, f_t, extent = mapped_film(eps, deps, ew, alpha, table, sheared)
         if joint.supply_pressure != 0.0:
             s_n, s_t, _ = static_film(eps, alpha, table)
             part = joint.supply_pressure * joint.clearance**2 / (joint.viscosity * joint.radius**2)

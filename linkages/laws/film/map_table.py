@@ -15,9 +15,10 @@ interpolated by cubic splines, periodic in y and alpha: away from rest the force
 film that does not depend on alpha has one node there. A supply pressure adds a static part in proportion to it: force
 and flow over x and alpha.
 
-The layout: `HEAD` numbers, the coefficients by x, y, alpha and quantity, then those of the static part by x, alpha and
-quantity. **A map is never extrapolated**: eps is clipped to `table_limit(table)`; where a run exceeds it the caller
-should report that. `linkages.laws.film.film_map` solves the films at the nodes.
+The layout: `HEAD` numbers, the coefficients by quantity, x, y and alpha, then those of the static part by x, alpha and
+quantity. An evaluation reads only the quantities that are wanted. **A map is never extrapolated**: eps is clipped to
+`table_limit(table)`; where a run exceeds it the caller should report that. `linkages.laws.film.film_map` solves the
+films at the nodes.
 """
 
 from __future__ import annotations
@@ -107,43 +108,43 @@ def _around(angle: float, nodes: int) -> tuple[int, float]:
 
 
 @inlined_kernel
-def _quantities(table: Array, s: float, y: float, alpha: float) -> tuple[float, float, float, float]:
-    """Interpolate the four quantities at s of the nodes in x."""
+def _quantity(table: Array, x: float, y: float, alpha: float, which: int) -> float:
+    """Interpolate a quantity of the nodes, 0 to 3; the four sums run over neighbours in memory."""
     nx, ny, na = int(table[3]), int(table[4]), int(table[5])
-    i, s = _interval(s, nx - 2)
+    i, s = _interval(x * ((nx - 1) / table[2]), nx - 2)
     j, t = _around(y, ny)
-    b0, b1, b2, b3 = basis(t)
-    line = CHANNELS * (na + 3 if na > 1 else 1)
-    g_n, g_t, g_e, g_q = 0.0, 0.0, 0.0, 0.0
-    plane = HEAD + line * (i * (ny + 3) + j)
-    if na > 1:
-        k, r = _around(alpha, na)
-        a0, a1, a2, a3 = basis(r)
-        plane += CHANNELS * k
-        for weight_x in basis(s):
-            row = plane
-            for weight_y in (b0, b1, b2, b3):
-                weight = weight_x * weight_y
-                b, c, d, e = weight * a0, weight * a1, weight * a2, weight * a3
-                g_n += b * table[row] + c * table[row + 4] + d * table[row + 8] + e * table[row + 12]
-                g_t += b * table[row + 1] + c * table[row + 5] + d * table[row + 9] + e * table[row + 13]
-                g_e += b * table[row + 2] + c * table[row + 6] + d * table[row + 10] + e * table[row + 14]
-                g_q += b * table[row + 3] + c * table[row + 7] + d * table[row + 11] + e * table[row + 15]
-                row += line
-            plane += line * (ny + 3)
-        return g_n, g_t, g_e, g_q
-    for weight in basis(s):
-        b, c, d, e, row = weight * b0, weight * b1, weight * b2, weight * b3, plane
-        g_n += b * table[row] + c * table[row + 4] + d * table[row + 8] + e * table[row + 12]
-        g_t += b * table[row + 1] + c * table[row + 5] + d * table[row + 9] + e * table[row + 13]
-        g_e += b * table[row + 2] + c * table[row + 6] + d * table[row + 10] + e * table[row + 14]
-        g_q += b * table[row + 3] + c * table[row + 7] + d * table[row + 11] + e * table[row + 15]
+    line = na + 3 if na > 1 else 1
+    plane = HEAD + line * (ny + 3) * (which * (nx + 2) + i) + line * j
+    b, c, d, e = 0.0, 0.0, 0.0, 0.0
+    if na == 1:
+        for weight in basis(s):
+            b += weight * table[plane]
+            c += weight * table[plane + 1]
+            d += weight * table[plane + 2]
+            e += weight * table[plane + 3]
+            plane += ny + 3
+        b0, b1, b2, b3 = basis(t)
+        return b0 * b + b1 * c + b2 * d + b3 * e
+    k, r = _around(alpha, na)
+    along = basis(t)
+    for weight_x in basis(s):
+        row = plane + k
+        for weight_y in along:
+            weight = weight_x * weight_y
+            b += weight * table[row]
+            c += weight * table[row + 1]
+            d += weight * table[row + 2]
+            e += weight * table[row + 3]
+            row += line
         plane += line * (ny + 3)
-    return g_n, g_t, g_e, g_q
+    b0, b1, b2, b3 = basis(r)
+    return b0 * b + b1 * c + b2 * d + b3 * e
 
 
 @lazy_kernel
-def mapped_film(eps: float, deps: float, ew: float, alpha: float, table: Array) -> tuple[float, float, float, float]:
+def mapped_film(
+    eps: float, deps: float, ew: float, alpha: float, table: Array, sheared: bool
+) -> tuple[float, float, float]:
     """Evaluate a film from its map.
 
     Parameters
@@ -154,6 +155,8 @@ def mapped_film(eps: float, deps: float, ew: float, alpha: float, table: Array) 
         Angle from the first groove to the eccentricity [rad].
     table : array of float
         From `linkages.laws.film.map_cache.load_map` or `film_map.build_map`.
+    sheared : bool
+        Whether the extent is wanted.
 
     Returns
     -------
@@ -161,8 +164,7 @@ def mapped_film(eps: float, deps: float, ew: float, alpha: float, table: Array) 
         Force on the journal in units of mu*L*R^3/c^2.
     extent : float
         Integral of dtheta/h over the film that carries pressure; with a groove, over the whole film, times its content.
-    flow : float
-        Volume flow out of the ends in units of c*R^2.
+        0 if not `sheared`.
 
     Notes
     -----
@@ -172,20 +174,42 @@ def mapped_film(eps: float, deps: float, ew: float, alpha: float, table: Array) 
     eps, x = _clipped(eps, table)
     f_n, f_t, _ = half_film_long(eps, deps, ew, 0.0)
     scale = math.sqrt(f_n * f_n + f_t * f_t)
-    root_q, half = math.sqrt(1.0 - eps * eps), 0.5 * ew
-    across, side = math.sqrt(root_q) * half, 1.0
-    if table[5] == 1.0:  # its own mirror image, to round-off too
-        side = math.copysign(1.0, half) if half != 0.0 else 0.0
-        across = abs(across)
-    g_n, g_t, g_e, g_q = _quantities(table, x * ((table[3] - 1.0) / table[2]), math.atan2(across, deps), alpha)
-    f_n, f_t = scale * g_n, side * scale * g_t
+    across, side = _across(eps, ew, table)
+    y = math.atan2(across, deps)
+    f_n, f_t = scale * _quantity(table, x, y, alpha, 0), side * scale * _quantity(table, x, y, alpha, 1)
+    half = 0.5 * ew
     motion = deps * deps + half * half
     if motion > 0.0 and table[6] > 0.0:
         power, width = f_n * deps - f_t * half, _SMOOTH * scale * math.sqrt(motion)
         excess = 0.5 * (power + math.sqrt(power * power + width * width)) / motion
         f_n -= excess * deps
         f_t += excess * half
-    return f_n, f_t, g_e / root_q, g_q * math.sqrt(deps * deps + across * across)
+    extent = _quantity(table, x, y, alpha, 2) / math.sqrt(1.0 - eps * eps) if sheared else 0.0
+    return f_n, f_t, extent
+
+
+@lazy_kernel
+def mapped_flow(eps: float, deps: float, ew: float, alpha: float, table: Array) -> float:
+    """Evaluate the volume flow out of the ends of a film from its map, in units of c*R^2.
+
+    Parameters
+    ----------
+    eps, deps, ew, alpha, table
+        As for `mapped_film`.
+    """
+    eps, x = _clipped(eps, table)
+    across, _ = _across(eps, ew, table)
+    flow = _quantity(table, x, math.atan2(across, deps), alpha, 3)
+    return flow * math.sqrt(deps * deps + across * across)
+
+
+@inlined_kernel
+def _across(eps: float, ew: float, table: Array) -> tuple[float, float]:
+    """Scaled wedge rate (1 - eps^2)^(1/4)*ew/2, and the side of its mirror image: 1, or -1."""
+    across = math.sqrt(math.sqrt(1.0 - eps * eps)) * 0.5 * ew
+    if table[5] > 1.0:
+        return across, 1.0
+    return abs(across), math.copysign(1.0, ew) if ew != 0.0 else 0.0  # its own mirror image, to round-off too
 
 
 @inlined_kernel
@@ -240,7 +264,7 @@ def fit(head: Array, values: Array, static: Array | None = None) -> Array:
     -------
     table : (nt,) array
     """
-    parts = [head, _coefficients(values, (1, 2)).ravel()]
+    parts = [head, np.moveaxis(_coefficients(values, (1, 2)), -1, 0).ravel()]
     if static is not None:
         parts.append(_coefficients(static, (1,)).ravel())
     return np.concatenate(parts)
