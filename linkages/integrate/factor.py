@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, Indices, inlined_kernel, kernel, lazy_kernel
+from linkages.kernel.simd import LaneArray as Lanes
 
 _ORTHOGONAL = 2.2e-16  # rounding error of the cosine between orthogonal vectors, per entry
 _SWEEPS = 30  # largest number of sweeps; six are usual
@@ -42,8 +43,8 @@ def factorise(matrix: Array, pivots: Indices) -> bool:
 
 
 @kernel
-def back_substitute(factors: Array, pivots: Indices, x: Array) -> None:
-    """Solve for a right-hand side x (n,), in place."""
+def back_substitute(factors: Array, pivots: Indices, x: Array | Lanes) -> None:
+    """Solve for a right-hand side x (n,), or for those in its lanes, in place."""
     n = len(x)
     for k in range(n):
         other = pivots[k]

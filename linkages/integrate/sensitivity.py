@@ -13,7 +13,23 @@ import numpy as np
 
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.tableau import Tableau
-from linkages.kernel import Array, kernel
+from linkages.kernel import Array, inlined_kernel, kernel
+from linkages.kernel.simd import WIDTH, lane, lanes
+from linkages.kernel.simd import LaneArray as Lanes
+
+
+@inlined_kernel
+def _columns(row: Array, first: int) -> Any:
+    """Entries of a row from the first one on, in lanes; the last one in lanes beyond."""
+    last = len(row) - 1
+    return lanes(row[first], row[min(first + 1, last)], row[min(first + 2, last)], row[min(first + 3, last)])
+
+
+@inlined_kernel
+def _put(values: Any, row: Array, first: int) -> None:
+    """Put lanes into the entries of a row from the first one on."""
+    for i in range(min(WIDTH, len(row) - first)):
+        row[first + i] = lane(values, i)
 
 
 def collocation_sensitivity(tableau: Tableau) -> Any:
@@ -25,7 +41,10 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
     a, c, back, count = tableau.a, tableau.c, np.linalg.inv(tableau.a), len(tableau.c)
 
     @kernel
-    def differentiate(h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array) -> bool:
+    def differentiate(
+        h: float, mass: Array, jacobian: Array, forcing: Array, before: Array, after: Array, rates: Array,
+        start: Lanes, x: Lanes,
+    ) -> bool:  # fmt: skip
         """Fill ``after`` (n, nc) with the columns at the end of a step; False if the stages' equations are singular.
 
         Parameters
@@ -38,10 +57,14 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
         forcing : (s, k, nc) array
         before : (n, nc) array
             Columns at the start.
+        rates : (k, nc) array
+            Filled with the rates of the columns' last k entries at the end.
+        start, x : (n,) and (s k,) lanes
+            To work in.
         """
         n, nc, k = before.shape[0], before.shape[1], mass.shape[1]
         m = n - k
-        matrix, pivots, x = np.empty((count * k, count * k)), np.empty(count * k, np.int64), np.empty(count * k)
+        matrix, pivots = np.empty((count * k, count * k)), np.empty(count * k, np.int64)
         for i in range(count):
             for j in range(count):
                 for row in range(k):
@@ -54,24 +77,30 @@ def collocation_sensitivity(tableau: Tableau) -> Any:
                         matrix[i * k + row, j * k + column] = value
         if not factorise(matrix, pivots):
             return False
-        for column in range(nc):
+        last = (count - 1) * k
+        for first in range(0, nc, WIDTH):
+            for j in range(n):
+                start[j] = _columns(before[j], first)
             for i in range(count):
                 for row in range(k):
-                    total = forcing[i, row, column]
+                    total = _columns(forcing[i, row], first)
                     for j in range(m):
-                        total += jacobian[i, row, j] * (before[j, column] + h * c[i] * before[m + j, column])
+                        total += jacobian[i, row, j] * (start[j] + h * c[i] * start[m + j])
                     for j in range(m, n):
-                        total += jacobian[i, row, j] * before[j, column]
+                        total += jacobian[i, row, j] * start[j]
                     x[i * k + row] = total
             back_substitute(matrix, pivots, x)
-            last = (count - 1) * k
             for j in range(k):
-                after[m + j, column] = before[m + j, column] + x[last + j]
+                _put(start[m + j] + x[last + j], after[m + j], first)
+                total = back[count - 1, 0] / h * x[j]
+                for i in range(1, count):
+                    total += back[count - 1, i] / h * x[i * k + j]
+                _put(total, rates[j], first)
             for j in range(m):
-                total = before[j, column] + h * before[m + j, column]
+                total = start[j] + h * start[m + j]
                 for i in range(count):
                     total += h * a[count - 1, i] * x[i * k + j]
-                after[j, column] = total
+                _put(total, after[j], first)
         return True
 
     return differentiate

@@ -370,6 +370,11 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
     InputError
         If the output is unknown.
     """
+    return _record(system, *_find(system, name, ideal))
+
+
+def _find(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str, int]:
+    """Find the kind of elements, the quantity, the element, and whether the output is a jitter."""
     plain = name.removesuffix(JITTER)
     owner, quantity, thing = _look_up(system, plain, ideal)
     jitter = int(plain != name)
@@ -377,6 +382,10 @@ def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:
         raise _wrong(system, name, "jitter exists only for the motion of a link or frame")
     if jitter and not _determinate(system):
         raise _wrong(system, name, "the prescribed drives do not determine an ideal motion")
+    return owner, quantity, thing, jitter
+
+
+def _record(system: System, owner: Owner, quantity: Quantity, thing: str, jitter: int) -> tuple[Any, ...]:
     if owner.kind == COORDINATE:
         return COORDINATE, 0, system.tree.coordinates.index(thing), 0, 0, _NOWHERE, 0.0
     at, other, marker, constant = owner.record(system, thing)
@@ -442,7 +451,19 @@ def pack(system: System, wanted: Iterable[str], ideal: bool = False) -> Records:
     InputError
         If a name is unknown.
     """
-    return np.array([find(system, name, ideal) for name in wanted], OUTPUT)
+    return packer(system, wanted, ideal)(system)
+
+
+def packer(system: System, wanted: Iterable[str], ideal: bool = False) -> Callable[[System], Records]:
+    """Return a function that makes the records of named outputs for systems with the elements of this one.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
+    found = [_find(system, name, ideal) for name in wanted]
+    return lambda one: np.array([_record(one, *each) for each in found], OUTPUT)
 
 
 def table() -> Iterator[tuple[str, str, str]]:

@@ -29,16 +29,24 @@ CHANGES = INPUTS + 1
 RESULTS = 8
 _DELTA, _CLOSING, _SLIDING = 4, 5, 6
 #: Bounds within which a contact's force is smooth: ratio of the closing speed to the approach speed, sliding speed,
-#: penetration; and the smallest sliding speed over which friction changes smoothly.
-RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, FRICTION_SPEED = range(7)
-BOUNDS = 7
+#: penetration; the smallest sliding speed over which friction changes smoothly; and whether differences of the fourth
+#: order are taken without any of these bounds too.
+RATIO_FROM, RATIO_TO, SLIDING_FROM, SLIDING_TO, DEPTH_FROM, DEPTH_TO, FRICTION_SPEED, FINE = range(8)
+BOUNDS = 8
 _SHARE = 0.01  # of that speed in a step
-#: Weights of differences of the fourth order, at -2 to 2 steps, 0 to 4, and -4 to 0; and the first place of each.
+#: Weights of differences of the fourth order, at -2 to 2 steps, 0 to 4, and -4 to 0, and of central ones of the second
+#: order; the first place of each.
 WEIGHTS = np.array(
-    [[1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12], [-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4], [1 / 4, -4 / 3, 3.0, -4.0, 25 / 12]]
+    [
+        [1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12],
+        [-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4],
+        [1 / 4, -4 / 3, 3.0, -4.0, 25 / 12],
+        [0.0, -1 / 2, 0.0, 1 / 2, 0.0],
+    ]
 )
-PLACES = (-2, 0, -4)
+PLACES = (-2, 0, -4, -2)
 POINTS = 5
+FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
 # Step of differences of the fourth order, in parts of the smallest scale over its change. Rounding of penetrations
 # limits it from below, the kinks of tabulated films and of friction from above.
 _WIDE = 1e-4
@@ -116,6 +124,13 @@ def bounded_values(
     z, began = bristle + s * change[INPUTS - 1], approach + s * change[APPROACHING]
     found = contact_action(end, law, table, began, z, _moved(motion, change, s))
     out[0], out[1], out[2] = found[_CLOSING] / began, found[_SLIDING], found[_DELTA]
+
+
+def no_bounds() -> Array:
+    """Return the bounds of a contact without any, (BOUNDS,); differences are of the second order."""
+    bounds = np.full(BOUNDS, np.inf)
+    bounds[RATIO_FROM], bounds[SLIDING_FROM], bounds[DEPTH_FROM], bounds[FINE] = -np.inf, -np.inf, -np.inf, 0.0
+    return bounds
 
 
 @kernel

@@ -86,6 +86,20 @@ def test_derivatives_of_outputs_agree_with_differences_of_runs(name, overrides, 
     assert all(len(at_steps[output]) == len(run.time) for output in outputs)
 
 
+def test_coarse_differences_of_laws_and_kinematics_give_the_digits_that_runs_have(monkeypatch):
+    paths = ["joints.A.clearance", "joints.B.viscosity", "sdf.links.link2.mass", "drives.O1.speed"]
+    paths += ["sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x", "gravity.y"]
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.2, "solver.accuracy": 1e-9})
+    outputs, found = ["A.force", "slider7.ax", "O1.torque"], []
+    for limit in (0.0, 1.0):  # accuracies below the limit get differences of the fourth order
+        monkeypatch.setattr("linkages.engines.compiled.sensitivity._COARSE", limit)
+        found.append(linkages.simulate(system, outputs=outputs, wrt=paths).sensitivity)
+    for path in paths:
+        for output in outputs:
+            coarse, fine = found[0][path][output], found[1][path][output]
+            assert np.max(np.abs(coarse - fine)) < 3e-6 * np.max(np.abs(fine))
+
+
 def test_paths_without_a_derivative_are_refused():
     system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"), {"duration": 1e-4})
     for path, why in (("joints.B.film", "not a number"), ("joints.X.clearance", "has no")):

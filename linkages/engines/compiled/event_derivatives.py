@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
+from linkages.engines.compiled.contact_changes import ContactState, law_change, note_contacts, value_motions
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import ContactState, force_response, law_change, note_contacts, value_motions
+from linkages.engines.compiled.forcing import force_response
 from linkages.engines.compiled.jacobian import contact_inputs, exact_jacobian
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.step_derivatives import Column
 from linkages.engines.compiled.variation import Variation
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.kernel import Array, clear, kernel
-from linkages.kernel.simd import lane
+from linkages.kernel.simd import WIDTH, lane, with_lane
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import CHANGES, DEPTH_FROM, DEPTH_TO, INPUTS, OUTPUTS, deeper
 from linkages.planar.contacts import APPROACH, BRISTLE, CLOSING, PENETRATION, contact_action
@@ -25,41 +26,50 @@ _DELTA, _CLOSING = 4, 5
 
 @kernel
 def motions_along(
-    equations: Equations, variation: Variation, p: int, t: float, y: Array, column: Array, out: Array
+    equations: Equations, variation: Variation, t: float, y: Array, columns: Array, first: int, out: Array
 ) -> None:
-    """Fill ``out`` (nc, CHANGES) with the changes of the contacts' motions along a column, and value p unless it is -1.
+    """Fill ``out`` (m, nc, CHANGES) with the changes of the contacts' motions along columns from the first one on.
 
-    The equations are solved at (t, y).
+    The last np columns change with a value each. The equations are solved at (t, y).
     """
     model, w, s, n = equations.model, equations.work.dynamics, equations.work.scratch, len(equations.model.free)
-    clear(out)
-    if p >= 0:
-        value_motions(variation, p, t, y, out)
-    for rates in range(2):
-        for i in range(n):
-            s.changed[model.free[i]], s.dq[model.free[i]] = 1.0, column[i + rates * n]
-        body_tangents(model.bodies, w, s)
-        if rates:
-            rate_tangents(model.bodies, s)
-        for k in range(len(model.ends)):
-            inputs = contact_inputs(model, w, s, k)
-            for i in range(INPUTS - 1):
-                out[k, i] += lane(inputs[i], 0)
+    m, np_ = columns.shape[1], len(variation.unit)
+    for j in range(first, m):
+        clear(out[j])
+        if j >= m - np_:
+            value_motions(equations, variation, j - (m - np_), t, y, out[j])
+        for k in range(len(model.bristles)):
+            out[j, model.bristles[k], INPUTS - 1] += columns[2 * n + k, j]
+    for start in range(first, m, WIDTH):
+        count = min(WIDTH, m - start)
+        for rates in range(2):
+            for i in range(n):
+                place = model.free[i]
+                s.changed[place] = 1.0
+                for column in range(count):
+                    s.dq[place] = with_lane(s.dq[place], column, columns[i + rates * n, start + column])
+            body_tangents(model.bodies, w, s)
+            if rates:
+                rate_tangents(model.bodies, s)
+            for k in range(len(model.ends)):
+                inputs = contact_inputs(model, w, s, k)
+                for i in range(INPUTS - 1):
+                    for column in range(count):
+                        out[start + column, k, i] += lane(inputs[i], column)
     for i in range(n):
         s.changed[model.free[i]], s.dq[model.free[i]] = 0.0, 0.0
-    for m in range(len(model.bristles)):
-        out[model.bristles[m], INPUTS - 1] += column[2 * n + m]
 
 
 @kernel
 def _motions_over_time(equations: Equations, t: float, y: Array, c: Column, rate: float) -> None:
-    """Fill ``direction`` with the rates of the contacts' motions at a state with the derivatives ``dy``."""
+    """Fill the first of ``direction`` with the rates of the contacts' motions at a state; ``dy`` is filled."""
     model, work = equations.model, equations.work
     fastest = rate
     for i in range(len(work.dynamics.vel)):
         fastest = max(fastest, abs(work.dynamics.vel[i, 0]))
     h = _MILD / fastest
-    clear(c.direction)
+    along = c.direction[0]
+    clear(along)
     for side in (-1.0, 1.0):
         for i in range(len(y)):
             c.y[i] = y[i] + side * h * c.dy[i]
@@ -67,7 +77,7 @@ def _motions_over_time(equations: Equations, t: float, y: Array, c: Column, rate
         note_contacts(equations, c.contacts)
         for k in range(len(model.ends)):
             for i in range(INPUTS - 1):
-                c.direction[k, i] += side * c.contacts.motion[k, i] / (2.0 * h)
+                along[k, i] += side * c.contacts.motion[k, i] / (2.0 * h)
 
 
 @kernel
@@ -82,6 +92,7 @@ def begin_or_end(
     where a contact begins without speed: its existence then depends on the values.
     """
     work, m, s, n = equations.work, c.before.shape[1], c.contacts, len(y)
+    c.ended[0] = math.nan
     rates, bounds = c.dy[n - c.mass.shape[1] :], equations.work.scratch.bounds[k]
     derivatives(equations, t, y, c.dy)
     closing, late = work.contacts[k, CLOSING], work.contacts[k, PENETRATION] / work.contacts[k, CLOSING]
@@ -95,14 +106,14 @@ def begin_or_end(
     note_contacts(equations, s)
     clear(s.change)
     for i in range(INPUTS - 1):
-        s.change[i] = c.direction[k, i]
+        s.change[i] = c.direction[0, k, i]
     law_change(equations, variation, -1, k, s)
     accelerating = s.found[_CLOSING]
+    motions_along(equations, variation, t, y, c.before, 0, c.direction)
     for j in range(m):
         p = j - (m - len(variation.unit))
-        motions_along(equations, variation, p, t, y, c.before[:, j].copy(), c.direction)
         for i in range(CHANGES):
-            s.change[i] = c.direction[k, i]
+            s.change[i] = c.direction[j, k, i]
         clear(s.direct)
         for new in range(2):  # the state is a little beyond the event: the new forces act for that time already
             bounds[DEPTH_FROM], bounds[DEPTH_TO] = (0.0, math.inf) if begins == (new == 1) else (-math.inf, 0.0)

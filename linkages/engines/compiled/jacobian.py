@@ -22,11 +22,13 @@ from linkages.planar.composite_inertia import mass_matrix
 from linkages.planar.contact_partials import (
     BRISTLE_RATE,
     COUPLE,
+    FINE,
     FORCE_X,
     FORCE_Y,
     INPUTS,
     contact_partials,
     exact_partials,
+    is_bounded,
 )
 from linkages.planar.contacts import APPROACH, BRISTLE, FX, FY, contact_motion
 from linkages.planar.flexible_tangent import prepare_flexible
@@ -52,7 +54,7 @@ def jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) 
 
 @lazy_kernel
 def exact_jacobian(equations: Equations, t: float, y: Array, mass: Array, out: Array) -> None:
-    """Fill the same as `jacobian` with `exact_partials` of the contacts, for derivatives of a run."""
+    """Fill the same as `jacobian`, for derivatives of a run: with `exact_partials` where the bounds say so."""
     _fill(equations, t, y, True, mass, out)
 
 
@@ -68,7 +70,7 @@ def _fill(equations: Equations, t: float, y: Array, exact: bool, mass: Array, ou
         motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
         approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
         end, law, table = model.ends[k], model.laws[k], model.tables[k]
-        if exact:
+        if exact and (s.bounds[k, FINE] > 0.0 or is_bounded(s.bounds[k])):
             exact_partials(end, law, table, approach, bristle, motion, s.bounds[k], s.partials[k])
         else:
             contact_partials(end, law, table, approach, bristle, motion, s.partials[k])

@@ -66,17 +66,10 @@ class Job(NamedTuple):
 
 
 def make_given(system: System, outputs: Records, windows: Array) -> Given:
-    """Collect the numbers of a system. Sections of links that neither forces nor outputs need are left out."""
+    """Collect the numbers of a system, with the model of `model_of`."""
     tree, solver, duration = system.tree, system.experiment.solver, system.experiment.duration
     kinds = set(outputs["kind"].tolist())
-    with_forces = not kinds.isdisjoint(OF_FORCES)
-    model = system.arrays
-    if tree.acting < len(model.bodies.records):
-        seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
-        seen += [model.joints["child"]["body"]] if with_forces else []
-        if max(int(part.max(initial=0)) for part in seen) < tree.acting:
-            bodies, stiff = (tree.acting_bodies(each) for each in (model.bodies, model.stiff))
-            model = model._replace(bodies=bodies, stiff=stiff)
+    model, with_forces = model_of(system, outputs), not kinds.isdisjoint(OF_FORCES)
     longest = solver.max_step or _longest(system)
     return Given(
         start_state(system),
@@ -93,6 +86,18 @@ def make_given(system: System, outputs: Records, windows: Array) -> Given:
         with_forces,
         not kinds.isdisjoint((LOAD, LINKAGE)),
     )
+
+
+def model_of(system: System, outputs: Records) -> Arrays:
+    """Return a system's arrays without sections of links that neither forces nor outputs need."""
+    tree, model = system.tree, system.arrays
+    if tree.acting < len(model.bodies.records):
+        seen = [outputs["marker"]["body"], outputs["at"], outputs["other"]]
+        seen += [model.joints["child"]["body"]] if np.isin(outputs["kind"], OF_FORCES).any() else []
+        if max(int(part.max(initial=0)) for part in seen) < tree.acting:
+            bodies, stiff = (tree.acting_bodies(each) for each in (model.bodies, model.stiff))
+            return model._replace(bodies=bodies, stiff=stiff)
+    return model
 
 
 def make_job(given: Given) -> Job:

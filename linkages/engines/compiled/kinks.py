@@ -33,8 +33,11 @@ _SLOW = 1e-6  # smallest speed of a kink for that [m/s]
 def kinks(system: System) -> Array:
     """Return the kinks of each contact, (nc, KINKS): ratios of the speed to that at the start, and sliding speeds.
 
-    NaN where there are fewer. The damping of a contact is limited, and no contact pulls.
+    NaN where there are fewer. The damping of a contact is limited, and no contact pulls. No rows if no contact can
+    touch: films have no kinks.
     """
+    if not system.touching.any():
+        return np.zeros((0, KINKS))
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):
         limit, chi = float(law["damping_limit"]), float(law["hysteresis"])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from linkages.engines.compiled.neighbours import Neighbours
 from linkages.kernel import Array, Indices
@@ -13,7 +14,7 @@ from linkages.kernel.block import contents
 from linkages.kernel.by_reference import Packed, packed
 from linkages.outputs.columns import Columns, columns
 from linkages.outputs.formulas import OF_FORCES, make_view, tabulate
-from linkages.outputs.registry import JITTER, names, pack
+from linkages.outputs.registry import JITTER, names, packer
 from linkages.planar.arrays import Arrays
 from linkages.system import System
 from linkages.system.ideal_motion import IdealMotion
@@ -36,8 +37,10 @@ class OutputTable:
         whole = system.whole if isinstance(system, Segmented) else system
         own = names(system, False)
         self.names = [name for name in names(whole, False) if name in own] if wanted is None else list(wanted)
-        self._numbers = lambda one: (one.arrays, pack(one, self.names))
+        records = packer(system, self.names)
+        self._numbers = lambda one: (one.arrays, records(one))
         self._model, self._records = _copied(self._numbers(system))
+        self._view = make_view(self._model, system.tree.size)
         self._words = _views((self._model, self._records))
         self._initial = contents((self._model, self._records)).words.view(np.float64)
         self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
@@ -59,12 +62,12 @@ class OutputTable:
         """
         places, rates = near.rates(self._numbers)
         h = _STEP / self._largest(near, change, model)
-        result = np.zeros((len(self.names), len(times)))
+        result, spots = np.zeros((len(self.names), len(times))), self._spots(places)
         for side in (-1.0, 1.0):
-            self._write(places, self._initial[places] + side * h * rates)
+            _write(spots, self._initial[places] + side * h * rates)
             moved = [np.ascontiguousarray(x + side * h * dx) for x, dx in zip(state, change, strict=True)]
             result += side / (2.0 * h) * self._table(times, moved)
-        self._write(places, self._initial[places])
+        _write(spots, self._initial[places])
         if self._jitter:
             plain = [self.names[k].removesuffix(JITTER) for k in self._jitter]
             result[self._jitter] -= near.derivative(lambda one: _ideal(one, times, plain))
@@ -79,18 +82,23 @@ class OutputTable:
 
     def _table(self, times: Array, moved: Sequence[Array]) -> Array:
         out = np.empty((len(self.names), len(times)))
-        view = make_view(self._model, moved[0].shape[1])
-        tabulate(self._records, self._with_forces, view, np.asarray(times, np.float64), *moved, out)  # type: ignore[call-arg]
+        tabulate(self._records, self._with_forces, self._view, np.asarray(times, np.float64), *moved, out)  # type: ignore[call-arg]
         return out
 
-    def _write(self, places: Indices, values: Array) -> None:
-        """Write numbers at places of `contents`."""
-        start = 0
-        for words in self._words:
-            end = start + len(words)
-            inside = (places >= start) & (places < end)
-            words[places[inside] - start] = values[inside]
-            start = end
+    def _spots(self, places: Indices) -> list[_Spot]:
+        """Find the arrays in which places of `contents` are, and where."""
+        ends = np.cumsum([len(words) for words in self._words])
+        owners = np.searchsorted(ends, places, side="right")
+        found = ((k, owners == k) for k in np.unique(owners))
+        return [(self._words[k], places[mine] - ends[k] + len(self._words[k]), mine) for k, mine in found]
+
+
+_Spot = tuple[Array, Indices, NDArray[np.bool_]]  # an array, indices in it, and which of the places these are
+
+
+def _write(spots: list[_Spot], values: Array) -> None:
+    for words, inside, mine in spots:
+        words[inside] = values[mine]
 
 
 def _copied(value: Any) -> Any:

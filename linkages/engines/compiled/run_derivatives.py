@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from linkages.engines.compiled.equations import set_state, solve_state
+from linkages.engines.compiled.contact_changes import law_change, note_contacts
+from linkages.engines.compiled.equations import solve_state
 from linkages.engines.compiled.event_derivatives import begin_or_end, motions_along
-from linkages.engines.compiled.forcing import law_change
 from linkages.engines.compiled.kinks import set_bounds, set_sides_here
 from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.replay import Steps, remember, replay
@@ -17,9 +17,9 @@ from linkages.engines.compiled.variation import Variation, move
 from linkages.integrate.factor import back_substitute, factorise
 from linkages.integrate.stepper import Stepper, copy
 from linkages.kernel import Array, Indices, kernel
-from linkages.planar.contact_partials import APPROACHING, PLACES, POINTS, RESULTS, WEIGHTS
+from linkages.planar.contact_partials import APPROACHING, FOURTH, PLACES, POINTS, RESULTS, WEIGHTS
 from linkages.planar.contacts import BRISTLE_RATE, CLOSING, COUPLE, EX, EY, FX, FY, LOAD, PENETRATION, SLIDING
-from linkages.planar.motion import last_start
+from linkages.planar.motion import evaluate_motions, last_start
 
 #: Places of the results of a contact in `linkages.planar.contacts.CLEARANCE_OUTPUTS`.
 _PLACES = (FX, FY, COUPLE, BRISTLE_RATE, PENETRATION, CLOSING, SLIDING, LOAD)
@@ -41,6 +41,7 @@ def differentiate_run(
     c: Column,
     states: Array,
     memory: Array,
+    rates: Array,
     event: Indices,
     times: Array,
 ) -> tuple[int, int]:
@@ -56,6 +57,8 @@ def differentiate_run(
         With the columns at the start in ``before`` and ``remembered``.
     states, memory : (nt, ny, m), (nt, nc, m) arrays
         Filled with the columns after each step.
+    rates : (nt, k, m) array
+        Filled with the rates of the columns where the last stage gives them; the others stay as they are.
     event : (nt,) array of int
         Filled with the contact that begins (k + 1) or ends (-k - 1) at each time; 0 without.
     times : (nt, m) array
@@ -74,10 +77,12 @@ def differentiate_run(
         remember(equations, steps, max(k - 1, 0))
         if k > 0 and not advance(equations, variation, s, tolerance, steps, k - 1, t, limits, c):
             return SINGULAR, k
+        smooth = k > 0 and equations.implicit and c.ended[0] == t
         if k > 0 and len(model.rows):
             solve_state(equations, t, y)
             if not work.dynamics.interpolated[0] > 0.0:
                 close_columns(equations, variation, t, y, c)
+                smooth = False
         if nc:
             solve_state(equations, t, y)
         for i in range(nc):
@@ -89,12 +94,36 @@ def differentiate_run(
                     return GRAZED, k
                 event[k] = i + 1 if begins else -i - 1
                 solve_state(equations, t, y)
+                smooth = False
             deep[i] = now
+        if smooth:
+            for i in range(len(c.rates)):
+                copy(c.rates[i], rates[k, i])
         for i in range(len(c.before)):
             copy(c.before[i], states[k, i])
         for i in range(nc):
             copy(c.remembered[i], memory[k, i])
     return KNOWN, nt
+
+
+@kernel
+def _column_rates(equations: Equations, variation: Variation, t: float, y: Array, c: Column) -> bool:
+    """Fill ``rates`` with those of the columns ``before`` at a state; False if the mass matrix is singular."""
+    copy(y, c.y)
+    linearise(equations, variation, t, c, 0)
+    c.ended[0] = math.nan
+    if not factorise(c.mass[0], c.pivots):
+        return False
+    for j in range(c.before.shape[1]):
+        for i in range(len(c.own)):
+            c.own[i] = c.forcing[0, i, j]
+            for column in range(len(y)):
+                c.own[i] += c.jacobian[0, i, column] * c.before[column, j]
+        back_substitute(c.mass[0], c.pivots, c.own)
+        for i in range(len(c.own)):
+            c.rates[i, j] = c.own[i]
+    solve_state(equations, t, y)
+    return True
 
 
 @kernel
@@ -104,59 +133,53 @@ def _state_changes(
 ) -> None:  # fmt: skip
     """Fill the changes of coordinates, rates, accelerations and contacts along column j and value p at a solved state.
 
-    Mass, Jacobian and forcing of the state are the first of ``c``; the mass is factorised.
+    ``rates``, ``direction`` and the motions of the contacts are those of the state.
     """
-    model, n, k = equations.model, len(equations.model.free), len(c.own)
-    for i in range(k):
-        total = c.forcing[0, i, j]
-        for column in range(len(y)):
-            total += c.jacobian[0, i, column] * c.before[column, j]
-        c.own[i] = total
-    back_substitute(c.mass[0], c.pivots, c.own)
+    model, n = equations.model, len(equations.model.free)
     for i in range(n):
         place = model.free[i]
-        dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.own[i]
+        dq[place], dv[place], da[place] = c.before[i, j], c.before[n + i, j], c.rates[i, j]
     for i in range(len(model.driven)):
         place = model.driven[i]
         dq[place], dv[place], da[place] = 0.0, 0.0, 0.0
     if variation.kinematics[p] and len(model.driven):
-        _drive_changes(variation, p, t, y, dq, dv, da)
-    motions_along(equations, variation, p, t, y, c.before[:, j].copy(), c.direction)
+        _drive_changes(variation, p, t, dq, dv, da)
     for i in range(len(model.ends)):
-        copy(c.direction[i], c.contacts.change)
+        copy(c.direction[j, i], c.contacts.change)
         c.contacts.change[APPROACHING] = c.remembered[i, j]
         law_change(equations, variation, p, i, c.contacts)
-        contacts[i, EX], contacts[i, EY] = c.direction[i, 0], c.direction[i, 1]
+        contacts[i, EX], contacts[i, EY] = c.direction[j, i, 0], c.direction[j, i, 1]
         for result in range(RESULTS):
             contacts[i, _PLACES[result]] = c.contacts.found[result]
 
 
 @kernel
-def _drive_changes(variation: Variation, p: int, t: float, y: Array, dq: Array, dv: Array, da: Array) -> None:
+def _drive_changes(variation: Variation, p: int, t: float, dq: Array, dv: Array, da: Array) -> None:
     """Fill the changes of the prescribed coordinates with value p: their motions are linear in most values."""
-    model, w, h = variation.equations.model, variation.equations.work.dynamics, _FAR * variation.unit[p]
+    model, work, h = variation.equations.model, variation.equations.work, _FAR * variation.unit[p]
     for point in range(POINTS):
-        if WEIGHTS[0, point] != 0.0:
-            move(variation, p, (PLACES[0] + point) * h)
-            set_state(model, variation.equations.work, t, y)
+        weight = WEIGHTS[FOURTH, point] / h
+        if weight != 0.0:
+            move(variation, p, (PLACES[FOURTH] + point) * h)
+            evaluate_motions((model.motion, model.motion_c, model.motion_n), t, work.value, work.rate, work.second)
             for i in range(len(model.driven)):
                 place = model.driven[i]
-                dq[place] += WEIGHTS[0, point] / h * w.q[place]
-                dv[place] += WEIGHTS[0, point] / h * w.v[place]
-                da[place] += WEIGHTS[0, point] / h * w.a[place]
+                dq[place] += weight * work.value[i]
+                dv[place] += weight * work.rate[i]
+                da[place] += weight * work.second[i]
     move(variation, p, 0.0)
 
 
 @kernel
 def differentiate_states(
     equations: Equations, variation: Variation, s: Stepper, tolerance: Array, steps: Steps, limits: Array, c: Column,
-    states: Array, memory: Array, times: Array, dq: Array, dv: Array, da: Array, contacts: Array,
+    states: Array, memory: Array, rates: Array, times: Array, dq: Array, dv: Array, da: Array, contacts: Array,
 ) -> None:  # fmt: skip
     """Fill the derivatives of a run's coordinates and contacts at any times with respect to np values.
 
     Parameters
     ----------
-    states, memory : arrays
+    states, memory, rates : arrays
         From `differentiate_run`; NaN where columns are not known.
     times : (nt,) array
     dq, dv, da : (np, nt, n) arrays
@@ -178,14 +201,17 @@ def differentiate_states(
         if known and t > steps.times[k] and len(equations.model.rows):
             close_columns(equations, variation, t, y, c)
             solve_state(equations, t, y)
+        if known and len(limits):
+            set_sides_here(equations, limits, c.kinked)
+            set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
+        if known and t == steps.times[k] and rates[k, 0, 0] == rates[k, 0, 0]:
+            for row in range(rates.shape[1]):
+                copy(rates[k, row], c.rates[row])
+            note_contacts(equations, c.contacts)
+        elif known:
+            known = _column_rates(equations, variation, t, y, c)
         if known:
-            if len(limits):
-                set_sides_here(equations, limits, c.kinked)
-                set_bounds(limits, equations.model.touching, c.kinked, equations.work.scratch.bounds)
-            copy(y, c.y)
-            linearise(equations, variation, t, c, 0)
-            known = factorise(c.mass[0], c.pivots)
-            solve_state(equations, t, y)
+            motions_along(equations, variation, t, y, c.before, m - nv, c.direction)
         for p in range(nv):
             if known:
                 _state_changes(

@@ -22,10 +22,11 @@ from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
-from linkages.planar.contact_partials import FRICTION_SPEED
+from linkages.planar.contact_partials import FINE, FRICTION_SPEED, no_bounds
 from linkages.planar.contacts import WIDTH
 from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives
 
+_COARSE = 1e-9  # accuracy of runs from which on differences of the second order, with errors of 1e-7, are as exact
 _FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
 
 
@@ -40,6 +41,8 @@ class Sensitivity(NamedTuple):
         Derivatives of the state at fixed time, after the event or the projection at that time.
     memory : (nt, nc, m) array
         Derivatives of the approach speeds that contacts remember.
+    rates : (nt, k, m) array
+        Rates of the derivatives of rates and other entries; NaN where the end of the step does not give them.
     event : (nt,) array of int
         Contact that begins, counted from 1, or ends, less than 0; 0 without.
     event_times : (nt, m) array
@@ -53,6 +56,7 @@ class Sensitivity(NamedTuple):
     times: Array
     states: Array
     memory: Array
+    rates: Array
     event: Indices
     event_times: Array
     status: int
@@ -84,7 +88,10 @@ class Differentiation:
         self._variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)
         equations = runner.aside()
-        equations.work.scratch.bounds[:, FRICTION_SPEED] = friction_speeds(system)
+        bounds = equations.work.scratch.bounds
+        bounds[:] = no_bounds()
+        bounds[:, FRICTION_SPEED] = friction_speeds(system)
+        bounds[:, FINE] = system.experiment.solver.accuracy < _COARSE
         self._numbers = packed(equations), self._variation, packed(make_stepper(ny, n)), runner.tolerance
         self._kinks = kinks(system)
 
@@ -92,24 +99,22 @@ class Differentiation:
         ny, model = len(self.runner.start), self.runner.model
         return make_column(ny, ny - len(model.free), len(model.ends), m, self.runner.implicit)
 
-    def at_steps(self, start: Array | None = None, memory: Array | None = None) -> Sensitivity:
+    def at_steps(self, start: Array | None = None, remembered: Array | None = None) -> Sensitivity:
         """Differentiate at the steps; see `differentiate`."""
         runner, nt, ny = self.runner, len(self.steps.times), len(self.runner.start)
         first = np.concatenate([np.eye(ny), self.start], axis=1) if start is None else np.asarray(start, np.float64)
         m, nc = first.shape[1], len(runner.model.ends)
         column = self._column(m)
         column.before[:] = first
-        if memory is not None:
-            column.remembered[:] = memory
-        found = (
-            np.full((nt, ny, m), np.nan),
-            np.full((nt, nc, m), np.nan),
-            np.zeros(nt, np.int64),
-            np.full((nt, m), np.nan),
+        if remembered is not None:
+            column.remembered[:] = remembered
+        k = ny - len(runner.model.free)
+        states, memory, rates = (np.full((nt, size, m), np.nan) for size in (ny, nc, k))
+        event, times, rate = np.zeros(nt, np.int64), np.full((nt, m), np.nan), float(runner.system.motion_rate)
+        status, known = differentiate_run(
+            *self._numbers, packed(self.steps), rate, self._kinks, packed(column), states, memory, rates, event, times
         )
-        rate = float(runner.system.motion_rate)
-        status, known = differentiate_run(*self._numbers, packed(self.steps), rate, self._kinks, packed(column), *found)
-        return Sensitivity(self.steps.times, *found, status, known)
+        return Sensitivity(self.steps.times, states, memory, rates, event, times, status, known)
 
     @cached_property
     def columns(self) -> Sensitivity:
@@ -132,7 +137,7 @@ class Differentiation:
         out = dq, dv, da, np.zeros((count, nt, nc, WIDTH))
         differentiate_states(
             *self._numbers, packed(self.steps), self._kinks, packed(self._column(found.states.shape[2])), found.states,
-            found.memory, np.asarray(times, dtype=np.float64), *out,
+            found.memory, found.rates, np.asarray(times, dtype=np.float64), *out,
         )  # fmt: skip
         return out
 

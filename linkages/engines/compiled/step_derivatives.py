@@ -11,15 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from linkages.engines.compiled.contact_changes import ContactState, make_contact_state, note_contacts, note_partials
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
-from linkages.engines.compiled.forcing import (
-    ContactState,
-    approach_forcing,
-    make_contact_state,
-    note_contacts,
-    note_partials,
-    value_forcing,
-)
+from linkages.engines.compiled.forcing import approach_forcing, value_forcing
 from linkages.engines.compiled.jacobian import exact_jacobian
 from linkages.engines.compiled.kinks import Kinked, make_kinked, set_bounds, set_sides, shortened
 from linkages.engines.compiled.methods import attempt
@@ -28,10 +22,11 @@ from linkages.engines.compiled.replay import Steps, around, remember
 from linkages.engines.compiled.variation import Variation, move
 from linkages.integrate.implicit import set_last_step
 from linkages.integrate.sensitivity import collocation_sensitivity, explicit_sensitivity
-from linkages.integrate.stepper import Stepper, copy, restart
+from linkages.integrate.stepper import INVERTED, Stepper, copy, restart
 from linkages.integrate.tableau import DORMAND_PRINCE_5_4, RADAU_IIA_5
 from linkages.kernel import Array, Indices, clear, kernel
-from linkages.kernel.simd import lane
+from linkages.kernel.simd import LaneArray as Lanes
+from linkages.kernel.simd import lane, lane_array
 from linkages.planar.closure_rows import row_rate, row_value
 from linkages.planar.contact_partials import CHANGES
 from linkages.planar.contacts import PENETRATION
@@ -54,16 +49,20 @@ class Column(NamedTuple):
 
     before: Array  # columns at the start of a step, (ny, m)
     after: Array  # at its end
+    rates: Array  # rates at its end of rates and others, by an implicit method, (k, m)
     remembered: Array  # derivatives of the contacts' approach speeds, (nc, m)
     mass: Array  # at the stages, (s, k, k)
     jacobian: Array  # (s, k, ny)
     forcing: Array  # (s, k, m)
-    full: Array  # Jacobian of all entries, (ny, ny)
+    full: Array  # Jacobian of all entries, at the last stage, (ny, ny)
+    ended: Array  # time of the last differentiated step's end, NaN without, (1,)
     y: Array  # state at a stage, (ny,)
     dy: Array
     own: Array  # (k,)
-    direction: Array  # changes of the contacts' motions along a column, (nc, CHANGES)
+    direction: Array  # changes of the contacts' motions along the columns, at least one, (m, nc, CHANGES)
     pivots: Indices  # (k,)
+    start: Lanes  # of some columns, to work in, (ny,)
+    solved: Lanes  # (s k,)
     contacts: ContactState
     kinked: Kinked
 
@@ -72,9 +71,11 @@ def make_column(ny: int, k: int, nc: int, m: int, implicit: bool) -> Column:
     """Make the arrays for ny entries of the state, k of them rates and others, nc contacts and m columns."""
     stages = 3 if implicit else 6
     return Column(
-        np.zeros((ny, m)), np.zeros((ny, m)), np.zeros((nc, m)), np.zeros((stages, k, k)), np.zeros((stages, k, ny)),
-        np.zeros((stages, k, m)), np.zeros((ny, ny)), np.zeros(ny), np.zeros(ny), np.zeros(k), np.zeros((nc, CHANGES)),
-        np.zeros(k, np.int64),
+        np.zeros((ny, m)), np.zeros((ny, m)), np.zeros((k, m)), np.zeros((nc, m)),
+        np.zeros((stages, k, k)), np.zeros((stages, k, ny)),
+        np.zeros((stages, k, m)), np.zeros((ny, ny)), np.full(1, np.nan), np.zeros(ny), np.zeros(ny), np.zeros(k),
+        np.zeros((max(m, 1), nc, CHANGES)),
+        np.zeros(k, np.int64), lane_array(ny), lane_array(stages * k),
         make_contact_state(nc, k), make_kinked(nc),
     )  # fmt: skip
 
@@ -114,7 +115,7 @@ def _attempted(equations: Equations, variation: Variation, s: Stepper, t: float,
             for i in range(n):
                 c.y[i] = y[i] + lane(s.z[i], stage)
             linearise(equations, variation, t + _RADAU_C[stage] * h, c, stage)
-        return _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after)
+        return _collocation(h, c.mass, c.jacobian, c.forcing, c.before, c.after, c.rates, c.start, c.solved)
     for stage in range(len(_PAIR_C)):
         for i in range(n):
             total = 0.0
@@ -141,6 +142,8 @@ def advance(
     points, y = around(steps.times, k), steps.states[k].copy()
     copy(tolerance, s.scale)
     restart(s)
+    if equations.implicit and c.ended[0] == start:
+        _resume(s, c)
     size = steps.times[k + 1] - start
     first, last = _grades(equations, steps, k)
     now, h, attempts = start, t - start, 0
@@ -170,7 +173,21 @@ def advance(
         h = t - now
         if h > 0.0:
             restart(s)
-    return not now < t
+    if now < t:
+        return False
+    c.ended[0] = t
+    return True
+
+
+@kernel
+def _resume(s: Stepper, c: Column) -> None:
+    """Use the Jacobian at the end of the step before; Newton's iterations get a new one if they fail."""
+    last = len(c.mass) - 1
+    for i in range(len(s.mass)):
+        copy(c.mass[last, i], s.mass[i])
+    for i in range(len(c.full)):
+        copy(c.full[i], s.jacobian[i])
+    s.memory[INVERTED] = -1.0  # of no step: the matrices are inverted
 
 
 @kernel

@@ -11,7 +11,7 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from linkages.engines.compiled.job import Given, make_given
+from linkages.engines.compiled.job import Given, model_of
 from linkages.engines.compiled.model import Equations, make_work, start_state
 from linkages.engines.compiled.neighbours import Neighbours
 from linkages.kernel import Array, Indices, kernel
@@ -84,11 +84,13 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     model, nc = given.model, len(given.model.ends)
     block = Block(Equations(model, make_work(model, np.zeros((nc, 2)), np.full(nc, -1)), given.implicit))
     memory, own = block.memory.view(np.float64), contents(model).words.view(np.float64)
-    changes = [near.rates(lambda one: make_given(one, pack(one, ()), np.zeros((0, 2))).model) for near in nearby]
+    none = pack(system, ())
+    changes = [near.rates(lambda one: model_of(one, none)) for near in nearby]
     starts = [near.derivative(start_state)[:, None] for near in nearby]
     laws, mechanics, kinematics = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), ()))
+    fields = list(_fields(model))
     for p, change in enumerate(changes):
-        for name, place in _fields(model):
+        for name, place in fields:
             inside = change.places[(change.places >= place.start) & (change.places < place.stop)] - place.start
             if not len(inside) or name in ("limits", "stiff"):
                 continue

@@ -1,0 +1,180 @@
+"""Motions and forces of contacts, and their changes with motions and with values of the system.
+
+Laws, and the motions of contacts at given coordinates, are differentiated by differences: of the fourth order, or of
+the second one where errors of 1e-7 do not matter, see `linkages.planar.contact_partials.FINE`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.engines.compiled.equations import set_state
+from linkages.engines.compiled.model import Equations
+from linkages.engines.compiled.variation import Variation, move
+from linkages.kernel import Array, clear, kernel
+from linkages.planar.arrays import Arrays
+from linkages.planar.contact_partials import (
+    CHANGES,
+    FINE,
+    FOURTH,
+    INPUTS,
+    OUTPUTS,
+    PLACES,
+    POINTS,
+    RESULTS,
+    SECOND,
+    WEIGHTS,
+    add_contact_change,
+    bounded_values,
+    inside,
+    is_bounded,
+    place_stencil,
+    stencil_step,
+)
+from linkages.planar.contacts import APPROACH, BRISTLE, BRISTLE_RATE, COUPLE, FX, FY, contact_motion
+from linkages.planar.workspace import Workspace
+
+MILD = 1e-5  # step of central differences, in parts of a value's magnitude
+_NARROW = 0.06  # step of differences of the second order of a law, in parts of the fourth order's
+_WIDE = 1e-3  # step of differences of the fourth order of kinematics, in parts of a value, or of 1 rad of a drive
+MOTION = 8  # entries of a contact's motion
+
+
+class ContactState(NamedTuple):
+    """Motions and forces of the contacts at a state; forces in the order of `linkages.planar.contact_partials`."""
+
+    motion: Array  # (nc, MOTION)
+    force: Array  # (nc, OUTPUTS)
+    partials: Array  # of the force, (nc, OUTPUTS, INPUTS)
+    direct: Array  # change of the force along a value, at fixed coordinates, (nc, OUTPUTS)
+    moved: Array  # change of the motion along a value, at fixed coordinates, (nc, CHANGES)
+    change: Array  # to work in, (CHANGES,)
+    room: Array  # (INPUTS,)
+    found: Array  # (RESULTS,)
+    seen: Array  # (3, 3)
+    plus: Array  # residuals, (k,)
+    minus: Array
+
+
+def make_contact_state(nc: int, k: int) -> ContactState:
+    """Make the arrays for nc contacts and k entries of the residual."""
+    return ContactState(
+        np.zeros((nc, MOTION)),
+        np.zeros((nc, OUTPUTS)),
+        np.zeros((nc, OUTPUTS, INPUTS)),
+        np.zeros((nc, OUTPUTS)),
+        np.zeros((nc, CHANGES)),
+        np.zeros(CHANGES),
+        np.zeros(INPUTS),
+        np.zeros(RESULTS),
+        np.zeros((3, 3)),
+        np.zeros(k),
+        np.zeros(k),
+    )
+
+
+@kernel
+def note_contacts(equations: Equations, s: ContactState) -> None:
+    """Take the contacts' motions and forces from a state that is solved."""
+    model, work = equations.model, equations.work
+    clear(s.motion)
+    add_motions(model, work.dynamics, 1.0, s.motion)
+    for k in range(len(model.ends)):
+        found = work.contacts[k]
+        s.force[k, 0], s.force[k, 1], s.force[k, 2] = found[FX], found[FY], found[COUPLE]
+        s.force[k, 3] = found[BRISTLE_RATE]
+
+
+@kernel
+def note_partials(equations: Equations, s: ContactState) -> None:
+    """Take the partial derivatives of the contacts' forces from the Jacobian of the same state."""
+    partials = equations.work.scratch.partials
+    for k in range(partials.shape[0]):
+        for i in range(OUTPUTS):
+            for j in range(INPUTS):
+                s.partials[k, i, j] = partials[k, i, j]
+
+
+@kernel
+def is_fine(equations: Equations) -> bool:
+    """Whether any contact is differentiated to more digits than differences of the second order have."""
+    bounds = equations.work.scratch.bounds
+    found = False
+    for k in range(len(bounds)):
+        found = found or bounds[k, FINE] > 0.0 or is_bounded(bounds[k])
+    return found
+
+
+@kernel
+def law_change(equations: Equations, variation: Variation, p: int, k: int, s: ContactState) -> None:
+    """Fill ``found`` with the change of all results of contact k along ``change``, and along value p unless it is -1.
+
+    The contact is at its motion in ``s``; unit changes of the value are meant.
+    """
+    model, work, moved = equations.model, equations.work, variation.equations.model
+    own = p >= 0 and variation.laws[p, k] == 1
+    a = s.motion[k]
+    given = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+    approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
+    motion = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, given, work.scratch.bounds[k])
+    clear(s.found)
+    value = 1.0 / variation.unit[p] if own else 0.0
+    h, kind = stencil_step(model.ends[k], model.laws[k], approach, motion, s.change, value, s.room), FOURTH
+    bounds = work.scratch.bounds[k]
+    if h == 0.0:
+        return
+    if not is_bounded(bounds) and bounds[FINE] == 0.0:
+        h, kind = _NARROW * h, SECOND
+    elif is_bounded(bounds):
+        for i in range(3):
+            if own:
+                move(variation, p, (i - 1) * h)
+            end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
+            bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, s.seen[i])
+        h, kind = place_stencil(h, bounds, s.seen)
+    for point in range(POINTS):
+        weight, step = WEIGHTS[kind, point] / h, (PLACES[kind] + point) * h
+        if weight != 0.0:
+            if own:
+                move(variation, p, step)
+            end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
+            add_contact_change(end, law, table, approach, bristle, motion, s.change, step, weight, s.found)
+    if own:
+        move(variation, p, 0.0)
+
+
+@kernel
+def value_motions(equations: Equations, variation: Variation, p: int, t: float, y: Array, out: Array) -> None:
+    """Fill ``out`` (nc, CHANGES) with the changes of the contacts' motions with value p at a solved state."""
+    clear(out)
+    if not variation.kinematics[p]:
+        return
+    model, work = variation.equations.model, variation.equations.work
+    kind, step = (FOURTH, _WIDE) if is_fine(equations) else (SECOND, MILD)
+    h = step * variation.unit[p] / far(model, equations.work.dynamics)
+    for point in range(POINTS):
+        if WEIGHTS[kind, point] != 0.0:
+            move(variation, p, (PLACES[kind] + point) * h)
+            set_state(model, work, t, y)
+            add_motions(model, work.dynamics, WEIGHTS[kind, point] / h, out)
+    move(variation, p, 0.0)
+
+
+@kernel
+def far(model: Arrays, w: Workspace) -> float:
+    """Largest prescribed coordinate, at least 1: changes of a drive's speed grow with time."""
+    far = 1.0
+    for k in range(len(model.driven)):
+        far = max(far, abs(w.q[model.driven[k]]))
+    return far
+
+
+@kernel
+def add_motions(model: Arrays, w: Workspace, factor: float, out: Array) -> None:
+    """Add the contacts' motions times a factor."""
+    for k in range(len(model.ends)):
+        motion, _ = contact_motion(model.ends[k], w.pose, w.vel)
+        for i in range(MOTION):
+            out[k, i] += factor * motion[i]
