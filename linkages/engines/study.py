@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 
 _TIGHTER = 0.1  # ratio of tolerances between a run and the run that estimates its error
 _SHORTER = 0.5  # ratio of their steps: equal steps would have equal errors, which no comparison shows
+_FEWEST = 50  # steps of the repetition: two runs of few steps omit the same vibrations
 
 
 def simulate(
@@ -145,14 +146,14 @@ def estimate_error(study: Study, stage: Callable[[str], Progress]) -> Study:
     """Add the run at a ten times tighter tolerance to a study whose run reached its end.
 
     Its longest step is half the run's typical one, because Newton's method or the longest step may limit both runs at
-    any tolerance. Flexible links get twice as many rigid segments.
+    any tolerance. It takes at least `_FEWEST` steps. Flexible links get twice as many rigid segments.
     """
     if study.run.status is not Status.OK:
         return study
-    experiment = study.system.experiment
+    experiment, times = study.system.experiment, study.run.time
     tighter = {
         "solver.accuracy": experiment.solver.accuracy * _TIGHTER,
-        "solver.max_step": _SHORTER * _typical_step(study.run.time),
+        "solver.max_step": min(_SHORTER * _typical_step(times), times[-1] / _FEWEST),
     }
     if system_of(study.system, study.run.columns) is not study.system:
         counts = {name: experiment.links[name].segments for name in experiment.flexible}
