@@ -1,8 +1,13 @@
-"""Writes the picture of the live page, with a headless Chromium: ``python docs/make_live.py``."""
+"""Writes the pictures of the live page's tutorial, with a headless Chromium: ``python docs/make_live.py [NAME ...]``."""
 
+import io
+import json
 import sys
 import threading
 from pathlib import Path
+from urllib.parse import quote
+
+from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
@@ -15,32 +20,78 @@ from linkages.live.server import LiveServer
 from linkages.live.session import Session
 
 FIGURES = Path(__file__).parent / "figures"
+FINITE = {f"joints.{name}.film": "finite" for name in "AB"}
+FAST = {"drives.O.speed": 200.0}
+LENGTH = "sdf.frames.crank1_A.pose.x"
 
-# Pins the first steady motion, then doubles the clearance of A.
+
+def viscosity(value):
+    return {f"joints.{name}.viscosity": value for name in "AB"}
+
+
+#: Machine, values of the pinned run, values that are changed then, and the shown curves, or a part of the page.
+PICTURES = {
+    "live_page": ("seven_bar", {}, {"joints.A.clearance": 6e-4}, ()),
+    "live_film": ("seven_bar", FINITE | viscosity(0.2), viscosity(0.005), ".orbits"),
+    "live_direction": ("seven_bar", {}, {"drives.O4.speed": -6.283185307}, ("slider7.ax", "A.force")),
+    "live_length": ("seven_bar", {}, {LENGTH: 1.05}, ("slider7.ax",)),
+    "live_mass": ("seven_bar", {}, {"sdf.links.link2.mass": 0.5}, ("A.force", "B.force")),
+    "live_contact": ("seven_bar_mixed", viscosity(0.1), viscosity(0.001), ".orbits"),
+    "live_friction": ("slider_crank_dry", FAST, {"joints.B.friction.coefficient": 0.2}, ("B.force",)),
+}
+
+# Pins the first run, changes the values one by one, and stops the moving picture.
 _CHANGE = """
-const [done] = arguments, root = document.querySelector("main");
+const [values, done] = arguments, root = document.querySelector("main");
 const idle = async () => {
   await new Promise((go) => setTimeout(go, 200));
   while (root.getAttribute("aria-busy") !== "false") await new Promise((go) => setTimeout(go, 50));
 };
+const row = (path) => document.querySelector(`[data-path="${path}"] .typed`);
 (async () => {
   await idle();
   document.querySelector(".buttons button").click();
-  const field = document.querySelector('[data-path="joints.A.clearance"] .typed');
-  field.value = "0.6 mm";
-  field.dispatchEvent(new Event("change"));
-  await idle();
+  for (const [path, value] of Object.entries(values)) {
+    if (!row(path)) {
+      document.querySelector(".search input").value = path;
+      document.querySelector(".search").requestSubmit();
+    }
+    row(path).value = value;
+    row(path).dispatchEvent(new Event("change"));
+    await idle();
+  }
   document.querySelector(".playback button").click();
   done();
 })();
 """
 
-if __name__ == "__main__":
-    system = linkages.load(linkages.find_file("seven_bar.toml"))
+
+def write(browser, name):
+    """Write a picture."""
+    file, pinned, changed, shown = PICTURES[name]
+    system = linkages.load(linkages.find_file(f"{file}.toml"))
+    if LENGTH in changed:
+        changed = {LENGTH: changed[LENGTH] * system.value(LENGTH)}
     server = LiveServer(Answers(Session(system), controls(system), Path(".")))
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    with started("--window-size=1280,1500") as browser:
-        browser.get(server.address)
-        browser.execute_async_script(_CHANGE)
-        browser.save_screenshot(str(FIGURES / "live_page.png"))
+    browser.get("about:blank")  # an address with another part after # would not be loaded anew
+    browser.get(f"{server.address}#{quote(json.dumps(pinned))}")
+    browser.execute_async_script(_CHANGE, changed)
+    if isinstance(shown, str):
+        parts = [browser.find_element("css selector", shown)]
+    else:
+        parts = [browser.find_element("xpath", f"//*[figcaption[starts-with(., '{curve} ')]]") for curve in shown]
+    shots = [part.screenshot_as_png for part in parts] or [browser.get_screenshot_as_png()]
+    images = [Image.open(io.BytesIO(shot)) for shot in shots]
+    whole = Image.new("RGB", (max(image.width for image in images), sum(image.height for image in images)), "white")
+    for k, image in enumerate(images):
+        whole.paste(image, (0, sum(before.height for before in images[:k])))
+    whole.save(FIGURES / f"{name}.png")
     server.shutdown()
+
+
+if __name__ == "__main__":
+    with started("--window-size=1280,1500") as browser:
+        browser.set_script_timeout(600)
+        for name in sys.argv[1:] or PICTURES:
+            write(browser, name)

@@ -5,7 +5,8 @@
 | start    |                               | title, version, controls, the values given at the start               |
 | run      | values, restart               | see `linkages.live.session.Session.compute`                           |
 | picture  | values                        | see `linkages.live.session.Session.picture`                           |
-| warnings |                               | warnings about the run that was shown last                            |
+| numbers  |                               | the table of that run, see `linkages.live.view.numbers_for`           |
+| warnings |                               | warnings about that run                                               |
 | save     | values, name, replace         | the file that was written, and the command that runs it               |
 | export   | values, name, replace         | the folder that was written, by ``linkages simulate``                 |
 
@@ -63,7 +64,7 @@ class Answers:
             Whether a newer request waits.
         """
         known = {"start": self._start, "run": self._run, "picture": self._picture}
-        known |= {"warnings": self._warnings}
+        known |= {"numbers": self._numbers, "warnings": self._warnings}
         known |= {"save": self._save, "export": self._export}
         try:
             if kind not in known or not isinstance(request, dict):
@@ -95,6 +96,9 @@ class Answers:
 
     def _picture(self, request: dict[str, Any], _: Callable[[], bool]) -> dict[str, Any]:
         return self.session.picture(self._values(request))
+
+    def _numbers(self, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
+        return self.session.numbers()
 
     def _warnings(self, _: dict[str, Any], __: Callable[[], bool]) -> dict[str, Any]:
         return {"warnings": self.session.warnings()}

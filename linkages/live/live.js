@@ -2,14 +2,16 @@
 // mount(root, send) builds it into an element; send(kind, request) returns the promise of a reply.
 
 const RETRIES = 12; // runs after a change until the motion is steady
+const SHARE = 0.2; // most of the time that picture and table take while values change
 const REST = 400; // time without a change after which warnings are computed [ms]
+const FRAME = 100; // time between frames while a run is computed: drawing takes the same processor [ms]
 const LOOP = 4; // time in which the shown part of the run is played at the speed 1 [s]
 const SVG = "http://www.w3.org/2000/svg";
 
 export function mount(root, send) {
   const state = {
     start: null, controls: new Map(), shown: [], values: {}, past: [], future: [], view: null, pinned: null,
-    picture: null, wanted: null, busy: false, tries: 0, playing: true, phase: 0, plots: null, names: "",
+    picture: null, wanted: null, busy: false, tries: 0, next: 0, playing: true, phase: 0, plots: null, names: "",
   };
   root.replaceChildren();
   root.append(
@@ -119,8 +121,8 @@ export function mount(root, send) {
         else if (!reply.outdated) {
           fail("");
           display(reply);
-          if (reply.picture !== state.picture) await redraw(values);
           if (!reply.settled && !state.wanted && ++state.tries < RETRIES) state.wanted = {restart: false};
+          if (!state.wanted || performance.now() > state.next) await complete(values);
         }
       } catch (problem) {
         fail(`the server does not answer (${problem.message}); is the command still running? The picture is the last one.`);
@@ -131,6 +133,15 @@ export function mount(root, send) {
     root.setAttribute("aria-busy", "false");
     clearTimeout(state.resting);
     state.resting = setTimeout(warn, REST);
+  }
+  async function complete(values) { // picture and table can take longer than curves: they get a part of the time
+    const {view} = state, began = performance.now();
+    if (view.picture !== state.picture) await redraw(values);
+    const reply = await send("numbers", {});
+    state.next = performance.now() + (performance.now() - began) / SHARE;
+    if (reply.error) return fail(reply.error);
+    Object.assign(view, reply);
+    drawNumbers();
   }
   async function warn() { // some warnings take longer than a run: they wait until nothing is changed
     const {view} = state;
@@ -149,6 +160,7 @@ export function mount(root, send) {
     const reply = await send("picture", {values});
     if (reply.error) return fail(reply.error);
     state.picture = reply.picture;
+    if (reply.poses && state.view.picture === reply.picture) state.view.poses = reply.poses;
     at(".picture").innerHTML = reply.svg;
     state.scene = reply;
     state.shapes = [...at(".picture").querySelectorAll("[data-at]")].map((element) =>
@@ -169,8 +181,8 @@ export function mount(root, send) {
     for (const [path, value] of Object.entries(view.numbers)) tell(path, value);
     const kind = !view.settled ? "settling" : view.periodic ? "periodic" : "not periodic";
     at(".state").textContent = view.status === "ok" ? `${kind}; computed in ${Math.max(1, Math.round(1e3 * view.took))} ms` : `${view.status}: ${view.remedy}`;
-    at(".said").replaceChildren(...view.motion.map((text) => make("li", {}, text)));
-    drawTable();
+    at(".numbers").classList.toggle("older", !view.table);
+    if (view.table) drawNumbers();
     drawLines();
     drawOrbits();
     seek(state.phase);
@@ -186,8 +198,10 @@ export function mount(root, send) {
       state.names = names;
     }
   }
-  function drawTable() {
+  function drawNumbers() {
     const {view, pinned} = state, before = new Map((pinned?.table ?? []).map((row) => [row.name, row.value]));
+    at(".numbers").classList.remove("older");
+    at(".said").replaceChildren(...view.motion.map((text) => make("li", {}, text)));
     const spread = view.table.some((row) => row.least !== null);
     const heads = ["peak of", "unit", "ideal", "now", "to ideal", ...(spread ? ["single periods"] : []), ...(pinned ? ["pinned", "to pinned"] : [])];
     const rows = view.table.map((row) => {
@@ -228,7 +242,7 @@ export function mount(root, send) {
     state.phase = Math.min(Math.max(phase, 0), 1);
     const place = state.phase * (view.time.length - 1), k = Math.min(Math.floor(place), view.time.length - 2), part = place - k;
     const mix = (a, b) => a + part * (b - a);
-    if (scene && k >= 0 && view.picture === state.picture) {
+    if (scene && k >= 0 && view.picture === state.picture && view.poses) {
       const pose = view.poses[k].map((row, body) => row.map((value, j) => mix(value, view.poses[k + 1][body][j])));
       placeShapes(state.shapes, pose, scene);
     }
@@ -246,13 +260,14 @@ export function mount(root, send) {
   let last = performance.now();
   function animate(now) {
     if (!root.isConnected) return;
-    const passed = Math.min(now - last, 100) / 1e3;
+    requestAnimationFrame(animate);
+    if (state.busy && now - last < FRAME) return;
+    const passed = Math.min(now - last, 2 * FRAME) / 1e3;
     last = now;
     if (state.playing && state.view) {
       const next = state.phase + passed / LOOP * Number(at(".playback select").value);
       seek(next > 1 ? next - 1 : next);
     }
-    requestAnimationFrame(animate);
   }
 
   // -- controls ----------------------------------------------------------------------------------------------------------

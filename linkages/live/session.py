@@ -1,6 +1,6 @@
 """One machine that is changed again and again: the motion for the values of a request.
 
-Where the drives repeat their motion, a lubricated machine is run for two periods, from where the journals were at the
+Where the drives repeat their motion, a lubricated machine is run for a few periods, from where the journals were at the
 end of the run before: a small change settles within a few of these runs, and the page requests the next one until the
 motion is periodic. Machines that can touch are run from their own start for `_REVOLUTIONS` periods, since their motion
 may not repeat at all. Without a common period of the drives the whole experiment is run.
@@ -10,29 +10,40 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from linkages.arrays import Array
 from linkages.engines.study import simulate
 from linkages.errors import InputError, Status
-from linkages.live.view import Ideal, columns_of, drawing_of, ideal_of, shown_part, view, warnings_for
+from linkages.live.view import (
+    Ideal,
+    columns_of,
+    drawing_of,
+    frames_of,
+    ideal_of,
+    numbers_for,
+    poses_of,
+    shown_part,
+    view,
+    warnings_for,
+)
 from linkages.plots.drawing.drawing import Drawing
 from linkages.results.steady_state import common_period, motion_of
 from linkages.results.summary import Study
 from linkages.results.trajectory import Trajectory
 from linkages.system import System
 
-_PERIODS = 2  # of a run from where the one before ended
+_PERIODS = 3  # of a run from where the one before ended
 _REVOLUTIONS = 8  # periods of a run with contact
-_RUNS = 3  # from one end to the next, after which a motion is shown although it is not settled
+_RUNS = 2  # from one end to the next, after which a motion is shown although it is not settled
 _GAP = 0.02  # of an orbit's size: between its begin and its end, for a motion that is steady
 _FARTHEST = 0.95  # eccentricity ratio at which a run may start
 
 #: Ends of paths that change neither the picture nor the motion with ideal joints.
 _OF_JOINTS = ("clearance", "viscosity", "film", "temperature", "restitution", "coefficient", "stiffness")
-
-
+_OF_MASSES = ("mass", "inertia")  # ends of paths that do not change the picture
 _WORDS = ("model", "film", "start")  # ends of paths of choices
 
 
@@ -59,8 +70,8 @@ class Session:
         self.system, self.limit = system, limit
         self._ratios: dict[str, tuple[float, float]] = {}
         self._shown: tuple[dict[str, Any], dict[str, Any]] = {}, {}  # values of the last request, values of that run
-        self._study: Study | None = None
-        self._drawings: dict[tuple[Any, ...], tuple[Drawing, dict[str, Any]]] = {}
+        self._result: _Result | None = None  # of that run
+        self._drawings: dict[str, tuple[Drawing, dict[str, Any]]] = {}
         self._ideals: dict[tuple[Any, ...], Ideal | None] = {}
 
     def values_to_run(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -72,21 +83,24 @@ class Session:
             If a value is not valid.
         """
         system = self.system.replaced(values)
-        experiment, period = system.experiment, _period(system)
+        return dict(values) | self._added(values, system, _period(system))
+
+    def _added(self, values: Mapping[str, Any], system: System, period: float | None) -> dict[str, Any]:
+        """Return the values of a run that are not requested."""
         if period is None or "duration" in values:
-            return dict(values)
-        if system.touching.any():
-            return {**values, "duration": _REVOLUTIONS * period}
-        started: dict[str, Any] = {"duration": _PERIODS * period}
+            return {}
+        if _can_touch(system):
+            return {"duration": _REVOLUTIONS * period}
+        added: dict[str, Any] = {"duration": _PERIODS * period}
         for name, ratio in self._ratios.items():
-            joint = experiment.joints.get(name)
-            if name in system.tree.journals and joint is not None and joint.clearance:
-                started[f"joints.{name}.offset"] = [joint.clearance * part for part in ratio]
-                started["start"] = "centred"
-        return {**values, **started}
+            joint = system.experiment.joints.get(name)
+            if name in system.experiment.play and joint is not None and joint.clearance:
+                added[f"joints.{name}.offset"] = [joint.clearance * part for part in ratio]
+                added["start"] = "centred"
+        return added
 
     def compute(self, values: Mapping[str, Any], outdated: Callable[[], bool] = lambda: False) -> dict[str, Any]:
-        """Run the mechanism with changed values, and return the content of the page.
+        """Run the mechanism with changed values, and return the pictures of the page.
 
         Parameters
         ----------
@@ -99,7 +113,7 @@ class Session:
         -------
         dict
             See `linkages.live.view.view`; further `ran` (the values of the run), `settled`, `picture` (key of the
-            drawing) and `took` [s].
+            drawing), `poses` of its bodies if it is drawn already, and `took` [s].
 
         Raises
         ------
@@ -119,32 +133,34 @@ class Session:
             if integrating[-1] - integrating[0] > self.limit:
                 raise TimeLimitError
 
+        changed = self.system.replaced(values)
+        period = _period(changed)
+        carried = period is not None and "duration" not in values and not _can_touch(changed)
         for _ in range(_RUNS):
-            ran = self.values_to_run(values)
-            system = self.system.replaced(ran)
-            run, period = simulate(system, "compiled", watch, columns_of(system)), _period(system)
-            carried = period is not None and "duration" not in values and not system.touching.any()
-            carried = carried and run.status is Status.OK
-            settled = not carried or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
-            self._ratios = _end_of(system, run) if carried else {}
+            added = self._added(values, changed, period)
+            system = changed.replaced(added)
+            run = simulate(system, "compiled", watch, columns_of(system))
+            went = carried and run.status is Status.OK
+            settled = not went or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
+            self._ratios = _end_of(system, run) if went else {}
             if settled:
                 break
+        ran = dict(values) | added
         self._shown = dict(values), ran
         study = Study(system, "compiled", run, run, None)
         part = shown_part(study, period)
         exact = self._ideal(values, system, part[1] - part[0])
         if exact is not None:
             study = Study(system, "compiled", run, exact.motion, None)
-        key, (drawing, _) = self._drawing(values)
-        self._study = study
-        answer = view(study, exact, part, drawing)
+        result = _Result(study, exact, frames_of(run, part), repr(_key(values, _OF_JOINTS + _OF_MASSES)))
+        self._result = result
         texts = [path for path, value in values.items() if isinstance(value, str)]
         numbers = {path: system.value(path) for path in texts if path.rpartition(".")[2] not in _WORDS}
-        return answer | {
+        return view(study, exact, part, result.frames) | self._poses() | {
             "numbers": numbers,
             "ran": ran,
             "settled": settled,
-            "picture": key,
+            "picture": result.picture,
             "took": clock.perf_counter() - begun,
         }
 
@@ -153,25 +169,33 @@ class Session:
         asked, ran = self._shown
         return dict(ran) if asked == dict(values) else self.values_to_run(values)
 
+    def numbers(self) -> dict[str, Any]:
+        """Return the numbers of the run that was shown last, see `linkages.live.view.numbers_for`."""
+        return {} if self._result is None else numbers_for(self._result.study, self._result.exact)
+
     def warnings(self) -> list[str]:
         """Return the warnings about the run that was shown last."""
-        return [] if self._study is None else warnings_for(self._study)
+        return [] if self._result is None else warnings_for(self._result.study)
 
     def restart(self) -> None:
         """Forget where the journals were: the next run starts as its file says."""
         self._ratios = {}
 
     def picture(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the drawing of the machine with changed values, see `linkages.live.view.drawing_of`."""
-        key, (_, picture) = self._drawing(values)
-        return picture | {"picture": key}
-
-    def _drawing(self, values: Mapping[str, Any]) -> tuple[str, tuple[Drawing, dict[str, Any]]]:
-        key = _key(values, _OF_JOINTS)
+        """Draw the machine with changed values, see `linkages.live.view.drawing_of`; with the poses of the last run."""
+        key = repr(_key(values, _OF_JOINTS + _OF_MASSES))
         if key not in self._drawings:
             _keep_few(self._drawings)
             self._drawings[key] = drawing_of(self.system.replaced(values))
-        return repr(key), self._drawings[key]
+        shown = self._result is not None and self._result.picture == key
+        return self._drawings[key][1] | {"picture": key} | (self._poses() if shown else {})
+
+    def _poses(self) -> dict[str, Any]:
+        """Return the poses of the drawing's bodies in the run that was shown last, if it is drawn."""
+        result = self._result
+        if result is None or result.picture not in self._drawings:
+            return {}
+        return {"poses": poses_of(self._drawings[result.picture][0], result.study.system, result.frames)}
 
     def _ideal(self, values: Mapping[str, Any], system: System, duration: float) -> Ideal | None:
         key = (*_key(values, _OF_JOINTS), duration)
@@ -179,6 +203,21 @@ class Session:
             _keep_few(self._ideals)
             self._ideals[key] = ideal_of(system, duration)
         return self._ideals[key]
+
+
+class _Result(NamedTuple):
+    """The run that was shown last."""
+
+    study: Study
+    exact: Ideal | None
+    frames: Mapping[str, Array]  # of the moving picture
+    picture: str  # key of its drawing
+
+
+def _can_touch(system: System) -> bool:
+    """Whether any contact can touch; faster than `System.touching`, which builds the tree."""
+    experiment = system.experiment
+    return bool(experiment.stops or experiment.contacts) or any(experiment.joints[n].can_touch for n in experiment.play)
 
 
 def _period(system: System) -> float | None:

@@ -1,4 +1,4 @@
-"""A run as the numbers that the page draws: poses of the bodies, curves, orbits, a table of peaks.
+"""A run as the numbers of the page: poses of the bodies, curves and orbits that it draws; its table of peaks.
 
 Times in a view are counted from the start of the shown part of the run, so that views of different runs of one machine
 lie on each other at the same phase of its drives.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -38,10 +39,15 @@ _INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.see
 
 @dataclass(frozen=True)
 class Ideal:
-    """The motion with ideal joints in the shown part of the run, and its numbers."""
+    """The motion with ideal joints in the shown part of the run."""
 
+    system: System
     motion: Trajectory
-    numbers: dict[str, Any]
+
+    @cached_property
+    def numbers(self) -> dict[str, Any]:
+        """Return its numbers, which only the table needs."""
+        return numbers(self.system, self.motion, ())
 
 
 def columns_of(system: System) -> list[str]:
@@ -57,7 +63,7 @@ def ideal_of(system: System, duration: float) -> Ideal | None:
         motion = ideal(system.replaced({"duration": duration}))
     except (AssemblyError, RunError):
         return None
-    return Ideal(motion, numbers(system, motion, ()))
+    return Ideal(system, motion)
 
 
 def shown_part(study: Study, period: float | None) -> tuple[float, float]:
@@ -68,8 +74,8 @@ def shown_part(study: Study, period: float | None) -> tuple[float, float]:
     return (max(end - 2.0 * period, 0.0), end) if period is not None else (0.0, end)
 
 
-def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: Drawing) -> dict[str, Any]:
-    """Return the content of the page for a run.
+def view(study: Study, exact: Ideal | None, part: tuple[float, float], frames: Mapping[str, Array]) -> dict[str, Any]:
+    """Return the pictures of the page for a run.
 
     Parameters
     ----------
@@ -79,35 +85,40 @@ def view(study: Study, exact: Ideal | None, part: tuple[float, float], drawing: 
         The motion with ideal joints, which begins at the phase of `part`.
     part : (float, float)
         The shown part of the run [s].
-    drawing : Drawing
-        The picture whose bodies are moved.
+    frames : dict of str to array
+        From `frames_of`.
 
     Returns
     -------
     dict
-        Ready for JSON: `status`, `motion` (lines of text), `from` and `to` [s], `time` and `poses` of the
-        picture, `curves`, `orbits`, `table`.
+        Ready for JSON: `status`, `periodic`, `from` and `to` [s], `time` of the frames of the moving picture, `curves`,
+        `orbits`.
     """
     system, run = study.system, study.run
     shown = run.within(*part)
     moved = _from_zero(shown)
     drawn = columns(system.experiment.outputs, system.tree.play, system.experiment.drives)
-    times = np.linspace(*part, _FRAMES)
-    picture = run.evaluate(times) if run.evaluate is not None else {}
-    peaks = _numbers(study)
     return {
         "status": run.status.value,
         "remedy": "" if run.status is Status.OK else run.status.remedy,
-        "motion": motion_lines(_said(study, peaks)),
         "periodic": study.motion.kind == "periodic",
         "from": part[0],
         "to": part[1],
-        "time": short(times - part[0]),
-        "poses": _poses(drawing, system, picture),
+        "time": short(np.linspace(0.0, part[1] - part[0], _FRAMES)),
         "curves": curves(drawn, moved, exact.motion if exact else None, _INTERVALS),
-        "orbits": [_orbit(system, name, shown, picture) for name in system.tree.play if f"{name}.ex" in run.columns],
-        "table": _table(study, peaks, exact, part),
+        "orbits": [_orbit(system, name, shown, frames) for name in system.tree.play if f"{name}.ex" in run.columns],
     }
+
+
+def frames_of(run: Trajectory, part: tuple[float, float]) -> Mapping[str, Array]:
+    """Evaluate a run at the times of the frames of the moving picture, from the begin to the end of a part [s]."""
+    return run.evaluate(np.linspace(*part, _FRAMES)) if run.evaluate is not None else {}
+
+
+def numbers_for(study: Study, exact: Ideal | None) -> dict[str, Any]:
+    """Return the numbers of the page for a run, which can take longer than the run: `motion` (lines) and `table`."""
+    peaks = _numbers(study)
+    return {"motion": motion_lines(_said(study, peaks)), "table": _table(study, peaks, exact)}
 
 
 def warnings_for(study: Study) -> list[str]:
@@ -141,7 +152,7 @@ def _said(study: Study, peaks: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None, part: tuple[float, float]) -> list[dict[str, Any]]:
+def _table(study: Study, peaks: dict[str, Any], exact: Ideal | None) -> list[dict[str, Any]]:
     """Rows of the table: name, unit, peak, the ideal linkage's peak, and the spread of the peaks of single periods."""
     rows = []
     perfect = exact.numbers if exact else None
@@ -183,34 +194,34 @@ def _spread(study: Study, name: str) -> dict[str, float | None]:
     return {"least": min(peaks), "most": max(peaks)}
 
 
-def _orbit(system: System, name: str, shown: Trajectory, picture: Mapping[str, Array]) -> dict[str, Any]:
-    """Path of a journal's centre in parts of the clearance, and its place in each frame of the picture."""
+def _orbit(system: System, name: str, shown: Trajectory, frames: Mapping[str, Array]) -> dict[str, Any]:
+    """Path of a journal's centre in parts of the clearance, and its place in each frame of the moving picture."""
     clearance = system.experiment.joints[name].clearance or 1.0
     keep = np.unique(np.linspace(0, len(shown.time) - 1, min(_ORBIT, len(shown.time))).astype(int))
     path = [short(shown[f"{name}.{axis}"][keep] / clearance) for axis in ("ex", "ey")]
-    now = [short(picture.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
+    now = [short(frames.get(f"{name}.{axis}", np.zeros(0)) / clearance) for axis in ("ex", "ey")]
     turns = system.mechanism.joint[name].type == "revolute"
     return {"name": name, "clearance": clearance, "path": path, "now": now, "turns": turns}
 
 
-def _poses(drawing: Drawing, system: System, picture: Mapping[str, Array]) -> list[list[list[float | None]]]:
+def poses_of(drawing: Drawing, system: System, frames: Mapping[str, Array]) -> list[list[list[float | None]]]:
     """Return the poses (frames, bodies, 3) of the drawing's bodies: x, y [m], angle [rad].
 
     A flexible link moves with its frame, and its deflection is not drawn.
     """
-    count = len(next(iter(picture.values()), ()))
+    count = len(next(iter(frames.values()), ()))
     poses = np.repeat(drawing.pose[None], count, axis=0)
     for body, name in drawing.links_of.items():
-        if name == "world" or f"{name}.x" not in picture:
+        if name == "world" or f"{name}.x" not in frames:
             continue
         link = system.mechanism.link[name]
-        turn = picture[f"{name}.angle"] - link.angle
+        turn = frames[f"{name}.angle"] - link.angle
         cos, sin = np.cos(turn), np.sin(turn)
         dx, dy = drawing.reference[body, :2] - link.origin
-        poses[:, body, 0] = picture[f"{name}.x"] + cos * dx - sin * dy
-        poses[:, body, 1] = picture[f"{name}.y"] + sin * dx + cos * dy
+        poses[:, body, 0] = frames[f"{name}.x"] + cos * dx - sin * dy
+        poses[:, body, 1] = frames[f"{name}.y"] + sin * dx + cos * dy
         poses[:, body, 2] = drawing.reference[body, 2] + turn
-    return [[short(row) for row in pose] for pose in poses]
+    return short(poses)
 
 
 def _from_zero(run: Trajectory) -> Trajectory:

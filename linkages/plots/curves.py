@@ -15,6 +15,7 @@ from linkages.files.writing import json_text
 from linkages.results.trajectory import Trajectory
 
 _INTERVALS = 800  # number of time intervals; each keeps its first, smallest and largest value
+_DIGITS = 7  # of numbers: enough for a curve that is enlarged a thousand times
 
 
 def columns(outputs: Iterable[str], play: Iterable[str], drives: Iterable[str]) -> list[str]:
@@ -88,6 +89,9 @@ def _drawn(run: Trajectory | None, name: str, intervals: int) -> dict[str, list[
     return {"time": short(run.time[keep]), "values": short(run[name][keep])}
 
 
-def short(values: Array) -> list[float | None]:
-    """Return numbers with six digits, more than a screen resolves; None for non-finite numbers."""
-    return [float(f"{value:.6g}") if math.isfinite(value) else None for value in values.tolist()]
+def short(values: Array) -> list[Any]:
+    """Return an array as nested lists of numbers with `_DIGITS` digits of the largest; None for non-finite numbers."""
+    finite = np.isfinite(values)
+    largest = float(np.abs(values, where=finite, out=np.zeros(values.shape)).max(initial=0.0))
+    rounded = np.round(values, min(_DIGITS - 1 - math.floor(math.log10(largest or 1.0)), 300))
+    return (rounded if finite.all() else np.where(finite, rounded, None)).tolist()

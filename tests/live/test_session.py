@@ -1,6 +1,7 @@
 """The machine behind the live page: values, steady motion, and the same numbers as `linkages simulate`."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from linkages import InputError
 from linkages.live.answers import Answers
 from linkages.live.controls import controls, parse_range
 from linkages.live.session import Session, checked
+from linkages.plots.drawing import draw
 
 
 def loaded(name, **overrides):
@@ -33,7 +35,7 @@ def settled(of, values):
         reply = of.answer("run", {"values": values})
         assert "error" not in reply, reply
         if reply["settled"]:
-            return reply
+            return reply | of.answer("numbers", {})
     raise AssertionError("the motion does not settle")
 
 
@@ -89,9 +91,10 @@ def test_a_small_change_settles_in_few_runs(answers):
 
 
 def test_a_motion_that_does_not_repeat_is_shown_with_the_spread_of_its_peaks(answers):
-    reply = answers("slider_crank_dry").answer("run", {"values": {}})
+    of = answers("slider_crank_dry")
+    reply = of.answer("run", {"values": {}})
     assert not reply["periodic"]
-    row = next(row for row in reply["table"] if row["name"] == "B.force")
+    row = next(row for row in of.answer("numbers", {})["table"] if row["name"] == "B.force")
     assert 0.0 < row["least"] < row["most"]
     assert row["most"] == pytest.approx(row["value"], rel=0.05)  # of samples against the peak over continuous time
     assert reply["to"] - reply["from"] == pytest.approx(
@@ -103,9 +106,12 @@ def test_poses_follow_the_machine(answers):
     """The picture's bodies are where the run has them: the slider's pin moves as far as the slider."""
     of = answers("seven_bar")
     reply, system = of.answer("run", {"values": {}}), of.session.system
-    drawing = of.session._drawing({})[1][0]
+    assert "poses" not in reply  # a machine that is not drawn yet is drawn by the next request
+    picture = of.answer("picture", {"values": {}})
+    assert picture["picture"] == reply["picture"]
+    drawing = draw(system)
     body = next(body for body, link in drawing.links_of.items() if link == "slider7")
-    moved = np.array(reply["poses"])[:, body, 0]
+    moved = np.array(picture["poses"])[:, body, 0]
     curve = next(curve for curve in reply["curves"] if curve["name"] == "slider7.x")["run"]
     place = np.interp(reply["time"], curve["time"], curve["values"])
     offset = drawing.reference[body, 0] - system.mechanism.link["slider7"].origin[0]
@@ -125,12 +131,13 @@ def test_poses_follow_the_machine(answers):
 )
 def test_bad_values_are_named_in_one_line_and_change_nothing(answers, values, named):
     of = answers("seven_bar")
-    before = of.answer("run", {"values": {}, "restart": True})
+    of.answer("run", {"values": {}, "restart": True})
+    before = of.answer("numbers", {})
     reply = of.answer("run", {"values": values})
     assert named in reply["error"]
     assert "\n" not in reply["error"]
-    again = of.answer("run", {"values": {}, "restart": True})
-    assert again["table"] == before["table"]
+    of.answer("run", {"values": {}, "restart": True})
+    assert of.answer("numbers", {}) == before
 
 
 def test_a_run_that_ends_early_says_why(answers):
@@ -161,6 +168,22 @@ def test_a_file_is_replaced_only_if_asked(answers, tmp_path):
     assert (tmp_path / "mine.toml").read_bytes() == before
     assert "written" in of.answer("save", {"values": {"joints.A.viscosity": 0.5}, "name": "mine.toml", "replace": True})
     assert linkages.load(tmp_path / "mine.toml").value("joints.A.viscosity") == 0.5
+
+
+def test_an_interrupted_save_leaves_the_file_as_it_was(answers, tmp_path, monkeypatch):
+    of = answers("seven_bar")
+    of.answer("save", {"values": {}, "name": "mine"})
+    before, write = (tmp_path / "mine.toml").read_bytes(), Path.write_text
+
+    def half(path, text, **options):
+        write(path, text[: len(text) // 2], **options)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "write_text", half)
+    for name, replace in (("mine", True), ("other", False)):
+        with pytest.raises(KeyboardInterrupt):
+            of.answer("save", {"values": {"joints.A.viscosity": 0.5}, "name": name, "replace": replace})
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"mine.toml": before}
 
 
 def test_values_of_the_command_line_are_saved(answers, tmp_path):

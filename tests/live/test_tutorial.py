@@ -13,7 +13,7 @@ def peaks(name, values, runs=15):
         view = session.compute(values)
         if view["settled"]:
             break
-    return view, {row["name"]: row for row in view["table"]}
+    return view, {row["name"]: row for row in session.numbers()["table"]}
 
 
 def film(viscosity):
