@@ -93,7 +93,9 @@ def main() -> None:
             dragged = browser.execute_async_script(DRAG, path, 4)
             middle, high = np.percentile(times, [50, 95])
             wanted = f"{target[0]} / {target[1]}"
-            print(f"{name:32s}{middle:8.0f}{high:8.0f}{wanted:>12s}{np.median(took):10.0f}{np.median(complete):8.0f}{dragged:8.1f}")
+            print(
+                f"{name:32s}{middle:8.0f}{high:8.0f}{wanted:>12s}{np.median(took):10.0f}{np.median(complete):8.0f}{dragged:8.1f}"
+            )
             server.shutdown()
 
 
