@@ -26,6 +26,7 @@ LENGTH = "sdf.frames.crank1_A.pose.x"
 
 
 def viscosity(value):
+    """Values of both joints."""
     return {f"joints.{name}.viscosity": value for name in "AB"}
 
 
