@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from importlib.resources import files
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +92,9 @@ def _drawn(run: Trajectory | None, name: str, intervals: int) -> dict[str, list[
 def short(values: Array) -> list[Any]:
     """Return an array as nested lists of numbers with `_DIGITS` digits of the largest; None for non-finite numbers."""
     finite = np.isfinite(values)
-    largest = float(np.abs(values, where=finite, out=np.zeros(values.shape)).max(initial=0.0))
-    rounded = np.round(values, min(_DIGITS - 1 - math.floor(math.log10(largest or 1.0)), 300))
-    return (rounded if finite.all() else np.where(finite, rounded, None)).tolist()
+    largest = float(np.abs(values[finite]).max(initial=0.0))
+    rounded: Any = np.round(values, min(_DIGITS - 1 - math.floor(math.log10(largest or 1.0)), 300))
+    if not finite.all():
+        rounded = rounded.astype(object)
+        rounded[~finite] = None
+    return cast(list[Any], rounded.tolist())
