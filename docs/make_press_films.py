@@ -1,6 +1,6 @@
 """Write docs/press_films.md and its figures: ``python docs/make_press_films.py``, about three minutes.
 
-Runs the seven-bar press with six models of its films at two speeds, and over the speed with a heat balance. The numbers
+Runs the seven-bar press with seven models of its films at two speeds, and over the speed with a heat balance. The numbers
 are stored in docs/replication/measured/press_films.json; ``--page`` writes page and figures from them.
 """
 
@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from replication.measured import keep, read
 
 import linkages
+from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.plots import COLORS, LINES, figure_style
 from linkages.results.steady_state import common_period
 
@@ -29,19 +30,19 @@ SPEEDS = (1.0, 10.0)  # strokes per second: of the shipped file, and ten times a
 WARMING = (1.0, 2.0, 3.0, 5.0, 7.0, 10.0)
 GROOVE = {"angle": 0.0, "extent": math.radians(20.0), "length": 0.8}
 _HEAT = {"inlet": SUPPLY, "conductance": CONDUCTANCE}
+_GROOVED: dict[str, Any] = {"film": "finite", "cavitation": "mass-conserving", "groove": GROOVE}
 #: The steps: keys of both joints.
 STEPS: dict[str, dict[str, Any]] = {
     "long film": {"film": "long"},
     "finite film": {"film": "finite"},
     "finite, Reynolds": {"film": "finite", "cavitation": "reynolds"},
-    "finite, groove": {"film": "finite", "cavitation": "reynolds", "groove": GROOVE},
-    "finite, groove, heat, fed": {
-        "film": "finite", "cavitation": "reynolds", "groove": GROOVE, "heat": {**_HEAT, "fresh": 1.0},
-    },
-    "finite, groove, heat, sealed": {
-        "film": "finite", "cavitation": "reynolds", "groove": GROOVE, "heat": {**_HEAT, "fresh": 0.0},
-    },
-}  # fmt: skip
+    "groove, Reynolds": _GROOVED | {"cavitation": "reynolds"},
+    "groove, mass-conserving": _GROOVED,
+    "groove, heat, fed": _GROOVED | {"heat": {**_HEAT, "fresh": 1.0}},
+    "groove, heat, sealed": _GROOVED | {"heat": {**_HEAT, "fresh": 0.0}},
+}
+#: Steps that the figures of both speeds show.
+DRAWN = tuple(step for step in STEPS if step != "finite, Reynolds")
 
 
 def study(step: str, strokes: float) -> linkages.Study:
@@ -102,6 +103,7 @@ def page(found: dict[str, Any]) -> str:
         supply=f"{SUPPLY:g}",
         periods=PERIODS,
         fast=f"{60.0 * SPEEDS[-1]:g}",
+        **_heated(found),
         least=", ".join(
             f"{1.0 - found[f'{step}/{SPEEDS[-1]:g}']['joints']['A']['ratio']:.2f} c ({step})" for step in STEPS
         ),
@@ -141,13 +143,24 @@ def _warming(found: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _heated(found: dict[str, Any]) -> dict[str, str]:
+    """Rise of the temperature of fed and sealed joints at the higher speed, and the viscosity of the sealed ones."""
+    rises, words = {}, {}
+    for name in ("fed", "sealed"):
+        joints = found[f"groove, heat, {name}/{SPEEDS[-1]:g}"]["joints"]
+        rises[name] = sorted(joints[joint]["temperature"] - SUPPLY for joint in JOINTS)
+        words[name] = "{:.0f} to {:.0f} K".format(*rises[name])
+    cold, *warm = (iso_vg_viscosity(460, SUPPLY + rise) for rise in (0.0, *reversed(rises["sealed"])))
+    return words | {"thin": "{:.0f} to {:.0f} %".format(*(100.0 * value / cold for value in warm))}
+
+
 def orbits(found: dict[str, Any], path: Path) -> None:
     """Draw the orbits of journal A in its clearance circle, one panel for each speed."""
     figure = Figure(figsize=(8.4, 4.6), layout="constrained")
     for axes, strokes in zip(figure.subplots(1, len(SPEEDS)), SPEEDS, strict=True):
         angle = np.linspace(0.0, 2.0 * math.pi, 200)
         axes.plot(np.cos(angle), np.sin(angle), color="0.6", lw=1.0)
-        for step, color, line in zip(STEPS, COLORS, LINES, strict=False):
+        for step, color, line in zip(DRAWN, COLORS, LINES, strict=True):
             x, y = found[f"{step}/{strokes:g}"]["joints"]["A"]["orbit"]
             axes.plot(x, y, color=color, ls=line, lw=1.2, label=step)
         axes.set(
@@ -165,10 +178,10 @@ def forces(found: dict[str, Any], path: Path) -> None:
     """Draw force in A over a period and its difference from the step before, at the higher speed."""
     figure = Figure(figsize=(7.4, 5.0), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
-    curves = {step: np.array(found[f"{step}/{SPEEDS[-1]:g}"]["joints"]["A"]["forces"]) for step in STEPS}
+    curves = {step: np.array(found[f"{step}/{SPEEDS[-1]:g}"]["joints"]["A"]["forces"]) for step in DRAWN}
     turn = np.linspace(0.0, 360.0, SAMPLES + 1)
     before = curves["long film"]
-    for (step, curve), color, line in zip(curves.items(), COLORS, LINES, strict=False):
+    for (step, curve), color, line in zip(curves.items(), COLORS, LINES, strict=True):
         upper.plot(turn, curve, color=color, ls=line, lw=1.2, label=step)
         lower.plot(turn, curve - before, color=color, ls=line, lw=1.2)
     upper.set(ylabel="force in A [N]")
@@ -223,10 +236,11 @@ Joints A and B of `sdf/seven_bar.toml` (L/D 1.33, radial clearance 0.3 mm) have 
 |---|---|
 | long film | exact half film of a bearing of infinite length |
 | finite film | Reynolds equation of the real length, Guembel's rule |
-| finite, Reynolds | the same with Reynolds' rule, which maps with a groove have |
-| finite, groove | the same with a groove of 20 degrees at angle 0, 80 % of the length |
-| finite, groove, heat, fed | with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves at the ends |
-| finite, groove, heat, sealed | the same; no fresh oil, conduction removes all heat |
+| finite, Reynolds | the same with Reynolds' rule |
+| groove, Reynolds | the same with a groove of 20 degrees at angle 0, 80 % of the length |
+| groove, mass-conserving | the same groove; the film content is conserved |
+| groove, heat, fed | the same with a [heat balance](bearing.md#heat-balance-of-a-joint); fresh oil replaces all that leaves at the ends |
+| groove, heat, sealed | the same; no fresh oil, conduction removes all heat |
 
 The oil is ISO VG 460 at {supply} °C: 0.39 Pa s, the viscosity of the source. Assumed: supply and surroundings at {supply} °C, conductance {conductance} W/K of each joint, both cranks in
 the same sense at the speed of the file, and at ten times this speed. The source gives neither temperature nor speed. All numbers refer to period {periods}, after a start with
@@ -237,11 +251,12 @@ centred journals.
 {tables}
 
 - **Force.** The acceleration of the links determines the joint forces. No step changes a peak by more than 3 %.
-- **Orbit.** The finite film carries less than the long one, and the groove interrupts the pressure: the journals move farther. Reynolds' rule alone changes little. At
-  {fast} strokes per minute the smallest film in A is {least}.
-- **Power.** It follows the orbit: a film that is thinner dissipates more. Warm oil dissipates less, although its film is thinner.
+- **Orbit.** The finite film carries less than the long one, the groove interrupts the pressure, and the cavity of a mass-conserving film must fill before it carries:
+  the journals move farther with each step. Reynolds' rule alone changes little. At {fast} strokes per minute the smallest film in A is {least}.
+- **Power.** A thinner film dissipates more. Mass conservation lowers the power, although the film is thinner: the cavity shears only the oil that it contains. Warm
+  oil dissipates less.
 - **Temperature.** At the speed of the file the oil warms by a tenth of a kelvin: a heat balance is not necessary there. At ten times the speed a fed joint
-  warms by 1 K, a sealed one by 11 to 16 K, which lowers the viscosity by half or more.
+  warms by {fed}, a sealed one by {sealed}, which lowers the viscosity to {thin}.
 
 ![Orbits of journal A for the steps, at two speeds](figures/press_films_orbits.png)
 
@@ -253,16 +268,17 @@ centred journals.
 
 ![Temperature and power of the film in A over the speed](figures/press_films_temperature.png)
 
-The power grows with the square of the speed or faster. The flow out of the ends grows with the speed, so a fed joint warms in proportion to the speed; a
-sealed one warms in proportion to the power.
+The power grows about with the square of the speed. The flow out of the ends grows as well, so the temperature of a fed joint rises more slowly; a
+sealed joint warms in proportion to the power.
 
-**Conclusion for this machine.** The finite length changes the orbits at any speed and costs nothing. A groove matters as soon as the smallest film matters. A heat balance matters for sealed
-joints above about 300 strokes per minute. If only forces or accelerations are of interest, the film model does not matter.
+**Conclusion for this machine.** The finite length changes the orbits at any speed and costs nothing. A groove, and the conservation of the oil with it, matters as soon
+as the smallest film matters. A heat balance matters for sealed joints above about 300 strokes per minute. If only forces or accelerations are of interest, the film
+model does not matter.
 
 ## Limits
 
-The heat balance is a lumped model. The groove map is quasi-static. Reynolds' rule does not conserve the mass of the oil. The true temperature
-of the supply and the conductance of the links are unknown; the range from fed to sealed shows their influence.
+The heat balance is a lumped model. The maps of the films are quasi-static: the film content is that of a steady motion at each place. The true
+temperature of the supply and the conductance of the links are unknown; the range from fed to sealed shows their influence.
 """
 
 

@@ -91,7 +91,7 @@ def test_page_of_the_press_films_is_that_of_its_measurements(press_films):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", ["long film", "finite film", "finite, groove, heat, sealed"])
+@pytest.mark.parametrize("step", ["long film", "finite film", "groove, heat, sealed"])
 def test_a_step_of_the_press_films_is_measured_again(press_films, step):
     """Forces to 1e-4, the others to 1 %: the printed digits but the last."""
     found, stored = press_films.row(step, 10.0), read("press_films")[f"{step}/10"]
