@@ -9,7 +9,18 @@ from machines import bar, joint, model, slider_crank
 from scipy.integrate import solve_ivp
 from shipped import shipped
 
-from linkages import InputError, Status, crossings, impacts, largest_exponent, simulate, spectrum, stroboscopic, sweep
+from linkages import (
+    InputError,
+    Status,
+    crossings,
+    impacts,
+    largest_exponent,
+    simulate,
+    simulate_batch,
+    spectrum,
+    stroboscopic,
+    sweep,
+)
 from linkages.cli.main import main
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.explore.sections import horizon
@@ -192,6 +203,35 @@ def test_sweep_does_not_depend_on_the_number_of_threads():
         np.testing.assert_array_equal(a.section.strobe["B.force"], b.section.strobe["B.force"])
         np.testing.assert_array_equal(a.section.peaks("B.force"), b.section.peaks("B.force"))
     assert one.points[0].section.peaks("B.force").max() < one.points[2].section.peaks("B.force").min()
+
+
+def test_sections_of_a_sweep_are_those_of_single_runs_and_the_windows_of_a_batch():
+    """To the last bit; a run that fails keeps the revolutions before."""
+    system, path, names = shipped("slider_crank_dry"), "joints.B.clearance", ["B.force", "slider.ax"]
+    values = [1e-4, 3e-4]
+    found = sweep(system, path, values, names, 3, 1, threads=2)
+    period = period_of(system)
+    windows = period * np.array([[1.0, 2.0], [2.0, 3.0], [3.0, 4.0]])
+    batch = simulate_batch(lasting(system, 4), [path], np.array(values)[:, None], names, windows)
+    for k, (value, point) in enumerate(zip(values, found.points, strict=True)):
+        alone = stroboscopic(system.replaced({path: value}), names, 3, 1)
+        for i, name in enumerate(names):
+            for what, table in (("strobe", batch.last), ("low", batch.minimum), ("high", batch.maximum)):
+                section = getattr(point.section, what)[name]
+                np.testing.assert_array_equal(section, getattr(alone, what)[name])
+                np.testing.assert_array_equal(section, table[k, :, i])
+
+
+def test_a_section_keeps_the_revolutions_before_a_failure():
+    """A force that begins in the third revolution tears the journal out of its film."""
+    push = {"point": "slider", "times": [0.0, 0.03, 0.031, 1.0], "forces": [[0.0, 0.0]] * 2 + [[-1e9, 0.0]] * 2}
+    torn = shipped("slider_crank_lubricated", **{"forces.push": push})
+    section = stroboscopic(torn, ["B.force"], 3, 1)
+    assert section.status is not Status.OK
+    assert section.times == pytest.approx([2.0 * section.period])
+    whole = stroboscopic(shipped("slider_crank_lubricated"), ["B.force"], 1, 1)
+    for what in ("strobe", "low", "high"):
+        assert getattr(section, what)["B.force"] == pytest.approx(getattr(whole, what)["B.force"], rel=1e-3)
 
 
 def test_sweep_over_a_value_of_the_machine():

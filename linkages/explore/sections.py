@@ -10,7 +10,10 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
-from linkages.errors import Status
+from linkages.engines.compiled.designs import Systems
+from linkages.engines.compiled.runs import Runs
+from linkages.engines.compiled.statistics import STATISTICS
+from linkages.errors import InputError, RunError, Status
 from linkages.explore.compare import PARTED, dense, looser
 from linkages.explore.flow import Flow, lasting, period_of
 from linkages.outputs.columns import Columns
@@ -93,27 +96,59 @@ def stroboscopic(
     >>> section.strobe["B.ey"].shape, section.peaks("B.force").shape
     ((3,), (3,))
     """
-    period = period_of(system, drive)
-    flow = Flow(lasting(system, transient + revolutions, drive))
-    pack(flow.system, names)
-    if transient:
-        flow.advance(transient * period)
-    done = (lambda count: None) if progress is None else partial(_done, progress, transient, revolutions)
-    return recorded(flow, transient * period, period, names, revolutions, done)
+    (case,) = checked([system], names, revolutions, transient, drive)
+    _ = case[0].assembly
+    (section,) = sections([case], names, revolutions, transient, progress=progress)
+    if isinstance(section, Status):
+        raise RunError(f"{section.value}; {section.remedy}")
+    return section
 
 
-def _done(progress: Callable[[float], None], transient: int, revolutions: int, count: int) -> None:
-    progress((transient + count) / (transient + revolutions))
+def checked(
+    systems: Sequence[System], names: Sequence[str], revolutions: int, transient: int, drive: str | None
+) -> list[tuple[System, float]]:
+    """Return each system with the duration of its revolutions, and its period [s].
+
+    Raises
+    ------
+    InputError
+        If a name, a number or a drive is not valid.
+    """
+    for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
+        if number < least:
+            raise InputError("argument", what, f"is {number}; it must be {least} or more")
+    for system in systems:
+        pack(system, names)
+    return [(lasting(system, transient + revolutions, drive), period_of(system, drive)) for system in systems]
 
 
-def recorded(
-    flow: Flow,
-    start: float,
-    period: float,
+def sections(
+    cases: Sequence[tuple[System, float]],
     names: Sequence[str],
     revolutions: int,
-    done: Callable[[int], None] = lambda count: None,
-) -> Section:
+    transient: int,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Section | Status]:
+    """Compute the section of each case of `checked`, in threads; the status instead if a run could not begin."""
+    periods = np.array([period for _, period in cases])
+    ends = periods[:, None] * (transient + 1.0 + np.arange(revolutions))
+    windows = np.stack([ends - periods[:, None], ends], axis=-1)
+    runs = Runs(Systems([case for case, _ in cases], tuple(names), windows), np.arange(float(len(cases)))[:, None])
+    runs.make(threads, progress)
+    result: list[Section | Status] = []
+    for k, status in enumerate(runs.status):
+        if not runs.began[k]:
+            result.append(status)
+            continue
+        count = np.count_nonzero(ends[k] < runs.reached[k])  # revolutions that are finished
+        columns = [runs.found[k, :count, :, STATISTICS.index(what)] for what in ("last", "minimum", "maximum")]
+        strobe, low, high = (dict(zip(names, table.T, strict=True)) for table in columns)
+        result.append(Section(float(periods[k]), ends[k, :count], strobe, low, high, status))
+    return result
+
+
+def recorded(flow: Flow, start: float, period: float, names: Sequence[str], revolutions: int) -> Section:
     """Continue a run over some revolutions and record a section.
 
     Parameters
@@ -124,8 +159,6 @@ def recorded(
         Start of the first revolution, and the duration of each [s].
     names : sequence of str
     revolutions : int
-    done : callable
-        Called with the number of finished revolutions.
     """
     times: list[float] = []
     found: dict[str, list[tuple[float, float, float]]] = {name: [] for name in names}
@@ -136,7 +169,6 @@ def recorded(
         evaluate = partial(flow.columns, piece, names=names)
         run = sample(np.unique(piece.times), evaluate, Status.OK, {})
         times.append(flow.t)
-        done(len(times))
         for name, extreme in extremes(run, names).items():
             found[name].append((float(run[name][-1]), extreme.min, extreme.max))
     table = {name: np.array(rows).reshape(-1, 3).T for name, rows in found.items()}

@@ -10,11 +10,9 @@ import numpy as np
 from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.engines.threads import in_threads
-from linkages.errors import AssemblyError, InputError, Status
-from linkages.explore.flow import lasting
-from linkages.explore.sections import Section, horizon, stroboscopic
+from linkages.errors import InputError, Status
+from linkages.explore.sections import Section, checked, horizon, sections
 from linkages.model.experiment import ARGUMENT
-from linkages.outputs.registry import pack
 from linkages.system import System
 
 
@@ -108,35 +106,28 @@ def sweep(
     >>> [float(point.section.peaks("B.force").max().round(-2)) for point in over.points]  # N
     [26300.0, 33300.0]
     """
-    for number, least, what in ((revolutions, 1, "revolutions"), (transient, 0, "transient")):
-        if number < least:
-            raise InputError("argument", what, f"is {number}; it must be {least} or more")
     if len(values) == 0:
         raise InputError("argument", path, "has no values")
-    cases = [system.replaced({path: float(value)}, origin) for value in values]
-    for case in cases:
-        lasting(case, transient + revolutions, drive)
-        pack(case, names)
+    systems = [system.replaced({path: float(value)}, origin) for value in values]
+    cases = checked(systems, names, revolutions, transient, drive)
+    wanted = [k for k, case in enumerate(systems) if horizons and case.touching.any()]
+    share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
+    look = None if progress is None else lambda done: progress(share * done)
+    found = sections(cases, names, revolutions, transient, threads, look)
+    wanted = [k for k in wanted if isinstance(found[k], Section)]
+    ended = np.zeros(len(wanted))
 
-    part = np.zeros(len(cases))  # finished fraction of each value
+    def turns(k: int) -> float:
+        known = horizon(systems[wanted[k]], transient + revolutions, drive)
+        ended[k] = 1.0
+        return known
 
-    def work(k: int) -> Point:
-        value, case = float(values[k]), cases[k]
-        wanted = horizons and case.touching.any()
-        share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
-
-        def section_done(done: float) -> None:
-            part[k] = share * done
-
-        try:
-            section = stroboscopic(case, names, revolutions, transient, drive, section_done)
-            found = horizon(case, transient + revolutions, drive) if wanted else None
-        except AssemblyError as problem:
-            return Point(value, None, problem.status)
-        finally:
-            part[k] = 1.0
-        return Point(value, section, section.status, found)
-
-    look = None if progress is None else lambda: progress(float(part.mean()))
-    points = in_threads(work, len(cases), threads, look)
+    watch = None if progress is None else lambda: progress(1.0 - share * (1.0 - float(ended.mean())))
+    known = dict(zip(wanted, in_threads(turns, len(wanted), threads, watch if wanted else None), strict=True))
+    points = []
+    for k, (value, section) in enumerate(zip(map(float, values), found, strict=True)):
+        if isinstance(section, Status):
+            points.append(Point(value, None, section))
+        else:
+            points.append(Point(value, section, section.status, known.get(k)))
     return Sweep(path, tuple(names), transient, tuple(points))

@@ -22,11 +22,12 @@ It may import whatever lies below the engines, and not the Drake engine.
 | neighbours          | systems at neighbouring values, and derivatives of their numbers                             |
 | output_derivatives  | derivatives of outputs                                                                       |
 | sensitivity         | `differentiate`: derivatives of a finished run                                               |
-| statistics          | extremes, mean and rms of outputs over windows                                               |
+| statistics          | extremes, mean and rms of outputs over windows, values at their ends                         |
 | runner              | `Runner`: a system as an object that runs                                                    |
 | simulation          | `simulate`: a run as a `linkages.Trajectory`                                                 |
 | job                 | numbers of one design, and the arrays that a run and its statistics work on                  |
 | rows                | runs and statistics of many designs in one call of compiled code                             |
 | designs             | the designs of a batch as numbers                                                            |
-| batch               | `simulate_batch`: many runs in parallel threads                                              |
+| runs                | `Runs`: runs of many designs in parallel threads                                             |
+| batch               | `simulate_batch`: summaries of many runs                                                     |
 """

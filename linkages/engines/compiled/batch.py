@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -10,27 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from linkages.brief import Brief, counted
-from linkages.engines.compiled.designs import Bench, Designs, designs_of
-from linkages.engines.compiled.job import Given
-from linkages.engines.compiled.rows import NO_IDEAL
-from linkages.engines.compiled.runner import STATUS
+from linkages.engines.compiled.designs import designs_of
+from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
-from linkages.engines.threads import in_threads
-from linkages.errors import AssemblyError, InputError, Status
+from linkages.errors import InputError, Status
 from linkages.files.table_formats import needed
-from linkages.integrate.driver import DONE
 from linkages.kernel import Array, Indices
-from linkages.kernel.block import contents
 from linkages.outputs.registry import default_outputs, pack
 from linkages.system import System
-from linkages.system.ideal_motion import cause
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-_AT_ONCE = 32  # most runs in one call of compiled code
-_PARTS = 4  # calls for each thread, at least
 
 
 @dataclass(frozen=True, repr=False)
@@ -48,7 +38,7 @@ class Batch(Brief):
         Times [s].
     statistics : dict of (m, nw, no) arrays
         By the names of `linkages.engines.compiled.statistics.STATISTICS`, over continuous time within each window; NaN
-        where the run failed. Each is an attribute too: ``batch.rms``.
+        where the run failed before the window's end. Each is an attribute too: ``batch.rms``.
     status : list of Status
     reason : list of str
         Why a run failed, empty otherwise.
@@ -153,12 +143,13 @@ def simulate_batch(
     threads : int, optional
         Default as many as there are processors. The results do not depend on it.
     progress : callable, optional
-        Called now and then with the part of the runs that have ended, 0 to 1.
+        Called now and then with the part that is done, 0 to 1.
 
     Returns
     -------
     Batch
-        A run that cannot start or does not reach its end has a status in its row, and NaN for results.
+        A run that cannot start or does not reach its end has a status in its row, and NaN for windows that it did
+        not finish.
 
     Raises
     ------
@@ -192,7 +183,7 @@ def simulate_batch(
     if spans.shape[1] != 2 or not np.all((spans[:, 0] >= 0) & (spans[:, 0] < spans[:, 1])):
         raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     _check_paths(system, variables, table)
-    runs = _Runs(designs_of(system, tuple(variables), names, spans.tobytes()), table)
+    runs = Runs(designs_of(system, tuple(variables), names, spans.tobytes()), table)
     runs.make(threads, progress)
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
     return Batch(tuple(variables), table, names, spans, statistics, runs.status, runs.reason, runs.steps)
@@ -203,74 +194,3 @@ def _check_paths(system: System, variables: Sequence[str], table: Array) -> None
     for name, column in zip(variables, table.T, strict=True):
         finite = column[np.isfinite(column)]
         system.replaced({name: float(finite[0]) if len(finite) else 1.0})
-
-
-class _Runs:
-    """Runs of a table of designs (m, nv), and their results."""
-
-    def __init__(self, designs: Designs, table: Array) -> None:
-        self.designs, self.table, count = designs, table, len(table)
-        self.found = np.full((count, len(designs.windows), len(designs.outputs), len(STATISTICS)), np.nan)
-        self.status, self.reason = [Status.OK] * count, [""] * count
-        self.steps = np.zeros(count, dtype=np.int64)
-        self._ended = np.zeros(count, dtype=bool)
-        self._stop = np.zeros(1, np.int64)
-
-    def make(self, threads: int | None, progress: Callable[[float], None] | None) -> None:
-        """Run all designs, in threads."""
-        self.designs.compare(self.table)
-        rows = np.arange(len(self.table))
-        share = len(rows) // (_PARTS * (threads or os.cpu_count() or 1))  # all threads end at about the same time
-        size = min(max(share, 1), _AT_ONCE)
-        parts = [rows[first : first + size] for first in range(0, len(rows), size)]
-        look = None if progress is None else lambda: progress(float(self._ended.mean()))
-        in_threads(lambda k: self._run(parts[k]), len(parts), threads, look, self._end)
-
-    def _end(self) -> None:
-        self._stop[0] = 1
-
-    def _run(self, rows: Indices) -> None:
-        """Run the designs of some rows."""
-        designs, covered = self.designs, self.designs.covers(self.table[rows])
-        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
-        for row in rows[~covered].tolist():
-            try:
-                given = designs.given(self.table[row])
-            except InputError as problem:
-                self._fail(row, Status.BAD_INPUT, str(problem))
-            except AssemblyError as problem:
-                self._fail(row, problem.status, str(problem))
-            else:
-                numbers = contents(given)
-                built.setdefault(numbers.structure, []).append((row, given, numbers.words))
-        for group in built.values():
-            with designs.bench(group[0][1]) as bench:
-                columns, words = bench.different(np.stack([words for _, _, words in group]))
-                self._use(bench, np.array([row for row, _, _ in group]), columns, words)
-        if covered.any():
-            with designs.bench() as bench:
-                self._use(bench, rows[covered], designs.columns, designs.words(self.table[rows[covered]]))
-
-    def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
-        """Run designs of one structure."""
-        found, ended = np.empty((len(rows), *self.found.shape[1:])), np.empty((len(rows), 3))
-        bench.run(columns, words, self._stop, found, ended)
-        if self._stop[0]:
-            return
-        self.found[rows], self.steps[rows] = found, ended[:, 2]
-        for k in np.flatnonzero(ended[:, 0] != DONE):
-            self._fail(int(rows[k]), *self._reason(int(rows[k]), int(ended[k, 0]), float(ended[k, 1])))
-        self._ended[rows] = True
-
-    def _reason(self, row: int, code: int, time: float) -> tuple[Status, str]:
-        """Status of a run that failed, and why."""
-        if code == NO_IDEAL:
-            status, what = Status.NO_ASSEMBLY, "the ideal linkage does not close"
-        else:
-            status = STATUS.get(code, Status.TOO_MANY_STEPS)
-            status, time = cause(status, self.designs.replaced(self.table[row]), time)
-            what = f"ended at t = {time:.6g} s"
-        return status, f"{status.value}: {what}; {status.remedy}"
-
-    def _fail(self, row: int, status: Status, reason: str) -> None:
-        self.status[row], self.reason[row], self._ended[row] = status, reason, True

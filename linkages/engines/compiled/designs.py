@@ -7,7 +7,7 @@ finds these places by comparison with systems that are built.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any, cast
@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from linkages.engines.compiled.job import Given, Job, make_given, make_job
+from linkages.engines.compiled.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.rows import run_rows
 from linkages.errors import AssemblyError, InputError
 from linkages.kernel import Array, Indices
@@ -41,9 +41,9 @@ class Designs:
         self._nominal: Given | None = None
         self._benches: dict[Any, list[Bench]] = {}  # that no thread uses, by structure
 
-    def replaced(self, values: Array) -> System:
-        """Return the system with the values (nv,) of a design."""
-        return self.system.replaced(dict(zip(self.variables, map(float, values), strict=True)))
+    def built(self, values: Array) -> tuple[System, Array]:
+        """Return the system with the values (nv,) of a design, and its windows."""
+        return self.system.replaced(dict(zip(self.variables, map(float, values), strict=True))), self.windows
 
     def given(self, values: Array) -> Given:
         """Build the system of a design (nv,), and collect its numbers.
@@ -53,10 +53,10 @@ class Designs:
         InputError, AssemblyError
             If a value is not valid, or the linkage cannot be assembled.
         """
-        system = self.replaced(values)
-        if np.any(self.windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
+        system, windows = self.built(values)
+        if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
             raise InputError("", "", "a window ends after the run")
-        return make_given(system, pack(system, self.outputs), self.windows)
+        return make_given(system, pack(system, self.outputs), windows)
 
     def covers(self, table: Array) -> NDArray[np.bool_]:
         """Tell which designs (m, nv) need not be built: their values replace numbers."""
@@ -119,11 +119,23 @@ class Designs:
         free.append(bench)
 
 
+class Systems(Designs):
+    """Systems as the designs of a batch, each with its own windows (m, nw, 2); a table has indices, (m, 1)."""
+
+    def __init__(self, systems: Sequence[System], outputs: tuple[str, ...], windows: Array) -> None:
+        super().__init__(systems[0], (), outputs, windows[0])
+        self._systems, self._own, self._replace = systems, windows, False
+
+    def built(self, values: Array) -> tuple[System, Array]:
+        """Return the system of an index (1,), and its windows."""
+        return self._systems[int(values[0])], self._own[int(values[0])]
+
+
 class Bench:
     """Memory in which designs of one structure run, one after the other."""
 
     def __init__(self, given: Given) -> None:
-        self._words = contents(given).words
+        self._words, self.end = contents(given).words, float(given.limits[END])
         self._block = Block(make_job(given))
 
     def different(self, words: Indices) -> tuple[Indices, Indices]:

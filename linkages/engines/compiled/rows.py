@@ -35,7 +35,7 @@ def restore(memory: Indices, initial: Indices, columns: Indices, words: Indices)
 def _observe(equations: Equations, job: Job, t: float, y: Array, row: Array) -> None:
     """Record the approach speeds, and the outputs of the state where they can be known."""
     observe(equations, job, t, y, row)
-    if knows_outputs(job) and asked(job, t):
+    if knows_outputs(job) and asked(job, t, math.inf):
         if not is_solved(equations.work, t, y):
             solve_state(equations, t, y)
         look(job, t, row[len(equations.work.memory) :])
@@ -67,12 +67,13 @@ def _joined(before: Steps, table: Array, record: Record, count: int) -> tuple[St
 
 
 @kernel
-def integrate(job: Job, stop: Indices) -> tuple[Steps, Array, int, int]:
+def integrate(job: Job, stop: Indices, reached: Array) -> tuple[Steps, Array, int, int]:
     """Run a job as `linkages.engines.compiled.simulation.simulate` does.
 
     Returns steps, outputs at them (nt, no) where they are known during the run, status and number of steps.
 
-    The run pauses after every `WINDOW` steps: it ends there if ``stop`` (1,) is set or its steps are spent.
+    The run pauses after every `WINDOW` steps: it writes the time into ``reached`` (1,), and ends there if ``stop`` (1,)
+    is set or its steps are spent.
     """
     limits, nc, no = job.limits, len(job.landing), len(job.outputs)
     steps, table = Steps(np.empty(0), np.empty((0, len(job.start))), np.empty((0, nc))), np.empty((0, no))
@@ -90,7 +91,7 @@ def integrate(job: Job, stop: Indices) -> tuple[Steps, Array, int, int]:
             return steps, table, record.status, total
         if stop[0]:
             return steps, table, STOPPED, total
-        before = t
+        before = reached[0] = t
 
 
 @kernel
@@ -119,24 +120,19 @@ def run_rows(
     stop : (1,) array
         Not zero as soon as the batch is to end.
     found : (m, nw, no, ns) array
-        Filled with statistics; NaN where a run fails.
+        Filled with statistics; NaN for windows of which a failed run did not reach the end.
     ended : (m, 3) array
-        Filled with the status of each row, the time at which the run ended [s], and the number of steps.
+        Filled with the status of each row, the time that the run has reached [s], and the number of steps.
     """
     for i in range(len(words)):
         if stop[0]:
             return
         restore(memory, initial, columns, words[i])
-        steps, table, status, total = integrate(job, stop)
+        steps, table, status, total = integrate(job, stop, ended[i, 1:2])
         end = steps.times[len(steps.times) - 1]
-        if status == DONE:
-            restore(memory, initial, columns, words[i])
-            if not summarise(job, steps, table, found[i]):
-                status = NO_IDEAL
-        if status != DONE:
-            for m in range(found.shape[1]):
-                for k in range(found.shape[2]):
-                    for n in range(found.shape[3]):
-                        found[i, m, k, n] = math.nan
+        restore(memory, initial, columns, words[i])
+        if not summarise(job, steps, table, math.inf if status == DONE else end, found[i]):
+            status, end = NO_IDEAL, 0.0
+            found[i] = math.nan
         ended[i, 1], ended[i, 2] = end, total
         ended[i, 0] = status

@@ -1,4 +1,4 @@
-"""Extremes, mean and rms of outputs over windows of a run, over continuous time."""
+"""Extremes, mean and rms of outputs over windows of a run, over continuous time; values at the windows' ends."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from linkages.planar.newton_euler import inertial_forces
 from linkages.planar.reactions import joint_forces
 
 #: Statistics of each window and output. To add one: its name here, at the end, and its formula in `_averages`.
-STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms")
+STATISTICS = ("minimum", "maximum", "time_of_minimum", "time_of_maximum", "mean", "rms", "last")
 _EXTREMES = 4  # of them
 
 _CANDIDATES = 12  # local extremes that are refined, as long as their parabolas promise more than is found
@@ -62,11 +62,11 @@ def look(job: Job, t: float, out: Array) -> bool:
 
 
 @kernel
-def asked(job: Job, t: float) -> bool:
-    """Whether a time is in a window."""
+def asked(job: Job, t: float, valid: float) -> bool:
+    """Whether a time is in a window that ends before the time `valid`."""
     inside = False
     for m in range(len(job.windows)):
-        inside |= job.windows[m, 0] <= t <= job.windows[m, 1]
+        inside |= job.windows[m, 0] <= t <= job.windows[m, 1] < valid
     return inside
 
 
@@ -144,7 +144,7 @@ def _turn(sampler: Sampler, k: int, sign: float, bracket: Array) -> bool:
 
 
 @kernel
-def summarise(job: Job, steps: Steps, table: Array, out: Array) -> bool:
+def summarise(job: Job, steps: Steps, table: Array, valid: float, out: Array) -> bool:
     """Fill `STATISTICS` (nw, no, ns) of a run over the job's windows; returns False if the ideal linkage is open.
 
     Parameters
@@ -155,13 +155,15 @@ def summarise(job: Job, steps: Steps, table: Array, out: Array) -> bool:
         Of the run.
     table : (nt, no) array
         Outputs at the steps, filled unless `knows_outputs`.
+    valid : float
+        Time up to which the run is valid [s]; windows that do not end before it get NaN.
     """
     sampler, windows = reference(Sampler(job, steps)), job.windows
     grid, states = steps.times, steps.states
     nt, no = len(grid), len(job.outputs)
     bracket = np.empty((2, 3))
     for i in range(nt):
-        if knows_outputs(job) or not asked(job, grid[i]):
+        if knows_outputs(job) or not asked(job, grid[i], valid):
             continue
         remember(job.equations, steps, i)
         solve_state(job.equations, grid[i], states[i])
@@ -169,6 +171,9 @@ def summarise(job: Job, steps: Steps, table: Array, out: Array) -> bool:
             return False
     for m in range(len(windows)):
         t0, t1 = windows[m, 0], windows[m, 1]
+        if not t1 < valid:
+            out[m] = math.nan
+            continue
         first, last = np.searchsorted(grid, t0), np.searchsorted(grid, t1, side="right")
         size = last - first + 4
         times, values = np.empty(size), np.empty((size, no))
@@ -248,7 +253,7 @@ def _candidates(times: Array, values: Array, sign: float, floor: float) -> tuple
 def _averages(times: Array, values: Array, out: Array) -> None:
     """Fill ``out`` with the statistics after the extremes, by parabolas through three neighbouring samples."""
     n = len(times)
-    span = times[n - 1] - times[0]
+    last, span = values[n - 1], times[n - 1] - times[0]
     one, two = 0.0, 0.0  # integrals of the value and of its square
     if n < 2 or not span > 0.0:
         n, span, one, two = 1, 1.0, values[0], values[0] ** 2
@@ -266,3 +271,4 @@ def _averages(times: Array, values: Array, out: Array) -> None:
         two += 0.5 * h * (values[i] ** 2 + values[i + 1] ** 2)
     out[0] = one / span
     out[1] = math.sqrt(max(two / span, 0.0))
+    out[2] = last

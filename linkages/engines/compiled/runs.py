@@ -1,0 +1,122 @@
+"""Runs of many designs in parallel threads, and the statistics of each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from linkages.engines.compiled.designs import Bench, Designs
+from linkages.engines.compiled.job import Given
+from linkages.engines.compiled.rows import NO_IDEAL
+from linkages.engines.compiled.runner import STATUS
+from linkages.engines.compiled.statistics import STATISTICS
+from linkages.engines.threads import in_threads
+from linkages.errors import AssemblyError, InputError, Status
+from linkages.integrate.driver import DONE
+from linkages.kernel import Array, Indices
+from linkages.kernel.block import contents
+from linkages.system.ideal_motion import cause
+
+_AT_ONCE = 32  # most runs in one call of compiled code
+_PARTS = 4  # calls for each thread, at least
+
+
+class Runs:
+    """Runs of a table of designs (m, nv), and their results.
+
+    Attributes
+    ----------
+    found : (m, nw, no, ns) array
+        `STATISTICS` of the outputs; NaN for windows of which a failed run did not reach the end.
+    began : (m,) array of bool
+        Whether a run was started.
+    reached : (m,) array
+        Time before which its windows are valid [s]; infinite where it reached its end.
+    status : list of Status
+    reason : list of str
+        Why a run failed, empty otherwise.
+    steps : (m,) array of int
+    """
+
+    def __init__(self, designs: Designs, table: Array) -> None:
+        self.designs, self.table, count = designs, table, len(table)
+        self.found = np.full((count, len(designs.windows), len(designs.outputs), len(STATISTICS)), np.nan)
+        self.status, self.reason = [Status.OK] * count, [""] * count
+        self.steps = np.zeros(count, dtype=np.int64)
+        self._ended, self.began = np.zeros((2, count), dtype=bool)
+        self.reached = np.full(count, np.inf)
+        self._under_way: dict[int, tuple[Array, float]] = {}  # what `run_rows` fills, and the end of runs [s], by row
+        self._stop = np.zeros(1, np.int64)
+
+    def make(self, threads: int | None, progress: Callable[[float], None] | None) -> None:
+        """Run all designs, in threads."""
+        self.designs.compare(self.table)
+        rows = np.arange(len(self.table))
+        share = len(rows) // (_PARTS * (threads or os.cpu_count() or 1))  # all threads end at about the same time
+        size = min(max(share, 1), _AT_ONCE)
+        parts = [rows[first : first + size] for first in range(0, len(rows), size)]
+        look = None if progress is None else lambda: progress(self._done())
+        in_threads(lambda k: self._run(parts[k]), len(parts), threads, look, self._end)
+
+    def _done(self) -> float:
+        """Return the part of all runs that is done."""
+        parts = sum(float(np.minimum(ended[:, 1] / end, 1.0).sum()) for ended, end in [*self._under_way.values()])
+        return float((self._ended.sum() + parts) / len(self._ended))
+
+    def _end(self) -> None:
+        self._stop[0] = 1
+
+    def _run(self, rows: Indices) -> None:
+        """Run the designs of some rows."""
+        designs, covered = self.designs, self.designs.covers(self.table[rows])
+        built: dict[Any, list[tuple[int, Given, Indices]]] = {}
+        for row in rows[~covered].tolist():
+            try:
+                given = designs.given(self.table[row])
+            except InputError as problem:
+                self._fail(row, Status.BAD_INPUT, str(problem))
+            except AssemblyError as problem:
+                self._fail(row, problem.status, str(problem))
+            else:
+                numbers = contents(given)
+                built.setdefault(numbers.structure, []).append((row, given, numbers.words))
+        for group in built.values():
+            with designs.bench(group[0][1]) as bench:
+                columns, words = bench.different(np.stack([words for _, _, words in group]))
+                self._use(bench, np.array([row for row, _, _ in group]), columns, words)
+        if covered.any():
+            with designs.bench() as bench:
+                self._use(bench, rows[covered], designs.columns, designs.words(self.table[rows[covered]]))
+
+    def _use(self, bench: Bench, rows: Indices, columns: Indices, words: Indices) -> None:
+        """Run designs of one structure."""
+        found, ended = np.empty((len(rows), *self.found.shape[1:])), np.zeros((len(rows), 3))
+        self._under_way[int(rows[0])] = ended, bench.end
+        bench.run(columns, words, self._stop, found, ended)
+        del self._under_way[int(rows[0])]
+        if self._stop[0]:
+            return
+        self.found[rows], self.steps[rows], self.began[rows] = found, ended[:, 2], True
+        for k in np.flatnonzero(ended[:, 0] != DONE):
+            self._fail(int(rows[k]), *self._reason(int(rows[k]), int(ended[k, 0]), float(ended[k, 1])))
+        self._ended[rows] = True
+
+    def _reason(self, row: int, code: int, time: float) -> tuple[Status, str]:
+        """Status of a run that failed, and why."""
+        if code == NO_IDEAL:
+            status, what = Status.NO_ASSEMBLY, "the ideal linkage does not close"
+            self.reached[row] = 0.0
+        else:
+            status = STATUS.get(code, Status.TOO_MANY_STEPS)
+            system, windows = self.designs.built(self.table[row])
+            status, time = cause(status, system, time)
+            self.found[row, windows[:, 1] >= time] = np.nan
+            self.reached[row] = time
+            what = f"ended at t = {time:.6g} s"
+        return status, f"{status.value}: {what}; {status.remedy}"
+
+    def _fail(self, row: int, status: Status, reason: str) -> None:
+        self.status[row], self.reason[row], self._ended[row] = status, reason, True
