@@ -58,7 +58,8 @@ def pocketed_slider(cells):
     free[-1] = False
     around, carried = 1.0 / (12.0 * mu * between(-3)), 0.5 * speed * between(-2) / between(-3)
     state = solve(
-        Balance(around, carried, nothing, nothing[:, 0], nothing, free), Boundary(0.0, np.where(free, 0.0, ambient))
+        Balance(around, carried, nothing, nothing[:, 0], nothing, nothing, free),
+        Boundary(0.0, np.where(free, 0.0, ambient)),
     )
     p = state.p[:, 0]
     flow = carried[-1, 0] - around[-1, 0] * (p[0] - ambient)

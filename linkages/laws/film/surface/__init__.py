@@ -8,6 +8,7 @@
 | complementarity | pressure and film content by Newton's method (FBNS)                            |
 | obstacle        | pressure under Reynolds' condition, in compiled code                           |
 | surface_film    | a solved film: force, moment, flows, shear, mass balance                       |
+| transient       | films with history, along an orbit or with the motion of a loaded journal       |
 | equilibrium     | a loaded journal: equilibrium, dynamic coefficients, stability                 |
 
 The frame is the bearing's, theta positive in the sense of rotation; h = 1 - x cos(theta) - y sin(theta) in units of

@@ -53,7 +53,8 @@ class Balance(NamedTuple):
     carried: Array  # Couette flow through face i at full content, signed
     along: Array  # conductance between cells j and j + 1; the last column is the end at zeta > 0
     start: Array  # conductance of the end at zeta < 0, (n,); zero of a mirror
-    squeeze: Array  # integral of dh/dt over the cell, which the content multiplies
+    squeeze: Array  # volume that a full cell takes up: integral of dh/dt over it
+    missing: Array  # factor of the missing content in what the cell takes up: squeeze of a film without history
     free: NDArray[np.bool_]  # cells that are not in a groove
 
 
@@ -94,7 +95,31 @@ def make_balance(
     sines, cosines = np.sin(mesh.faces), np.cos(mesh.faces)
     rate = -vx * np.diff(sines) + vy * np.diff(cosines)
     squeeze = rate[:, None] * mesh.height * np.ones_like(around)
-    return Balance(around, carried, *_axial(mesh, film, free, axial), squeeze=squeeze, free=free)
+    return Balance(around, carried, *_axial(mesh, film, free, axial), squeeze=squeeze, missing=squeeze, free=free)
+
+
+def cell_volumes(mesh: SurfaceMesh, film: Thickness) -> Array:
+    """Volumes of the gap in the cells: exact around, where the middle of a cell stands for its length."""
+    sines, cosines = np.diff(np.sin(mesh.faces))[:, None], -np.diff(np.cos(mesh.faces))[:, None]
+    x, y = film.x + film.tilt_x * mesh.zeta, film.y + film.tilt_y * mesh.zeta
+    return np.asarray((mesh.width[:, None] - x * sines - y * cosines) * mesh.height)
+
+
+def with_history(balance: Balance, volumes: Array, oil: Array, time: float) -> Balance:
+    """Replace the squeeze of a balance by the change of the oil in the cells over a step of time (implicit Euler).
+
+    Parameters
+    ----------
+    balance : Balance
+        At the end of the step.
+    volumes : (n, m) array
+        Of the gap in the cells at the end of the step.
+    oil : (n, m) array
+        Volume of oil in the cells at the beginning.
+    time : float
+        Length of the step in units of 1/omega.
+    """
+    return balance._replace(squeeze=(volumes - oil) / time, missing=volumes / time)
 
 
 def _powers(film: Thickness, low: Array, high: Array, zeta: Array) -> Array:

@@ -27,6 +27,9 @@ _STEPS = 200
 #: Volume that a full cell loses, in parts of the largest flow: a ring that nothing feeds is empty then. Without it the
 #: content of such a ring is not unique. Round-off of the balance is larger.
 _LEAK = 1e-13
+#: Deficit, and pressure in parts of the one that a deficit of 1 takes away, that count as zero: a full film at rest has
+#: neither pressure nor deficit, and round-off must not decide where it cavitates.
+_NOTHING = 1e-12
 _CLOSE = 1e-3  # residual, in parts of its scale, from which on the active set is tried
 
 
@@ -79,18 +82,20 @@ def solve(balance: Balance, boundary: Boundary, *, rule: str = "mass-conserving"
     deficit = np.zeros_like(p) if guess is None else guess.deficit.copy()
     p[~balance.free] = boundary.grooves[~balance.free]
     scale = float(np.abs(source).max()) + float((balance.along[:, -1] * boundary.end).max()) + 1e-300
+    scale += _NOTHING * float(np.abs(balance.missing).max())
     scale += float((balance.around * np.abs(np.where(balance.free, 0.0, boundary.grooves)).max()).max()) * 1e-3
     diagonal = columns.a[0]
-    unit = scale / float(np.median(diagonal[balance.free]))
+    typical = float(np.median(diagonal[balance.free]))
+    unit, nothing = scale / typical, _NOTHING * float(np.abs(balance.missing).max()) / typical
     if guess is not None:
-        found = _active_set(balance, columns, band, source, boundary, ~balance.free | (p / unit > deficit))
+        found = _active_set(balance, columns, band, source, boundary, ~balance.free | (p / unit > deficit), nothing)
         if found is not None:
             return State(*found, 1)
     for step in range(1, _STEPS + 1):
         residual = _residual(balance, columns, source, boundary, p, deficit)
         size = float(np.abs(residual).max()) / scale
         if size < _CLOSE:
-            found = _active_set(balance, columns, band, source, boundary, ~balance.free | (p / unit > deficit))
+            found = _active_set(balance, columns, band, source, boundary, ~balance.free | (p / unit > deficit), nothing)
             if found is not None:
                 return State(*found, step)
         root = np.hypot(p / unit, deficit) + 1e-14
@@ -114,14 +119,15 @@ def solve(balance: Balance, boundary: Boundary, *, rule: str = "mass-conserving"
 
 
 def _active_set(
-    balance: Balance, columns: _Columns, band: _Band, source: Array, boundary: Boundary, wet: Flags
+    balance: Balance, columns: _Columns, band: _Band, source: Array, boundary: Boundary, wet: Flags, nothing: float
 ) -> tuple[Array, Array] | None:
     """Solve with P = 0 where a cell is not wet and d = 0 where it is; correct the sets a few times."""
     for _ in range(12):
         p, deficit = _fixed(balance, columns, band, source, boundary, wet)
-        following = np.where(wet, (p > 0.0) | ~balance.free, deficit <= 0.0)
+        following = np.where(wet, (p > -nothing) | ~balance.free, deficit < -_NOTHING)
         if np.array_equal(following, wet):
-            return _fixed(balance, columns, band, source, boundary, wet, (p, deficit))
+            p, deficit = _fixed(balance, columns, band, source, boundary, wet, (p, deficit))
+            return np.maximum(p, 0.0), np.maximum(deficit, 0.0)
         wet = following
     return None
 
@@ -170,7 +176,7 @@ def _columns(balance: Balance, conserving: bool) -> _Columns:
         zero = np.zeros_like(own)
         return _Columns(a, (np.ones_like(own), zero, zero))
     forward, backward = np.maximum(balance.carried, 0.0), np.maximum(-np.roll(balance.carried, 1, axis=0), 0.0)
-    b = (forward + backward + balance.squeeze + _leak(balance), -forward * after, -backward * before)
+    b = (forward + backward + balance.missing + _leak(balance), -forward * after, -backward * before)
     return _Columns(a, b)
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from linkages.kernel import Array
-from linkages.laws.film.surface.balance import Balance, Thickness, make_balance
+from linkages.laws.film.surface.balance import Balance, Thickness, cell_volumes, make_balance, with_history
 from linkages.laws.film.surface.complementarity import Boundary, State, solve
 from linkages.laws.film.surface.grooves import Groove
 from linkages.laws.film.surface.surface_mesh import SurfaceMesh
@@ -54,7 +54,7 @@ class SurfaceFilm(NamedTuple):
     moment: tuple[float, float]  # of the pressure on the journal about the bearing's middle
     end_flow: float  # out of both ends
     groove_flow: tuple[float, ...]  # net, out of each groove into the film
-    storage: float  # volume that the film takes up: integral of content times dh/dt
+    storage: float  # volume that the film takes up: integral of content times dh/dt, or its growth since `history`
     shear: float  # integral of content/h: torque of a relative speed of 1, without the pressure's part
     imbalance: float  # largest volume that a cell gains, over the largest flow through a face
     state: State  # guess for a neighbouring film
@@ -70,6 +70,7 @@ def solve_film(
     speed: float = 0.5,
     pressures: Pressures = AMBIENT,
     guess: State | None = None,
+    history: tuple[Array, float] | None = None,
 ) -> SurfaceFilm:
     """Solve Reynolds' equation on the surface.
 
@@ -86,6 +87,9 @@ def solve_film(
         As for `make_balance`.
     pressures : Pressures
     guess : State, optional
+    history : ((n, m) array, float), optional
+        Oil in the cells (`oil_volumes`) a time before, and this time in units of 1/omega: the film content follows from
+        it, for mass-conserving cavitation. Default: the content is that of a steady state.
 
     Raises
     ------
@@ -96,11 +100,13 @@ def solve_film(
     """
     if rule not in RULES:
         raise ValueError(f"cavitation {rule!r}: must be one of {', '.join(RULES)}")
-    if rule == "mass-conserving" and not grooves and pressures.cavity == 0.0:
+    if rule == "mass-conserving" and not grooves and pressures.cavity == 0.0 and history is None:
         raise NoLoadError
     if not thickness.least(mesh.slenderness) > 0.0:
         raise ValueError("the journal touches the bearing")
     balance = make_balance(mesh, thickness, velocity, speed)
+    if history is not None:
+        balance = with_history(balance, cell_volumes(mesh, thickness), *history)
     cavity = pressures.cavity / pressures.unit
     known = np.array([*(groove.pressure / pressures.unit for groove in grooves), 0.0]) - cavity
     boundary = Boundary(-cavity, np.where(balance.free, 0.0, known[mesh.groove]))
@@ -150,7 +156,7 @@ def _integrate(
     out = flows.around - np.roll(flows.around, 1, axis=0) + flows.along
     out[:, 1:] -= flows.along[:, :-1]
     out[:, 0] -= flows.start
-    stored = content * balance.squeeze
+    stored = balance.squeeze - (1.0 - content) * balance.missing
     gain = np.where(balance.free, out + stored, 0.0)
     if rule == "reynolds":  # volume appears where the film cavitates
         gain = np.where(state.deficit > 0.0, 0.0, gain)
@@ -171,6 +177,11 @@ def _integrate(
         float(np.abs(gain).max()) / largest,
         state,
     )
+
+
+def oil_volumes(film: SurfaceFilm) -> Array:
+    """Volume of oil in each cell, (n, m)."""
+    return film.content * cell_volumes(film.mesh, film.thickness)
 
 
 def content_at_centres(balance: Balance, content: Array) -> Array:
