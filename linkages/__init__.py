@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from linkages.model.experiment import Experiment, load_experiment
     from linkages.model.mechanism import Mechanism, load_mechanism
     from linkages.report.terminal import format_summary
+    from linkages.results.derivatives import Direction
     from linkages.results.extremes import extremes, integral
     from linkages.results.impacts import impacts, phases
     from linkages.results.steady_state import Motion, motion_of
@@ -96,6 +97,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "model.experiment": ("Experiment", "load_experiment"),
         "model.mechanism": ("Mechanism", "load_mechanism"),
         "report.terminal": ("format_summary",),
+        "results.derivatives": ("Direction",),
         "results.extremes": ("extremes", "integral"),
         "results.impacts": ("impacts", "phases"),
         "results.steady_state": ("Motion", "motion_of"),

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from optim.algorithms.registry import ALGORITHMS, Table, minimise
     from optim.evaluate.evaluations import Evaluations
     from optim.evaluate.evaluator import Evaluator
+    from optim.evaluate.gradients import Gradients
     from optim.evaluate.limits import problem_of
     from optim.evaluate.screen import Screened
     from optim.problem.load import load_study
@@ -72,6 +73,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "algorithms.registry": ("ALGORITHMS", "Table", "minimise"),
         "evaluate.evaluations": ("Evaluations",),
         "evaluate.evaluator": ("Evaluator",),
+        "evaluate.gradients": ("Gradients",),
         "evaluate.limits": ("problem_of",),
         "evaluate.screen": ("Screened",),
         "problem.load": ("load_study",),

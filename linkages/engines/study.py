@@ -15,6 +15,7 @@ from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
 from linkages.outputs.registry import unit
+from linkages.results.derivatives import Direction
 from linkages.results.loops import Loops
 from linkages.results.summary import Study
 from linkages.results.trajectory import Progress, Trajectory, sample
@@ -34,7 +35,7 @@ def simulate(
     engine: str = DEFAULT,
     progress: Progress | None = None,
     outputs: Sequence[str] | None = None,
-    wrt: Sequence[str] = (),
+    wrt: Sequence[str | Direction] = (),
 ) -> Trajectory:
     """Run a system.
 
@@ -50,9 +51,10 @@ def simulate(
         Called with the simulated time [s] at intervals.
     outputs : sequence of str, optional
         Columns of the trajectory, for the compiled engine: fewer take less time. Default: all.
-    wrt : sequence of str, optional
-        Dotted paths of values, for the compiled engine: `Trajectory.sensitivity` has the derivatives of the columns at
-        fixed times with respect to them, in units of the column per unit of the value.
+    wrt : sequence of str or Direction, optional
+        Dotted paths of values, or values that several paths follow, for the compiled engine: `Trajectory.sensitivity`
+        has the derivatives of the columns at fixed times with respect to them, in units of the column per unit of the
+        value.
 
     Returns
     -------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from linkages.arrays import Array
 from linkages.errors import InputError, nearest
@@ -19,6 +20,33 @@ MEANING = {
     HORIZON: "beyond, errors of the run change the state visibly: a derivative has no meaning",
     STUCK: "the equations of a step are singular",
 }
+
+
+class Direction(NamedTuple):
+    """A value that the values at several paths follow.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        Its own value; differences use its magnitude.
+    rates : mapping of str to float
+        Derivative of the value at each dotted path with respect to it.
+
+    Examples
+    --------
+    >>> import linkages
+    >>> system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.01})
+    >>> oil = linkages.Direction("viscosity", 0.3, {"joints.A.viscosity": 1.0, "joints.B.viscosity": 1.0})
+    >>> run = linkages.simulate(system, outputs=["A.force"], wrt=[oil, "joints.A.viscosity", "joints.B.viscosity"])
+    >>> parts = run.sensitivity["joints.A.viscosity"]["A.force"] + run.sensitivity["joints.B.viscosity"]["A.force"]
+    >>> bool(abs(run.sensitivity["viscosity"]["A.force"] - parts).max() < 1e-5 * abs(parts).max())
+    True
+    """
+
+    name: str
+    value: float
+    rates: Mapping[str, float]
 
 
 @dataclass(frozen=True, repr=False)

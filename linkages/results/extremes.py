@@ -44,11 +44,17 @@ class Bracket(NamedTuple):
 
 @dataclass(frozen=True)
 class Extremes:
-    """Smallest and largest value of a column over continuous time, and the time of the largest magnitude [s]."""
+    """Smallest and largest value of a column over continuous time, and their times [s]."""
 
     min: float
     max: float
-    time: float
+    time_min: float
+    time_max: float
+
+    @property
+    def time(self) -> float:
+        """Return the time of the largest magnitude [s]."""
+        return self.time_max if self.max >= -self.min else self.time_min
 
     @property
     def peak(self) -> float:
@@ -92,7 +98,7 @@ def extremes(trajectory: Trajectory, names: Sequence[str]) -> dict[str, Extremes
     result = {}
     for name in names:
         (t_max, high), (t_min, low) = highs[name, 1.0], highs[name, -1.0]
-        result[name] = Extremes(-low, high, t_max if high >= low else t_min)
+        result[name] = Extremes(-low, high, t_min, t_max)
     return result
 
 

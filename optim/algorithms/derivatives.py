@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
 from optim.algorithms.nlp import Array, Problem, Values
+
+#: Where derivatives of a study come from.
+Source = Literal["differences", "sensitivities"]
+DIFFERENCES: Source = "differences"
+SENSITIVITIES: Source = "sensitivities"
+SOURCES = '"differences" of designs, or "sensitivities" of runs (differences where there are none)'
 
 
 def stack(values: Values) -> Array:
@@ -19,10 +26,10 @@ def jacobian(
 ) -> Array | None:
     """Differentiate the objectives, inequalities and equalities at a design.
 
-    The problem's own where it has them; else differences of second order from two further designs for each
-    variable: central ones inside, one-sided ones where a bound is nearer than the step. Of first order where there is
-    a value on one side only: an evaluation failed, or was not made beyond a constraint. Where there is a value on
-    neither side, as in a corner between constraints, the difference is taken beside the design: at one of those that
+    The problem's own where it has them and they are finite; else differences of second order from two further designs
+    for each variable: central ones inside, one-sided ones where a bound is nearer than the step. Of first order where
+    there is a value on one side only: an evaluation failed, or was not made beyond a constraint. Where there is a value
+    on neither side, as in a corner between constraints, the difference is taken beside the design: at one of those that
     were evaluated for the other variables.
 
     Parameters
@@ -42,7 +49,9 @@ def jacobian(
         objectives, because it violates constraints, their derivatives are zero.
     """
     if problem.jacobian is not None:
-        return np.asarray(problem.jacobian(x), dtype=float)
+        own = np.asarray(problem.jacobian(x), dtype=float)
+        if np.isfinite(own).all():
+            return own
     offsets = _offsets(x, problem.lower, problem.upper, step * scale)
     moving = np.flatnonzero(offsets[0] != offsets[1])
     rows = np.arange(len(moving))

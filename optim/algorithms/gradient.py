@@ -27,6 +27,7 @@ from pydantic import Field
 
 from linkages.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
+from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.line_search import Restored, search
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.quadratic import bounded_minimum, damped_bfgs
@@ -52,6 +53,7 @@ class ReducedGradient(Table):
     tolerance: Positive = Field(1e-7, description="of the reduced gradient, relative to 1 + |objective|, scaled")
     feasibility: Positive = Field(1e-9, description="tolerance of the constraints, relative to their scales")
     step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
+    derivatives: Source = Field(DIFFERENCES, description=SOURCES)
     starts: int = Field(1, ge=1, description="the nominal design and so many more less one, a Latin hypercube")
 
 

@@ -119,7 +119,7 @@ class Problem:
         Nominal design.
     jacobian : callable or None
         Derivatives at a design (n,), as (no + ni + ne, n): rows of the objectives, inequalities, equalities.
-        Without it, gradient methods take differences.
+        Without it, and where it is not finite, gradient methods take differences.
     """
 
     lower: Array

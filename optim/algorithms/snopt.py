@@ -16,6 +16,7 @@ from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 from linkages import RunError
 from linkages.files.toml import Positive, Table
 from optim.algorithms.archive import Archive
+from optim.algorithms.derivatives import DIFFERENCES, SOURCES, Source
 from optim.algorithms.nlp import Array, Ending, Problem, Progress, Report, Result
 from optim.algorithms.standard_form import StandardForm
 
@@ -32,6 +33,7 @@ class Snopt(Table):
     tolerance: Positive = Field(1e-7, description="major optimality tolerance")
     feasibility: Positive = Field(1e-8, description="major feasibility tolerance, of the scaled constraints")
     step: Positive = Field(1e-6, description="of the central differences, relative to the bounds")
+    derivatives: Source = Field(DIFFERENCES, description=SOURCES)
     starts: int = Field(1, ge=1, description="the nominal design and so many more less one, a Latin hypercube")
 
 

@@ -8,6 +8,7 @@
 | life_runs   | service lives of designs: cycles until a quantity exceeds its limit                 |
 | drake_runs  | requests answered by Drake                                                         |
 | evaluator   | `Evaluator`: designs -> requests -> evaluations                                    |
+| gradients   | `Gradients`: derivatives by sensitivities of runs                                  |
 | limits      | evaluations -> the mathematical problem that algorithms see                        |
 | screen      | `Screened`: designs that formulas exclude are not run                              |
 | cluster     | an executor on a Dask cluster                                                      |

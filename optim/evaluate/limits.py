@@ -89,9 +89,21 @@ def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Ar
     Raises
     ------
     RunError
+        As `scales`.
+    """
+    size, split = scales(study, nominal), found.objectives.shape[1]
+    return found.objectives / size[:split], found.constraints / size[split:]
+
+
+def scales(study: Study, nominal: Evaluations) -> Array:
+    """Return what each objective and constraint is divided by: the nominal design's value if it is relative, else 1.
+
+    Raises
+    ------
+    RunError
         If the nominal design, by which they are divided, failed or has the value zero.
     """
-    scales = np.ones(found.objectives.shape[1] + found.constraints.shape[1])
+    found = np.ones(len(study.quantities))
     reference = np.concatenate([nominal.objectives[0], nominal.constraints[0]])
     for k, (kind, name, quantity) in enumerate(study.quantities):
         if not quantity.relative:
@@ -101,9 +113,8 @@ def in_units(study: Study, found: Evaluations, nominal: Evaluations) -> tuple[Ar
             raise RunError(
                 f"{study.source.name}: {kind}.{name} is relative to the nominal design, which has no value: {why}"
             )
-        scales[k] = reference[k]
-    split = found.objectives.shape[1]
-    return found.objectives / scales[:split], found.constraints / scales[split:]
+        found[k] = reference[k]
+    return found
 
 
 def limits(study: Study) -> Iterable[tuple[str, str, float, float]]:

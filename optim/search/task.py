@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 from linkages import InputError
 from linkages.errors import nearest
 from linkages.files.toml import Table
 from linkages.files.versions import versions
+from optim.algorithms.derivatives import DIFFERENCES
+from optim.algorithms.nlp import Problem
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
+from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.evaluator import Evaluator
+from optim.evaluate.gradients import Gradients
 from optim.evaluate.limits import problem_of
 from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
-from optim.search.run import Task
+from optim.search.run import Evaluate, Task
 
 
 def settings_of(study: Study) -> tuple[str, Table]:
@@ -62,6 +67,13 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
     """
     name, settings = settings_of(study)
     given = None if start is None else start.tolist()
+
+    def problem(evaluate: Evaluate, nominal: Evaluations) -> Problem:
+        found = problem_of(study, evaluate, nominal, start)
+        if getattr(settings, "derivatives", DIFFERENCES) == DIFFERENCES:
+            return found
+        return dataclasses.replace(found, jacobian=Gradients(study, evaluate, nominal))
+
     description = {"algorithm": described(study), "seed": seed, "start": given, **study.description()}
     revision = ALGORITHMS[name].revision
     return Task(
@@ -72,6 +84,6 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
         tuple(study.file.constraints),
         study.nominal,
         Screened(study, evaluator, getattr(settings, "step", None)),
-        lambda evaluate, nominal: problem_of(study, evaluate, nominal, start),
+        problem,
         lambda problem, progress: minimise(name, problem, settings, seed, progress),
     )

@@ -12,6 +12,7 @@ from linkages.errors import AssemblyError, InputError
 from linkages.kernel import Array, Indices
 from linkages.kernel.block import Contents, contents
 from linkages.model.experiment import value_unit
+from linkages.results.derivatives import Direction
 from linkages.system import System
 
 _STEP = 3e-5  # of differences, in parts of the value
@@ -48,8 +49,8 @@ class Neighbours:
     Parameters
     ----------
     system : System
-    path : str
-        See `linkages.System.replaced`.
+    value : str or Direction
+        A dotted path, see `linkages.System.replaced`; or a value that several paths follow.
 
     Attributes
     ----------
@@ -62,8 +63,11 @@ class Neighbours:
         If there is no number at the path, or no neighbouring value is valid.
     """
 
-    def __init__(self, system: System, path: str) -> None:
-        self.system, self.path, self._value = system, path, system.value(path)
+    def __init__(self, system: System, value: str | Direction) -> None:
+        along = Direction(value, system.value(value), {value: 1.0}) if isinstance(value, str) else value
+        path, self._value, rates = along
+        self.system, self.path = system, path
+        self._along = {each: (system.value(each), rate) for each, rate in rates.items()}
         small = abs(self._value) <= _ZERO
         self.magnitude = _UNITS.get(value_unit(path), _UNIT) if small else abs(self._value)
         self._built = {0: system}
@@ -84,7 +88,7 @@ class Neighbours:
         step = _STEP * self.magnitude
         for k in stencil[0]:
             if k not in self._built:
-                found = self.system.replaced({self.path: self._value + k * step})
+                found = self.system.replaced({path: x + k * step * rate for path, (x, rate) in self._along.items()})
                 _ = found.assembly  # a failure leads to another stencil
                 self._built[k] = found
         self.systems, self.weights = [self._built[k] for k in stencil[0]], np.array(stencil[1]) / step

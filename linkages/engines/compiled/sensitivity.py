@@ -24,7 +24,7 @@ from linkages.outputs.columns import Columns
 from linkages.outputs.registry import pack
 from linkages.planar.contact_partials import FINE, FRICTION_SPEED, no_bounds
 from linkages.planar.contacts import WIDTH
-from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives
+from linkages.results.derivatives import GRAZING, HORIZON, OK, STUCK, Derivatives, Direction
 
 _COARSE = 1e-9  # accuracy of runs from which on differences of the second order, with errors of 1e-7, are as exact
 _FELT = 0.01  # part of its scale by which an error of a run may change the state while derivatives have a meaning
@@ -71,8 +71,8 @@ class Differentiation:
     runner : Runner
     steps : Steps
         See `linkages.engines.compiled.runner.join`. The first time need not be zero.
-    paths : sequence of str
-        Dotted paths of the values, as for `linkages.System.replaced`.
+    values : sequence of str or Direction
+        Dotted paths of the values, as for `linkages.System.replaced`, or values that several paths follow.
 
     Raises
     ------
@@ -80,10 +80,10 @@ class Differentiation:
         If a path has no number or no derivative.
     """
 
-    def __init__(self, runner: Runner, steps: Steps, paths: Sequence[str] = ()) -> None:
+    def __init__(self, runner: Runner, steps: Steps, values: Sequence[str | Direction] = ()) -> None:
         system = runner.system
-        self.runner, self.steps, self.paths = runner, steps, tuple(paths)
-        self._nearby = [Neighbours(system, path) for path in self.paths]
+        self.runner, self.steps = runner, steps
+        self._nearby = [Neighbours(system, value) for value in values]
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))
         self._variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)
@@ -131,7 +131,7 @@ class Differentiation:
 
     def changes(self, times: Array) -> tuple[Array, Array, Array, Array]:
         """Differentiate coordinates, rates, accelerations (np, nt, n) and contacts (np, nt, nc, WIDTH)."""
-        model, count, nt, found = self.runner.model, len(self.paths), len(times), self.columns
+        model, count, nt, found = self.runner.model, len(self._nearby), len(times), self.columns
         n, nc = len(model.free) + len(model.driven), len(model.ends)
         dq, dv, da = (np.zeros((count, nt, n)) for _ in range(3))
         out = dq, dv, da, np.zeros((count, nt, nc, WIDTH))

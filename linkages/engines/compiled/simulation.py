@@ -19,6 +19,7 @@ from linkages.integrate.driver import PAUSED
 from linkages.kernel import Array
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import Columns, columns
+from linkages.results.derivatives import Direction
 from linkages.results.loops import Loops
 from linkages.results.trajectory import Trajectory, sample
 from linkages.system import System
@@ -31,7 +32,7 @@ def simulate(
     system: System,
     progress: Callable[[float], None] | None = None,
     outputs: Sequence[str] | None = None,
-    wrt: Sequence[str] = (),
+    wrt: Sequence[str | Direction] = (),
 ) -> Trajectory:
     """Simulate a system with the compiled engine.
 
@@ -42,8 +43,9 @@ def simulate(
         Called with the simulated time [s] now and then.
     outputs : sequence of str, optional
         Columns of the trajectory; linkages with closed loops add their coordinates. Default: all.
-    wrt : sequence of str, optional
-        Dotted paths of values; `Trajectory.sensitivity` has the derivatives of the columns with respect to them.
+    wrt : sequence of str or Direction, optional
+        Dotted paths of values, or values that several paths follow; `Trajectory.sensitivity` has the derivatives of the
+        columns with respect to them.
 
     Returns
     -------
