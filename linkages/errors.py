@@ -59,12 +59,14 @@ def notice(text: str) -> None:
     print(f"notice: {text}", file=sys.stderr)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Suggest the most similar name of `known`, as the end of a sentence."""
+def nearest(name: str, known: Iterable[str], others: str = "") -> str:
+    """Suggest the most similar name of `known`, as the end of a sentence; if none is, list all or say `others`."""
     known = sorted(known)
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     if close:
         return f'did you mean "{close[0]}"?'
+    if others:
+        return others
     return f"known are: {', '.join(known)}" if known else "none are known here"
 
 

@@ -239,6 +239,9 @@ def test_outputs_are_listed_by_path_and_a_wrong_path_is_answered(capsys):
     assert capsys.readouterr().out.startswith("JOINT (film, dry, mixed).eccentricity_ratio  ")
     assert main(["keys", "joints.A.frictoin"]) == 2
     assert capsys.readouterr().err.startswith("error: keys: joints.A.frictoin: is no key and no output; did you mean")
+    assert main(["keys", "yoke.toml"]) == 2
+    expected = "error: keys: yoke.toml: is no key and no output; `linkages keys` lists them all\n"
+    assert capsys.readouterr().err.endswith(expected)
 
 
 def test_names_with_a_slash_become_files(tmp_path, capsys, experiment_file):

@@ -51,12 +51,32 @@ def test_transmission_angles_of_every_dyad(case, way):
     model.go_to(way.values[chosen[0]])
     points = model.at_each(way.values[chosen])
     for one in way.transmissions:
-        lines = [
-            points[line[1]] - points[line[0]] if isinstance(line, tuple) else np.full(len(chosen), line)
-            for line in LINES[name][one.joint]
-        ]
-        angle = np.abs(np.angle(lines[1] / lines[0]))
-        np.testing.assert_allclose(one.angle[chosen], np.minimum(angle, np.pi - angle), rtol=0, atol=1e-8)
+        own = acute_angles(LINES[name][one.joint], points)
+        np.testing.assert_allclose(one.angle[chosen], own, rtol=0, atol=1e-8)
+
+
+def test_extremes_of_transmission_angles_between_samples(case, way):
+    name, _, model = case
+    for one in way.transmissions:
+        assert one.least[1] <= np.nanmin(one.angle)
+        assert one.most[1] >= np.nanmax(one.angle)
+        for value, angle in (one.least, one.most):
+            step = 0.005 * (way.values[-1] - way.values[0])
+            around = value + step * np.linspace(-1.0, 1.0, 41)
+            inside = around if way.full else around[(around > way.values[0] + step) & (around < way.values[-1] - step)]
+            if not len(inside):
+                continue  # at an end of the way
+            model.go_to(inside[0])
+            own = acute_angles(LINES[name][one.joint], model.at_each(inside))
+            best = own.min() if angle == one.least[1] else own.max()
+            assert angle == pytest.approx(best, abs=2e-3 if best > 1.56 else 1e-5)  # own samples pass 90 degrees
+
+
+def acute_angles(lines, points):
+    """Acute angles between two lines: pairs of points, or a direction."""
+    first, second = (points[line[1]] - points[line[0]] if isinstance(line, tuple) else line for line in lines)
+    angle = np.abs(np.angle(second / first))
+    return np.minimum(angle, np.pi - angle)
 
 
 @pytest.mark.slow

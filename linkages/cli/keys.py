@@ -38,7 +38,8 @@ def run(options: argparse.Namespace) -> int:
         found = [row for row in (*keys, *outputs) if _has(options.path.split("."), row[0].split("."))]
         if not found:
             words = {word for name, _ in (*keys, *outputs) for word in (name, *name.split("."))}
-            raise InputError("keys", options.path, f"is no key and no output; {nearest(options.path, words)}")
+            near = nearest(options.path, words, "`linkages keys` lists them all")
+            raise InputError("keys", options.path, f"is no key and no output; {near}")
         _show(found)
         return 0
     width = max(len(name) for name, _ in (*keys, *outputs))

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from linkages.arrays import Array
+from linkages.integrate.parabola import parabola_top
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Joint, Mechanism
 from linkages.system import System
@@ -42,6 +43,8 @@ class Transmission:
         Whether the second link is joined to the ground, so that the joint has a fixed path.
     angle : (n,) array
         Transmission angle, from 0 to pi/2 [rad]. NaN if the pins of a link coincide.
+    least, most : (float, float)
+        Drive value [rad or m] and transmission angle [rad] of the smallest and the largest angle, between the samples.
     turns : tuple of float
         If `grounded`: drive values at which the joint reverses, its dead centres [rad or m].
     """
@@ -51,6 +54,8 @@ class Transmission:
     joint: str
     grounded: bool
     angle: Array
+    least: tuple[float, float]
+    most: tuple[float, float]
     turns: tuple[float, ...]
 
 
@@ -153,13 +158,42 @@ def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, .
         if grounded[0] and not grounded[1]:
             sides.reverse()
         lines = [_line(system, link, joint, inner, motion) for link, joint in sides]
-        cosine = np.abs(np.sum(lines[0] * lines[1], axis=1))
-        sine = np.abs(lines[0][:, 0] * lines[1][:, 1] - lines[0][:, 1] * lines[1][:, 0])
-        angle = np.where(np.hypot(sine, cosine) > 0.0, np.arctan2(sine, cosine), np.nan)
+        cosine = np.sum(lines[0] * lines[1], axis=1)
+        sine = lines[0][:, 0] * lines[1][:, 1] - lines[0][:, 1] * lines[1][:, 0]
+        between = np.where(np.hypot(sine, cosine) > 0.0, np.arctan2(sine, cosine), np.nan)
         turns = _dead_centres(system, inner, motion) if any(grounded) else ()
-        if not np.isnan(angle).all():
-            angles.append(Transmission(sides[0][0], sides[1][0], inner.name, any(grounded), angle, turns))
+        if not np.isnan(between).all():
+            least, most = (_extreme(motion, between, sign) for sign in (-1.0, 1.0))
+            names = sides[0][0], sides[1][0], inner.name
+            angles.append(Transmission(*names, any(grounded), np.abs(_acute(between)), least, most, turns))
     return tuple(angles), rest
+
+
+def _acute(between: Array) -> Array:
+    """Reduce angles between directed lines to those between lines, from -pi/2 to pi/2."""
+    return np.asarray(between - np.pi * np.round(between / np.pi))
+
+
+def _extreme(motion: Motion, between: Array, sign: float) -> tuple[float, float]:
+    """Find the drive value and the angle at which sign times the acute angle is largest, by a parabola."""
+    values = motion.values
+    if motion.full:  # a revolution has no ends
+        values = np.concatenate([[values[-2] - 2.0 * np.pi], values, [values[1] + 2.0 * np.pi]])
+        between = np.concatenate([[between[-2]], between, [between[1]]])
+    acute = np.abs(_acute(between))
+    inner = slice(1, -1) if motion.full else slice(None)
+    best = int(np.nanargmax(sign * acute[inner])) + motion.full
+    at, angle = float(values[best]), float(acute[best])
+    if not 0 < best < len(values) - 1 or np.isnan(acute[best - 1 : best + 2]).any():
+        return at, angle
+    near, window = np.unwrap(between[best - 1 : best + 2], period=np.pi), values[best - 1 : best + 2]
+    near = (near - np.pi * np.round(near[1] / np.pi)) * (1.0 if _acute(near)[1] >= 0.0 else -1.0)
+    limit = 0.5 * np.pi if sign > 0.0 else 0.0  # which the acute angle reaches and leaves with a kink
+    if (sign * (near - limit)).max() >= 0.0:
+        order = np.argsort(near)
+        return float(np.interp(limit, near[order], window[order])), limit
+    at, height = parabola_top(*window, *(sign * near))
+    return (at % (2.0 * np.pi) if motion.full else at), sign * height
 
 
 def _line(system: System, link: str, outer: Joint, inner: Joint, motion: Motion) -> Array:

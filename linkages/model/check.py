@@ -34,6 +34,7 @@ from linkages.model.mechanism import Frame, Mechanism
 #: Deepest wear, relative to the bearing's radius, for which the overlap geometry is valid.
 DEEPEST = 0.2
 
+_RECORDED = ("force", "fx", "fy", "moment", "torque", "power", "eccentricity_ratio", "ex", "ey")
 _SAME = 1e-9  # distance below which a frame coincides with a joint [m]
 
 #: Names of the predefined windows.
@@ -271,6 +272,10 @@ class _Check:
     def output(self, name: str) -> None:
         point, _, quantity = name.rpartition(".")
         if point in self.mechanism.joint:
+            if quantity in _RECORDED:
+                self.refuse(
+                    "", "needs no entry: forces, torques, powers and eccentricities of joints are always recorded"
+                )
             if quantity not in PIN_QUANTITIES:
                 self.refuse("", f'"{quantity}" of a joint is no output here; {nearest(quantity, PIN_QUANTITIES)}')
             return

@@ -59,6 +59,7 @@ def test_sections_and_forces_can_ask_for_a_pin_that_is_no_output(system_of):
         ('outputs = ["crnak_tip.x"]', 'has no link, frame or joint "crnak_tip"; did you mean "crank_tip"?'),
         ('outputs = ["AA.x"]', 'did you mean "A"?'),
         ('outputs = ["A.omega"]', '"omega" of a joint is no output here; known are: acceleration, ax'),
+        ('outputs = ["O.torque"]', "needs no entry: forces, torques, powers and eccentricities of joints are always"),
         ('outputs = ["A.vz"]', '"vz" of a joint is no output here; did you mean "vy"?'),
         ('forces = { f = { point = "A", force = [1, 0] } }', "is a joint of two links; name a link or frame, such as coupler or crank_tip"),
         ('forces = { f = { point = "crank", formula = ["B.angle", "0"] } }', '"B" is not in'),

@@ -114,12 +114,11 @@ _END = {Status.LOCKED: "a dead point", Status.NO_ASSEMBLY: "the end of closed lo
 
 def _passed(way: Travel, one: Transmission, turns: bool) -> str:
     """State the transmission angles of a dyad, and the dead centres of its driven joint."""
-    angles = np.degrees(one.angle)
-    least = int(np.nanargmin(angles))
     meeting = f"{one.link} moves {one.joint}" if one.grounded else f"{one.link} and {one.other} meet at {one.joint}"
+    value, least = one.least
     text = (
-        f"{meeting} at transmission angles from {angles[least]:.1f}° (at {way.drive} ="
-        f" {_value(way.values[least], turns)}) to {np.nanmax(angles):.1f}°"
+        f"{meeting} at transmission angles from {np.degrees(least):.1f}° (at {way.drive} = {_value(value, turns)})"
+        f" to {np.degrees(one.most[1]):.1f}°"
     )
     if one.turns:
         text += f"; {one.joint} turns back at {listed(_value(value, turns) for value in one.turns)}"
