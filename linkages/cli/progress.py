@@ -161,6 +161,7 @@ def stages(options: argparse.Namespace, total: float, unit: str) -> Callable[[st
     be_quiet(options)
     if not options.quiet:
         announce_compilation()
+        announce_maps()
 
     def begin(name: str) -> Advance:
         if options.quiet:
@@ -190,3 +191,11 @@ def announce_compilation() -> None:
             due = now + _COMPILING
 
     tell(say)
+
+
+@cache
+def announce_maps() -> None:
+    """Show the progress of film maps that are built: the first run with a groove takes ten seconds more."""
+    from linkages.laws.film.map_cache import tell
+
+    tell(lambda case: progress_bar(f"film map of L/D {case.slenderness:.3g}, stored for later runs"))

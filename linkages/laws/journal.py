@@ -214,6 +214,10 @@ def film_action(
     if eps < joint.small_eps:  # Chen 2025 eqs. (12)-(13)
         scale *= eps**joint.small_power
     f_n, f_t = scale * f_n, scale * f_t
+    if joint.supply_pressure != 0.0:
+        s_n, s_t, _ = static_film(seen, alpha, table)
+        pressed = joint.supply_pressure * joint.radius * joint.length
+        f_n, f_t = f_n + pressed * s_n, f_t + pressed * s_t
     couple = 0.0
     if joint.shear != _NO_SHEAR:
         extent = half_extent

@@ -146,8 +146,9 @@ def build_map(case: MapCase, progress: Callable[[float], object] | None = None) 
     grooves, mirror = case.placed, -np.arange(ny) % ny
     angles = np.asarray(np.arange(ny) * (_TURN / ny), dtype=np.float64)
     symmetric = is_symmetric(grooves)
+    turns = na // 2 + 1 if symmetric else na
     for i, eps in enumerate(ratios(head)):
-        for k in range(na // 2 + 1 if symmetric else na):
+        for k in range(turns):
             turned = eps, case.slenderness, grooves, k * _TURN / na
             if grooves:
                 found = solve_grooved(*turned, case.cavitation, angles, case.cells)
@@ -162,8 +163,8 @@ def build_map(case: MapCase, progress: Callable[[float], object] | None = None) 
                 if static is not None:
                     static[i, -k % na] = static[i, k] * _MIRRORED
             values[i, :, k] = found
-        if progress is not None:
-            progress((i + 1) / nx)
+            if progress is not None:
+                progress((i * turns + k + 1) / (nx * turns))
     return fit(head, values, static)
 
 

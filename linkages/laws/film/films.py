@@ -19,7 +19,7 @@ from linkages.laws.film.closed_form import (
     pinkus_sternlicht_bare,
     short_bearing,
 )
-from linkages.laws.film.map_table import is_grooved, mapped_film, static_film
+from linkages.laws.film.map_table import is_grooved, mapped_film
 from linkages.laws.parameters import SHEAR, Parameter, named_record
 
 #: Stands for the address of a film that is given by a map.
@@ -82,7 +82,7 @@ FILMS = {
 def film_force(
     joint: np.record, eps: float, deps: float, ew: float, slenderness: float, table: Array, alpha: float = 0.0
 ) -> tuple[float, float, float]:
-    """Evaluate a film; eps is clipped to `EPS_MAX`.
+    """Evaluate a film without the static part of a supply pressure; eps is clipped to `EPS_MAX`.
 
     Parameters
     ----------
@@ -107,10 +107,6 @@ def film_force(
     if joint.film == MAPPED:
         sheared = joint.shear == _HALF_SHEAR or (joint.shear != _NO_SHEAR and is_grooved(table))
         f_n, f_t, extent = mapped_film(eps, deps, ew, alpha, table, sheared)
-        if joint.supply_pressure != 0.0:
-            s_n, s_t, _ = static_film(eps, alpha, table)
-            part = joint.supply_pressure * joint.clearance**2 / (joint.viscosity * joint.radius**2)
-            f_n, f_t = f_n + part * s_n, f_t + part * s_t
         return f_n, f_t, extent
     if joint.film_reads_record:
         f_n, f_t, extent = _call(joint.film, (eps, deps, ew, slenderness, joint))

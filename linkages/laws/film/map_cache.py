@@ -21,6 +21,14 @@ from linkages.laws.film.film_map import VERSION, MapCase, build_map
 from linkages.laws.film.map_table import CHANNELS
 
 _IDENTITY = b"FILMMAP1"
+#: Function that is called with the part of a map that is done.
+Progress = Callable[[float], object]
+_told: list[Callable[[MapCase], Progress]] = []
+
+
+def tell(listener: Callable[[MapCase], Progress]) -> None:
+    """Call a function before each map that is built in this process; call its result with the part that is done."""
+    _told.append(listener)
 
 
 def map_path(case: MapCase) -> Path:
@@ -28,14 +36,14 @@ def map_path(case: MapCase) -> Path:
     return cache_directory() / f"film-v{VERSION}-{case.cavitation}-{int(case.head[0]):012x}.map"
 
 
-def load_map(case: MapCase, progress: Callable[[float], object] | None = None) -> Array:
+def load_map(case: MapCase, progress: Progress | None = None) -> Array:
     """Map of a film: from the cache if a sound one is there, else built and stored.
 
     Parameters
     ----------
     case : MapCase
     progress : callable, optional
-        As for `film_map.build_map`, which is called where the map must be built.
+        As for `film_map.build_map`, which is called where the map must be built. Default: the listeners of `tell`.
 
     Returns
     -------
@@ -55,7 +63,8 @@ def load_map(case: MapCase, progress: Callable[[float], object] | None = None) -
     path = map_path(case)
     table = read_map(path, case)
     if table is None:
-        table = build_map(case, progress)
+        listeners = [listener(case) for listener in _told] if progress is None else [progress]
+        table = build_map(case, lambda done: [listener(done) for listener in listeners])
         try:
             write_map(path, table)
         except OSError as error:
