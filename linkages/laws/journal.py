@@ -22,7 +22,7 @@ _LUBRICATED = MODELS["lubricated"]
 _DRY = MODELS["dry"]
 
 
-@kernel
+@inlined_kernel
 def clearance_force(
     joint: np.record,
     table: Array,
@@ -183,7 +183,7 @@ def dry_force(
     return load, mu * load, rate
 
 
-@kernel
+@inlined_kernel
 def film_action(
     joint: np.record,
     table: Array,

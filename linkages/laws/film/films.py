@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.kernel import Array, address, caller, kernel
+from linkages.kernel import Array, address, caller, inlined_kernel, kernel
 from linkages.laws.film.closed_form import (
     EPS_MAX,
     half_film_long,
@@ -78,7 +78,7 @@ FILMS = {
 }  # fmt: skip
 
 
-@kernel
+@inlined_kernel
 def film_force(
     joint: np.record, eps: float, deps: float, ew: float, slenderness: float, table: Array, alpha: float = 0.0
 ) -> tuple[float, float, float]:
