@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from linkages.kernel import Array, address, caller, inlined_kernel, kernel
+from linkages.kernel import Array, address, caller, inlined_kernel
 from linkages.laws.film.closed_form import (
     EPS_MAX,
     half_film_long,
