@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 import linkages
 import optim
 from linkages.cli.main import main
-from linkages.plots.histories import write_figures
+from linkages.plots.frequency_response import bode_figure
+from linkages.plots.histories import forces_figure, write_figures
 from linkages.plots.style import engineering
 
 SHIPPED = (
@@ -142,6 +143,35 @@ def test_the_figures_of_a_study(drawn, tmp_path):
             for which in "x" if "sobol" in file else "xy":  # the variables' names are next to the bars
                 assert re.search(r"\[[^\]]+\]", _label(axes, which)), (file, which, _label(axes, which))
         _check_texts(figure, study.title)
+
+
+def test_the_figures_of_derivatives_and_of_a_frequency_response(drawn, tmp_path):
+    run = "sensitivity slider_crank_lubricated.toml --duration 0.002 --output slider.x --output B.force --quiet"
+    assert main([*run.split(), "--wrt", "joints.B.clearance", "joints.B.viscosity", "--out", str(tmp_path)]) == 0
+    tornado = drawn["tornado.png"]
+    check(tornado, "tornado.png")
+    still = next(axes for axes in tornado.axes if axes.get_title() == "slider.x.peak")  # the start is the peak
+    assert [text.get_text() for text in still.texts] == ["no change"]
+    turned = {"joints": {}, "drives.O": {"angle": 0.5, "torque": 0.0}}
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), turned)
+    model = linkages.linearise(system, outputs=["slider.x", "slider.ax"])
+    frequencies = np.geomspace(1.0, 1e3, 20)
+    figure = bode_figure(model, frequencies, model.frequency_response(2.0 * np.pi * frequencies))
+    FigureCanvasAgg(figure).draw()
+    check(figure, "bode.png")
+    units = [text.get_text().split(" ", 3)[-1] for text in figure.legends[0].texts]
+    assert units == ["[m/(N m)]", "[(m/s²)/(N m)]"]
+
+
+def test_a_difference_beyond_its_panel_is_stated():
+    """The films carry nothing at t = 0; the panel shows the motion after that."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.1})
+    study = linkages.study(system, error_estimate=False)
+    panels = [axes for axes in forces_figure(study).axes if axes.get_ylabel().startswith("difference")]
+    assert len(panels) == 2
+    for name, bottom in zip("AB", panels, strict=True):
+        (note,) = (text.get_text() for text in bottom.texts)
+        assert note == f"at the start up to {study.ideal[f'{name}.force'][0]:.3g} N"
 
 
 @pytest.mark.slow

@@ -18,6 +18,9 @@ def test_the_command_writes_derivatives_that_agree_with_differences(tmp_path):
         rate, error = found[path]["slider.ax.peak"], details["errors"][path]["slider.ax.peak"]
         assert abs(rate - details["differences"][path]["slider.ax.peak"]) < 1e-3 * abs(rate)
         assert error < 1e-3 * abs(rate)
+    for path, value in details["values"].items():
+        for key, number in details["numbers"].items():
+            assert details["errors"][path][key] >= 1e-11 * abs(number / value) if value else True
     assert (tmp_path / "tornado.png").exists()
 
 

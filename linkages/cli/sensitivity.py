@@ -78,15 +78,15 @@ def format_sensitivities(found: Sensitivities, system: System) -> str:
 
     lines = [system.experiment.title or system.experiment.source.stem, "derivatives of peaks, and changes by 1 %"]
     for key in (key for key in found.numbers if key.endswith(".peak")):
-        label = unit(system, key.removesuffix(".peak"))
-        lines += ["", f"{key}: {found.numbers[key]:.6g} {label}"]
+        label = unit(system, key.removesuffix(".peak")).removeprefix("1")
+        lines += ["", f"{key}: {found.numbers[key]:.6g} {label}".rstrip()]
         head = f"  {'value':44s}{'derivative':>14s}{'error':>10s}{'per 1 %':>12s}"
         lines.append(head + (f"{'differences':>14s}" if found.checks else ""))
         for path in sorted(found.values, key=lambda path: -abs(found.per_cent(path, key) or 0.0)):
             rate, error, share = found.derivatives[path][key], found.errors[path][key], found.per_cent(path, key)
             value = f"{path} = {found.values[path]:.5g} {value_unit(path)}".rstrip()
             line = f"  {value:44s}{_shown(rate, '.6g'):>14s}{_shown(error, '.1e'):>10s}"
-            line += f"{'-' if share is None else f'{100.0 * share:+.4f} %':>12s}"
+            line += f"{'-' if share is None else f'{100.0 * share:+.3g} %':>12s}"
             lines.append(line + (f"{found.checks[path][key]:14.6g}" if found.checks else ""))
     return "\n".join([*lines, *format_warnings(found.warnings)])
 

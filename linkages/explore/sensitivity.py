@@ -27,6 +27,7 @@ from linkages.system import System
 
 _TIGHTER = 0.1  # accuracy of the run that gives the errors, over that of the run
 _SAFETY = 1.5  # factor on the change, because the tighter run has an error too
+_ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number over the value
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
 _SLOPE = 0.05  # of a parabola's own slope there: what is steeper is a kink or a jump
@@ -134,17 +135,20 @@ def sensitivities(
     if error_estimate:
         tighter = system.replaced({"solver.accuracy": _TIGHTER * system.experiment.solver.accuracy})
         finer = _Differentiated(tighter, paths, names, stage("error estimate"))
-        errors = {path: _changes(found.derivatives[path], finer.derivatives[path]) for path in paths}
+        errors = {path: _errors(found, finer, path, system.value(path)) for path in paths}
     checks = {path: _differences(system, path, names) for path in paths} if check else {}
     values = {path: system.value(path) for path in paths}
     return Sensitivities(values, found.numbers, found.derivatives, errors, checks, found.warnings, found.run)
 
 
-def _changes(rates: dict[str, float | None], finer: dict[str, float | None]) -> dict[str, float | None]:
-    return {
-        key: None if rate is None or (other := finer[key]) is None else _SAFETY * abs(rate - other)
-        for key, rate in rates.items()
-    }
+def _errors(found: _Differentiated, finer: _Differentiated, path: str, value: float) -> dict[str, float | None]:
+    """Estimate the errors of derivatives: their change, but at least their rounding."""
+    errors: dict[str, float | None] = dict.fromkeys(found.numbers)
+    for key, rate in found.derivatives[path].items():
+        if rate is not None and (other := finer.derivatives[path][key]) is not None:
+            rounding = _ROUNDING * abs(found.numbers[key] / value) if value else 0.0
+            errors[key] = max(_SAFETY * abs(rate - other), rounding)
+    return errors
 
 
 def _differences(system: System, path: str, names: Sequence[str]) -> dict[str, float]:

@@ -132,6 +132,11 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
         drawn, factor = _shown(study, name, np.array([low, high]))
         bottom.plot(times, factor * difference, color="0.25", lw=0.8)
         bottom.set(ylabel=f"difference\n[{drawn}]", ylim=(factor * low, factor * high))
+        if difference.min() < low or difference.max() > high:
+            largest = np.abs(difference).max()
+            drawn, factor = _shown(study, name, largest)
+            note = f"at the start up to {factor * largest:.3g} {drawn}"
+            bottom.text(0.01, 0.96, note, transform=bottom.transAxes, va="top", fontsize=7)
     add_legend(axes[0])
     figure.align_ylabels(axes)
     axes[-1].set_xlabel("time [s]")

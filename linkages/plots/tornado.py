@@ -45,7 +45,8 @@ def tornado_figure(found: Sensitivities) -> Figure:
             axis.xaxis.set_major_locator(MaxNLocator(4))
             axis.xaxis.set_major_formatter("{x:.3g}")
             if not any(heights):
-                axis.set_xlim(-1.0, 1.0)
+                axis.set(xticks=[0.0], xlim=(-1.0, 1.0))
+                axis.text(0.75, 0.5, "no change", transform=axis.transAxes, ha="center", va="center", fontsize=8)
         for axis in axes[len(keys) :]:
             axis.axis("off")
         return figure

@@ -79,9 +79,10 @@ def _path(results: RobotResults) -> Figure:
     whole.set_ylabel("y [mm]")
     axis.set_title("platform's centre", fontsize=9)
     axis.legend()
-    for index, alpha in ((0, 0.9), (len(results.motion) // 3, 0.35)):
+    other = len(results.motion) // 3
+    for index, alpha in ((0, 0.9), (other, 0.35)):
         draw_pose(whole, results.model, results.motion, index, alpha=alpha)
-    whole.set_title("in the robot at two poses", fontsize=9)
+    whole.set_title(f"in the robot at t = 0 and {results.motion.time[other]:.2f} s (light)", fontsize=9)
     return figure
 
 
@@ -90,16 +91,16 @@ def _frequencies(results: RobotResults) -> Figure:
     for n, values in enumerate(results.tracked.T):
         style = {"color": COLORS[n], "ls": LINES[n], "label": f"mode {n + 1}"}
         axis.plot(results.motion.time, values, lw=1.4, **style)
-    loose.plot(results.motion.time, results.free[:, :3], lw=1.4, color="0.5")
     for n, values in enumerate(results.free[:, 3:].T):
-        loose.plot(results.motion.time, values, lw=1.4, color=COLORS[n])
+        loose.plot(results.motion.time, values, lw=1.4, color=COLORS[n], label=f"mode {n + 4}")
     for panel in (axis, loose):
         panel.set(ylabel="natural frequency [Hz]")
         panel.set_ylim(bottom=0.0)
     loose.set_xlabel("time [s]")
-    loose.set_title("crank roots free, by size: three zero modes (grey)", fontsize=9)
+    loose.set_title("crank roots free, modes by size; the first three have 0 Hz", fontsize=9, pad=20.0)
     figure.suptitle("modes followed by MAC from t = 0, crank roots held", fontsize=9)
-    axis.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=7.5)
+    for panel in (axis, loose):
+        panel.legend(ncols=6, loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, fontsize=7.5)
     return figure
 
 
@@ -137,7 +138,7 @@ def _displacement(results: RobotResults) -> Figure:
     if results.model.size <= DENSE:
         times = np.linspace(0.0, window, 4001)
         vibration = generalised_alpha(results.model, results.branch, times, radius=1.0)
-    for k, label in enumerate(("x [µm]", "y [µm]", "turning [µrad]")):
+    for k, label in enumerate(("x [µm]", "y [µm]", "rotation [µrad]")):
         left, right = axes[k]
         if results.dynamic is not None:
             left.fill_between(results.dynamic.time, *(1e6 * results.dynamic.platform[:, :, k]), color=COLORS[0], lw=0.0)
@@ -151,7 +152,7 @@ def _displacement(results: RobotResults) -> Figure:
         right.set_xlim(0.0, 1e3 * window)
     band = "" if results.dynamic is None else "; band: with vibration"
     axes[0, 0].set_title(f"over the motion, quasi-static{band}", fontsize=9)
-    axes[0, 1].set_title("the first moments, undamped", fontsize=9)
+    axes[0, 1].set_title("after a start from rest, undamped", fontsize=9)
     figure.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[2, 0].set_xlabel("time [s]")
     axes[2, 1].set_xlabel("time [ms]")

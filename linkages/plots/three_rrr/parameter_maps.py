@@ -107,6 +107,7 @@ def speed_figure(results: RobotResults) -> Figure:
     top.legend()
     bottom.semilogx(speed, found.amplification, "o-", color=COLORS[0], ms=3, lw=1.0)
     bottom.axhline(RESONANCE, color="0.4", lw=0.8, ls=":")
+    bottom.text(speed[0], RESONANCE, f"resonance: at least {RESONANCE:g}", va="bottom", fontsize=8, color="0.3")
     bottom.set(xlabel="speed of the fastest drive [rad/s]", ylabel="amplification [1]")
     for axis in (top.xaxis, top.yaxis, bottom.xaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
