@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import fields, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -102,6 +102,19 @@ def read_model(path: Path, model: ET.Element) -> RawModel:
     return _Reader(path, model).read()
 
 
+class _OwnJoint(NamedTuple):
+    """What the element of a joint says without the poses of other elements; names are empty if none are given."""
+
+    type: str
+    parent: str
+    child: str
+    parent_frame: str
+    direction: Array
+    expressed_in: str
+    bearing: Bearing | None
+    slot: Slot | None
+
+
 class _Reader:
     """Reads the elements of a model, each once.
 
@@ -116,6 +129,8 @@ class _Reader:
     values : dict of str to float
         These numbers.
     """
+
+    _joints: dict[str, _OwnJoint]  # that are read, by name
 
     def __init__(self, path: Path, model: ET.Element) -> None:
         self.path = path
@@ -134,6 +149,7 @@ class _Reader:
         self._resolved: dict[str, Pose] = {}
         self._resolving: list[str] = []
         self._parts: dict[str, Any] = {}
+        self._joints = {}
         self._check_beams()
         self.namers = _namers(self.elements)
 
@@ -159,6 +175,7 @@ class _Reader:
             affected += [each for each in self.namers[name] if each not in affected]
         other._resolved = {name: pose for name, pose in self._resolved.items() if name not in affected}
         other._parts = {name: part for name, part in self._parts.items() if name not in affected}
+        other._joints = {name: own for name, own in self._joints.items() if name not in changed}
         other._resolving = []
         return other
 
@@ -317,6 +334,17 @@ class _Reader:
         return with_pose(element, own)
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
+        own = self._joints[name] = self._joints.get(name) or self._own_joint(element)
+        pose = self._pose(name)
+        # A parent given as a *frame* defines the joint's place on the parent; the standard's place
+        # (the joint's reference position) is the same if the file's pose closes the loops.
+        on_parent = self._pose(own.parent_frame) if own.parent_frame else pose
+        turned = self._pose(own.expressed_in, label(element)) if own.expressed_in else pose
+        places = pose.translation, on_parent.translation
+        axis = turned.rotation @ own.direction
+        return RawJoint(name, own.type, own.parent, own.child, axis, *places, own.bearing, own.slot)
+
+    def _own_joint(self, element: ET.Element) -> _OwnJoint:
         where = label(element)
         for part in element:
             self._refuse_unknown(part, where)
@@ -331,17 +359,14 @@ class _Reader:
         parent, child = (self._carrier(link, where) for link in ends.values())
         if parent == child:
             raise self.error(where, f'joins "{parent}" to itself; parent and child must differ')
-        pose = self._pose(name)
-        # A parent given as a *frame* defines the joint's place on the parent; the standard's place
-        # (the joint's reference position) is the same if the file's pose closes the loops.
         on_frame = ends["parent"] in self.elements and self.elements[ends["parent"]].tag == "frame"
-        on_parent = self._pose(ends["parent"]) if on_frame else pose
-        axis = np.zeros(3) if JOINT_TYPES[kind] == "fixed" else self._axis(element, where, pose)
+        axis = (np.zeros(3), "") if JOINT_TYPES[kind] == "fixed" else self._axis(element, where)
         bearing, slot = self._annotation(element, Bearing), self._annotation(element, Slot)
-        places = pose.translation, on_parent.translation
-        return RawJoint(name, JOINT_TYPES[kind], parent, child, axis, *places, bearing, slot)
+        frame = ends["parent"] if on_frame else ""
+        return _OwnJoint(JOINT_TYPES[kind], parent, child, frame, *axis, bearing, slot)
 
-    def _axis(self, element: ET.Element, where: str, pose: Pose) -> Array:
+    def _axis(self, element: ET.Element, where: str) -> tuple[Array, str]:
+        """Read the direction of a joint's axis, and the name of the frame in which it is given, if it is named."""
         axis = element.find("axis")
         xyz = axis.find("xyz") if axis is not None else None
         if axis is None or xyz is None:
@@ -359,9 +384,7 @@ class _Reader:
         for key in ("damping", "friction", "spring_stiffness"):
             if dynamics is not None and number(self.path, dynamics, key, spot, 0.0) != 0.0:
                 raise self.error(f"{spot}/<{key}>", "is not supported; remove it or set it to 0")
-        base = xyz.get("expressed_in", "")
-        rotation = self._pose(base, where).rotation if base else pose.rotation
-        return rotation @ (direction / length)
+        return direction / length, xyz.get("expressed_in", "")
 
     def _annotation(self, element: ET.Element, kind: type[Part]) -> Part | None:
         """Read <linkages:bearing> or <linkages:slot>: its two lengths."""

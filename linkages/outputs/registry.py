@@ -358,8 +358,14 @@ def names(system: System, ideal: bool = False) -> list[str]:
 
 def count(system: System) -> int:
     """Return how many outputs `names` lists, faster."""
-    owned = {(thing, name) for owner, things in _asked(system, False) for thing in things for name in owner.quantities}
-    return len(system.tree.coordinates) + len(owned)
+    return len(system.tree.coordinates) + _distinct(tuple(tuple(things) for _, things in _asked(system, False)))
+
+
+@lru_cache(maxsize=64)  # systems of one linkage have the same elements
+def _distinct(asked: tuple[tuple[str, ...], ...]) -> int:
+    """Count the outputs of elements of each of `OWNERS`."""
+    owned = zip(OWNERS, asked, strict=True)
+    return len({(thing, name) for owner, things in owned for thing in things for name in owner.quantities})
 
 
 def find(system: System, name: str, ideal: bool = False) -> tuple[Any, ...]:

@@ -17,6 +17,7 @@ CASES = {
     "masses and oil": (*PRESS, {"sdf.links.link2.mass": (-0.05, 0.4), "joints.A.viscosity": (-0.05, 0.5)}),
     "inertia and clearance": (*PRESS, {"sdf.links.link2.inertia": (5e-4, 1e-3), "joints.A.clearance": (-1e-5, 3e-4)}),
     "lengths and speed": (*PRESS, {"sdf.frames.link2_C.pose.x": (0.1, 0.2), "drives.O1.speed": (6.0, 7.0)}),
+    "a length and oil": (*PRESS, {"sdf.frames.link2_C.pose.x": (0.17, 0.19), "joints.A.viscosity": (0.1, 0.5)}),
     "accuracy and duration": (*PRESS, {"solver.accuracy": (1e-7, 1e-5), "duration": (0.04, 0.06)}),
     "two values, one condition": (
         "six_bar_dry",

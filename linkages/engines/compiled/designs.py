@@ -1,14 +1,14 @@
 """Designs of a batch as numbers: everything that a run reads, for each row of values.
 
 The system of a design, built as for a single run, has its numbers. Many values are themselves
-such numbers, for example masses and viscosities: they are written in their places, and no system is built. `Designs`
-finds these places by comparison with systems that are built.
+such numbers, for example masses and viscosities: they are written in their places, and no system is built for them.
+`Designs` finds these places by comparison with systems that are built.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from typing import Any, cast
 
@@ -19,7 +19,7 @@ from linkages.engines.compiled.job import END, Given, Job, make_given, make_job
 from linkages.engines.compiled.rows import run_rows
 from linkages.errors import AssemblyError, InputError
 from linkages.kernel import Array, Indices
-from linkages.kernel.block import Block, contents
+from linkages.kernel.block import Block, Contents, contents
 from linkages.outputs.registry import pack
 from linkages.system import System
 
@@ -30,22 +30,26 @@ class Designs:
     Attributes
     ----------
     columns : (k,) array of int
-        Indices in `contents` of the numbers that are replaced by values.
+        Indices in `contents` of the numbers that values replace.
     """
 
     def __init__(self, system: System, variables: tuple[str, ...], outputs: tuple[str, ...], windows: Array) -> None:
         self.system, self.variables, self.outputs, self.windows = system, variables, outputs, windows
         self.columns, self._source = np.zeros((2, 0), np.int64)
         self._low, self._high = np.full((2, len(variables)), np.nan)
-        self._replace = True  # whether values replace numbers, as far as known
+        self._compared = False  # whether it is known which values are numbers, within the limits at least
+        self._numbers = np.zeros(len(variables), bool)  # variables whose values are
         self._nominal: Given | None = None
+        self._structure: tuple[Any, ...] = ()  # of the nominal design
+        self._latest: tuple[bytes, Given] | None = None  # the system built last: its values
         self._benches: dict[Any, list[Bench]] = {}  # that no thread uses, by structure
 
-    def built(self, values: Array) -> tuple[System, Array]:
-        """Return the system with the values (nv,) of a design, and its windows."""
-        return self.system.replaced(dict(zip(self.variables, map(float, values), strict=True))), self.windows
+    def built(self, values: Array, left: Any = False) -> tuple[System, Array]:
+        """Return the system with the values (nv,) of a design, some of them `left` as they are, and its windows."""
+        new = zip(self.variables, map(float, values), np.broadcast_to(left, values.shape), strict=True)
+        return self.system.replaced({path: value for path, value, stays in new if not stays}), self.windows
 
-    def given(self, values: Array) -> Given:
+    def given(self, values: Array, left: Any = False) -> Given:
         """Build the system of a design (nv,), and collect its numbers.
 
         Raises
@@ -53,57 +57,80 @@ class Designs:
         InputError, AssemblyError
             If a value is not valid, or the linkage cannot be assembled.
         """
-        system, windows = self.built(values)
+        system, windows = self.built(values, left)
         if np.any(windows[:, 1] > system.experiment.duration * (1.0 + 1e-12)):
             raise InputError("", "", "a window ends after the run")
         return make_given(system, pack(system, self.outputs), windows)
 
+    def build(self, values: Array) -> tuple[Given, Contents]:
+        """Build a system for a design (nv,), with other values where these are numbers; return it, and all numbers.
+
+        Raises
+        ------
+        InputError, AssemblyError
+            See `given`.
+        """
+        if self._numbers.any() and self._inside(values):
+            with suppress(InputError, AssemblyError):  # the message may depend on all values
+                key, latest = values[~self._numbers].tobytes(), self._latest
+                if latest is None or latest[0] != key:
+                    self._latest = latest = key, self.given(values, self._numbers)
+                found = contents(latest[1])
+                if found.structure == self._structure:
+                    return latest[1], found._replace(words=self._written(found.words, values))
+        given = self.given(values)
+        return given, contents(given)
+
+    def _inside(self, table: Array) -> Any:
+        """Tell which designs (..., nv) are within the limits that are compared."""
+        return np.all((self._low <= table) & (table <= self._high), axis=-1)
+
     def covers(self, table: Array) -> NDArray[np.bool_]:
-        """Tell which designs (m, nv) need not be built: their values replace numbers."""
+        """Tell which designs (m, nv) need not be built: all their values are numbers."""
         known = self._nominal is not None
-        return known & np.all((self._low <= table) & (table <= self._high), axis=1)
+        return known & self._numbers.all() & self._inside(table)
 
     def words(self, table: Array) -> Indices:
         """Return the values of designs (m, nv) in the order of `columns`, as the bits of numbers, (m, k)."""
         return np.ascontiguousarray(table[:, self._source]).view(np.int64)
 
+    def _written(self, words: Indices, values: Array) -> Indices:
+        """Write the values (nv,) of a design that are numbers into a copy of its numbers."""
+        result = words.copy()
+        result[self.columns] = self.words(values[None])[0]
+        return result
+
     def compare(self, table: Array) -> None:
-        """Build designs at the limits of a table; if they have the values as numbers, `covers` has these limits.
+        """Build designs at the limits of a table, and find out which values are numbers within these limits.
 
         The designs have each variable alone at its limits, and each pair of variables at all corners of their limits: a
         condition that a larger or smaller value breaks, alone or with another one, holds between the corners if it
         holds there.
         """
         n = len(self.variables)
-        if not self._replace or np.count_nonzero(~self.covers(table)) <= len(_corners(*np.zeros((3, n)))):
+        if (self._compared and not self._numbers.any()) or np.sum(~self._inside(table)) <= len(
+            _corners(*np.zeros((3, n)))
+        ):
             return
-        low, high = np.fmin.reduce(table, axis=0), np.fmax.reduce(table, axis=0)
-        if np.all((self._low <= low) & (high <= self._high)):
-            return
+        low = np.fmin(np.fmin.reduce(table, axis=0), self._low)
+        high = np.fmax(np.fmax.reduce(table, axis=0), self._high)
         try:
             usual = np.array([self.system.value(path) for path in self.variables])
-            self._nominal = self.given(usual)
-            low, high = np.fmin(low, self._low), np.fmax(high, self._high)
-            corners = _corners(low, high, usual)
-            found = [contents(self.given(corner)) for corner in corners]
+            nominal, corners = self.given(usual), _corners(low, high, usual)
+            alone = [contents(self.given(corner)) for corner in corners[: 2 * n]]
+            numbers, columns, source = _places(contents(nominal), corners, alone)
+            corners = corners[2 * n :] if numbers.any() else corners[:0]
+            whole = [contents(self.given(corner)) for corner in corners]
+            others = [contents(nominal if numbers.all() else self.given(corner, numbers)) for corner in corners]
         except (InputError, AssemblyError):
             return
-        nominal = contents(self._nominal)
-        self._replace = all(each.structure == nominal.structure for each in found)
-        if not self._replace:
-            return
-        words = np.stack([each.words for each in found])
-        source = np.full(len(nominal.words), -1)
-        for k in range(len(usual)):
-            alone = words[2 * k : 2 * k + 2]
-            source[(alone != nominal.words).any(axis=0)] = k
-        self.columns = np.flatnonzero(source >= 0)
-        self._source = source[self.columns]
-        expected = np.tile(nominal.words, (len(words), 1))
-        expected[:, self.columns] = self.words(corners)
-        self._replace = bool(np.array_equal(words, expected))
-        if self._replace:
-            self._low, self._high = low, high
+        self._nominal, self.columns, self._source, self._latest = nominal, columns, source, None
+        self._compared, self._structure, self._low, self._high = True, contents(nominal).structure, low, high
+        self._numbers = numbers & all(
+            one.structure == two.structure == self._structure
+            and np.array_equal(one.words, self._written(two.words, corner))
+            for one, two, corner in zip(whole, others, corners, strict=True)
+        )
 
     @contextmanager
     def bench(self, given: Given | None = None) -> Iterator[Bench]:
@@ -124,9 +151,9 @@ class Systems(Designs):
 
     def __init__(self, systems: Sequence[System], outputs: tuple[str, ...], windows: Array) -> None:
         super().__init__(systems[0], (), outputs, windows[0])
-        self._systems, self._own, self._replace = systems, windows, False
+        self._systems, self._own, self._compared = systems, windows, True
 
-    def built(self, values: Array) -> tuple[System, Array]:
+    def built(self, values: Array, left: Any = False) -> tuple[System, Array]:
         """Return the system of an index (1,), and its windows."""
         return self._systems[int(values[0])], self._own[int(values[0])]
 
@@ -147,6 +174,25 @@ class Bench:
         """Run designs (m,); see `linkages.engines.compiled.rows.run_rows`."""
         block = self._block
         run_rows(cast(Job, block), block.memory, block.initial, block.where[columns], words, stop, found, ended)
+
+
+def _places(nominal: Contents, corners: Array, alone: list[Contents]) -> tuple[Any, Indices, Indices]:
+    """Find which variables have values that are numbers of a run, with each alone at its limits.
+
+    Returns which they are, (nv,), the indices of these numbers, (k,), and the variable of each.
+    """
+    numbers, source = np.zeros(corners.shape[1], bool), np.full(len(nominal.words), -1)
+    for k in range(len(numbers)):
+        pair = alone[2 * k : 2 * k + 2]
+        if any(each.structure != nominal.structure for each in pair):
+            continue
+        words, values = np.stack([each.words for each in pair]), corners[2 * k : 2 * k + 2, k].copy().view(np.int64)
+        places = np.flatnonzero((words != nominal.words).any(axis=0))
+        numbers[k] = (words[:, places] == values[:, None]).all()
+        if numbers[k]:
+            source[places] = k
+    columns = np.flatnonzero(source >= 0)
+    return numbers, columns, source[columns]
 
 
 def _corners(low: Array, high: Array, usual: Array) -> Array:

@@ -17,7 +17,6 @@ from linkages.engines.threads import in_threads
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.integrate.driver import DONE
 from linkages.kernel import Array, Indices
-from linkages.kernel.block import contents
 from linkages.system.ideal_motion import cause
 
 _AT_ONCE = 32  # most runs in one call of compiled code
@@ -75,13 +74,12 @@ class Runs:
         built: dict[Any, list[tuple[int, Given, Indices]]] = {}
         for row in rows[~covered].tolist():
             try:
-                given = designs.given(self.table[row])
+                given, numbers = designs.build(self.table[row])
             except InputError as problem:
                 self._fail(row, Status.BAD_INPUT, str(problem))
             except AssemblyError as problem:
                 self._fail(row, problem.status, str(problem))
             else:
-                numbers = contents(given)
                 built.setdefault(numbers.structure, []).append((row, given, numbers.words))
         for group in built.values():
             with designs.bench(group[0][1]) as bench:
