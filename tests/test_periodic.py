@@ -350,6 +350,7 @@ def in_pieces(limit):
     return free(pressed(np.array([limit, speed]), begin, end), end, period)
 
 
+@pytest.mark.slow
 def test_a_stop_that_springs_has_the_closed_form_branch_and_grazing(oscillator):
     grazing = AMPLITUDE * np.hypot(K, C * OMEGA) / np.hypot(K - M * OMEGA**2, C * OMEGA)
     given = {"start": 0.0225, "transient": 20, "step": 0.2, "tolerance": 1e-9}
@@ -369,7 +370,7 @@ def test_a_stop_that_springs_has_the_closed_form_branch_and_grazing(oscillator):
         assert product == pytest.approx(np.exp(-C / M * motion.period), rel=1e-7)
 
 
-@pytest.mark.parametrize(("speed", "revolutions"), [(-2.0, 1), (-1.5, 2)])
+@pytest.mark.parametrize(("speed", "revolutions"), [pytest.param(-2.0, 1, marks=pytest.mark.slow), (-1.5, 2)])
 def test_drives_in_a_ratio_of_integers_have_a_common_period(speed, revolutions):
     """A five-bar with two drives: the motion is the one to which a run settles."""
     film = {"model": "lubricated", "clearance": 2e-4, "film": "short", "viscosity": 0.1}

@@ -51,7 +51,7 @@ def steady(eps, alpha, rule, grooves=(GROOVE,), cells=CELLS, pressure=0.0):
     return solve_film(mesh, Thickness(eps, 0.0), placed, rule=rule)
 
 
-@pytest.mark.parametrize("grooves", [(GROOVE,), SEVERAL])
+@pytest.mark.parametrize("grooves", [(GROOVE,), pytest.param(SEVERAL, marks=pytest.mark.slow)])
 @rules
 def test_a_map_holds_the_solver_s_values_at_its_nodes(rule, grooves):
     """Also those that are mirror images of what was solved, which has other cells."""
