@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import linkages
+from linkages.report.words import beyond
 from linkages.results.steady_state import classify, common_period
 
 PHASES = 48
@@ -274,6 +275,7 @@ def test_the_start_up_of_a_dry_joint_is_labelled_and_later_peaks_are_given():
     table = linkages.format_summary(summary)
     assert "the numbers belong to the run after its start-up" in table
     assert "s (start-up)" in table
+    assert re.fullmatch(r"[\d.]+ N at [\d.]+ s \(start-up\)", beyond(summary, "B.force.peak", "N"))
 
 
 def test_a_run_that_ends_in_its_start_up_says_so_and_one_from_rest_has_none():

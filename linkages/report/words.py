@@ -31,8 +31,8 @@ def reported(summary: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def beyond(summary: dict[str, Any], key: str) -> str:
-    """Write value and time of a peak of the whole run if it exceeds the tables' peak; otherwise ""."""
+def beyond(summary: dict[str, Any], key: str, of: str = "") -> str:
+    """Write value, unit and time of a peak of the whole run if it exceeds the tables' peak; otherwise ""."""
     shown, owner, _, effort = reported(summary), *key.removesuffix(".peak").rpartition(".")
     found: list[dict[str, Any]] = []
     for numbers in (shown, summary):
@@ -46,7 +46,7 @@ def beyond(summary: dict[str, Any], key: str) -> str:
     if whole["peak"] <= (1.0 + _ALIKE) * inside["peak"]:
         return ""
     during = " (start-up)" if whole["time"] < (summary.get("start_up") or 0.0) else ""
-    return f"{rounded(whole['peak'])} at {rounded(whole['time'])} s{during}"
+    return f"{rounded(whole['peak'])} {of}".rstrip() + f" at {rounded(whole['time'])} s{during}"
 
 
 def meeting(summary: dict[str, Any], joint: str) -> str:
@@ -75,7 +75,7 @@ def motion_lines(summary: dict[str, Any]) -> list[str]:
     if shown is not summary:
         part = {"steady": "its last period", "later": "the run after its start-up"}.get(summary["report"], "the run")
         said = f"the numbers belong to {part}, {shown['from']:.6g} to {shown['to']:.6g} s"
-        lines.append(f'{said}; "whole run" has larger peaks of the rest' if exceeded(summary) else said)
+        lines.append(f'{said}; larger peaks of the rest of the run: see "whole run"' if exceeded(summary) else said)
     return lines
 
 
@@ -127,13 +127,15 @@ def answer(results: Results) -> list[str]:
             sentences.append(f"{name} is unbounded.")
             continue
         beside = _beside(results, value["peak"], ideal["outputs"][name]["peak"], unit(name))
-        sentences.append(f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}{_more(summary, name)}.")
+        sentences.append(
+            f"Peak of {name}: {rounded(value['peak'])} {unit(name)}{beside}{_more(summary, name, unit(name))}."
+        )
     forces = {k: v for k, v in shown["joints"].items() if v["force"]["peak"] is not None}
     if forces:
         name, value = max(forces.items(), key=lambda item: item[1]["force"]["peak"])
         peak, time = value["force"]["peak"], value["force"]["time"]
         beside = _beside(results, peak, ideal["joints"][name]["force"]["peak"], "N")
-        beside += _more(summary, f"{name}.force")
+        beside += _more(summary, f"{name}.force", "N")
         sentences.append(f"The largest joint force is {rounded(peak)} N, in {name} at {time:.4g} s{beside}.")
     joints = shown["joints"].items()
     return sentences + [_used(name, value) for name, value in joints if "eccentricity_ratio" in value]
@@ -147,8 +149,8 @@ def _beside(results: Results, value: float, exact: float | None, of: str) -> str
     return f"; with ideal joints {rounded(exact)} {of} ({change(value, exact)})"
 
 
-def _more(summary: dict[str, Any], key: str) -> str:
-    larger = "" if reported(summary) is summary else beyond(summary, f"{key}.peak")
+def _more(summary: dict[str, Any], key: str, of: str) -> str:
+    larger = "" if reported(summary) is summary else beyond(summary, f"{key}.peak", of)
     return f"; in the whole run {larger}" if larger else ""
 
 
