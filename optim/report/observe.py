@@ -13,7 +13,8 @@ from optim.algorithms.nlp import Values
 from optim.problem.study import Study
 from optim.store.store import Iteration
 
-_EVERY = 5.0  # seconds between two drawings of the figure
+_EVERY = 5.0  # seconds between two drawings of the figure, at least
+_SHARE = 0.05  # of the time that drawings take, at most
 
 
 class Observer:
@@ -30,7 +31,7 @@ class Observer:
     def __init__(self, study: Study, seed: int, figure: Path | None) -> None:
         self.title = f"{study.source.stem}, seed {seed}"
         self.study, self.figure = study, figure
-        self._drawn = time.monotonic()
+        self._next = time.monotonic() + _EVERY
         self._rows: list[Iteration] = []
 
     def __enter__(self) -> Observer:
@@ -59,9 +60,10 @@ class Observer:
         begin_stage(f"{self.title}, iteration {row.iteration} of {row.iterations}, {self._best(row)}")
         if not self._bar.disable:
             message_shown()
-        if time.monotonic() - self._drawn > _EVERY:
+        if (begun := time.monotonic()) > self._next:
             self._draw()
-            self._drawn = time.monotonic()
+            ended = time.monotonic()
+            self._next = ended + max(_EVERY, (ended - begun) / _SHARE)
 
     def _best(self, row: Iteration) -> str:
         if np.isnan(row.best_feasible).all():
