@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from linkages.kernel import Array, clear, inlined_kernel, kernel
+from linkages.laws.parameters import MODELS
 from linkages.planar.contacts import Motion, contact_action
 from linkages.planar.record_types import CORNER, JOURNAL, STOP
 
@@ -47,15 +48,22 @@ WEIGHTS = np.array(
 PLACES = (-2, 0, -4, -2)
 POINTS = 5
 FOURTH, SECOND = 0, 3  # kinds of central differences: lines of `WEIGHTS`
-# Step of differences of the fourth order, in parts of the smallest scale over its change. Rounding of penetrations
-# limits it from below, the kinks of tabulated films and of friction from above.
-_WIDE = 1e-4
+# Step of differences of the fourth order, in parts of the smallest scale over its change: with a film, whose table has
+# kinks; and of dry contacts, where it is longer and follows the penetration closely, because the penetration, a small
+# difference of lengths, has few digits.
+_WIDE, _WIDE_DRY = 1e-4, 1e-3
+_DEEP = 2.0  # factor of the penetration as a scale of dry contacts; with 3, differences cross kinks of friction
+_NEAR_DRY = 1e-9  # lower limit of the penetration as a scale of dry contacts, in parts of the clearance
+_DRY = MODELS["dry"]
 _EMPTY = 1e-9  # smallest room between bounds, in steps
 
 
 @kernel
-def input_scales(end: np.record, law: np.record, motion: Motion, out: Array) -> None:
-    """Fill ``out`` (INPUTS,) with the change of each input over which a contact's force changes."""
+def input_scales(end: np.record, law: np.record, motion: Motion, near: float, out: Array) -> None:
+    """Fill ``out`` (INPUTS,) with the change of each input over which a contact's force changes.
+
+    The gap counts as ``near`` times the clearance, at least.
+    """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     corner = end.kind == CORNER
     c = law.clearance
@@ -63,7 +71,7 @@ def input_scales(end: np.record, law: np.record, motion: Motion, out: Array) -> 
     open_by = c + end.half - ex * nx - ey * ny if corner else c - distance
     if end.kind == STOP:
         open_by = c + end.half - end.nx * (ny - nx)
-    gap = max(abs(open_by), _NEAR * c)
+    gap = max(abs(open_by), near * c)
     speed = math.hypot(vx, vy) + c * (abs(wb) + abs(wj)) + _SLOW
     lever = max(law.radius, c)
     spin = abs(wb) + abs(wj) + speed / lever
@@ -105,14 +113,33 @@ def stencil_step(
     room : (INPUTS,) array
         To work in.
     """
-    input_scales(end, law, motion, room)
-    worst = value * max(1.0, law.clearance / room[0])
+    dry = law.model == _DRY
+    input_scales(end, law, motion, _NEAR_DRY if dry else _NEAR, room)
+    if dry:
+        room[0], room[1] = _DEEP * room[0], _DEEP * room[1]
+    return (_WIDE_DRY if dry else _WIDE) * _reach(law, approach, change, value, room)
+
+
+@kernel
+def gap_step(end: np.record, law: np.record, motion: Motion, change: Array, value: float, room: Array) -> float:
+    """Choose the step of differences of penetration and speeds, which are smooth whether the bodies touch or not.
+
+    Arguments as of `stencil_step`.
+    """
+    input_scales(end, law, motion, 1.0, room)
+    return _WIDE_DRY * _reach(law, math.inf, change, value, room)
+
+
+@kernel
+def _reach(law: np.record, approach: float, change: Array, value: float, scales: Array) -> float:
+    """Smallest of the scales of the inputs over their changes; zero if nothing changes."""
+    worst = value * max(1.0, law.clearance / scales[0])
     for i in range(INPUTS):
-        if change[i] != 0.0 and room[i] > 0.0:
-            worst = max(worst, abs(change[i]) / room[i])
+        if change[i] != 0.0 and scales[i] > 0.0:
+            worst = max(worst, abs(change[i]) / scales[i])
     if 0.0 < approach < math.inf:
         worst = max(worst, abs(change[APPROACHING]) / approach)
-    return _WIDE / worst if worst > 0.0 else 0.0
+    return 1.0 / worst if worst > 0.0 else 0.0
 
 
 @kernel
@@ -257,7 +284,7 @@ def contact_partials(
     """
     ex, ey, vx, vy, wb, wj, nx, ny = motion
     scales = np.empty(INPUTS)
-    input_scales(end, law, motion, scales)
+    input_scales(end, law, motion, _NEAR, scales)
     clear(out)
     for i in range(INPUTS):
         if 6 <= i < 8 and end.kind == JOURNAL:

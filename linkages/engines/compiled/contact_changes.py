@@ -28,12 +28,13 @@ from linkages.planar.contact_partials import (
     WEIGHTS,
     add_contact_change,
     bounded_values,
+    gap_step,
     inside,
     is_bounded,
     place_stencil,
     stencil_step,
 )
-from linkages.planar.contacts import APPROACH, BRISTLE, BRISTLE_RATE, COUPLE, FX, FY, contact_motion
+from linkages.planar.contacts import APPROACH, BRISTLE, BRISTLE_RATE, COUPLE, FX, FY, Motion, contact_motion
 from linkages.planar.workspace import Workspace
 
 MILD = 1e-5  # step of central differences, in parts of a value's magnitude
@@ -134,14 +135,35 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
             end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
             bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, s.seen[i])
         h, kind = place_stencil(h, bounds, s.seen)
+    _add_differences(equations, variation, p if own else -1, k, motion, h, kind, s)
+
+
+@kernel
+def gap_change(equations: Equations, variation: Variation, p: int, k: int, s: ContactState) -> None:
+    """Fill ``found`` as `law_change`, with penetration and speeds accurate where a contact starts or ends."""
+    model, a = equations.model, s.motion[k]
+    motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+    own = p >= 0 and variation.laws[p, k] == 1
+    clear(s.found)
+    h = gap_step(model.ends[k], model.laws[k], motion, s.change, 1.0 / variation.unit[p] if own else 0.0, s.room)
+    if h > 0.0:
+        _add_differences(equations, variation, p if own else -1, k, motion, h, FOURTH, s)
+
+
+@kernel
+def _add_differences(
+    equations: Equations, variation: Variation, p: int, k: int, motion: Motion, h: float, kind: int, s: ContactState
+) -> None:
+    """Add differences of the results of contact k to ``found``, with steps h along ``change``, and along value p."""
+    moved, own = variation.equations.model, equations.work.memory[k]
     for point in range(POINTS):
         weight, step = WEIGHTS[kind, point] / h, (PLACES[kind] + point) * h
         if weight != 0.0:
-            if own:
+            if p >= 0:
                 move(variation, p, step)
             end, law, table = moved.ends[k], moved.laws[k], moved.tables[k]
-            add_contact_change(end, law, table, approach, bristle, motion, s.change, step, weight, s.found)
-    if own:
+            add_contact_change(end, law, table, own[APPROACH], own[BRISTLE], motion, s.change, step, weight, s.found)
+    if p >= 0:
         move(variation, p, 0.0)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from linkages.engines.compiled.contact_changes import ContactState, law_change, note_contacts, value_motions
+from linkages.engines.compiled.contact_changes import ContactState, gap_change, law_change, note_contacts, value_motions
 from linkages.engines.compiled.equations import derivatives, set_state, solve_state
 from linkages.engines.compiled.forcing import force_response
 from linkages.engines.compiled.jacobian import contact_inputs, exact_jacobian
@@ -107,7 +107,7 @@ def begin_or_end(
     clear(s.change)
     for i in range(INPUTS - 1):
         s.change[i] = c.direction[0, k, i]
-    law_change(equations, variation, -1, k, s)
+    gap_change(equations, variation, -1, k, s)
     accelerating = s.found[_CLOSING]
     motions_along(equations, variation, t, y, c.before, 0, c.direction)
     for j in range(m):
@@ -120,6 +120,7 @@ def begin_or_end(
             law_change(equations, variation, p, k, s)
             for i in range(OUTPUTS):
                 s.direct[k, i] += late * (s.found[i] if new else -s.found[i])
+        gap_change(equations, variation, p, k, s)
         times[j] = -s.found[_DELTA] / closing
         if begins:
             c.remembered[k, j] = s.found[_CLOSING] + accelerating * times[j]
