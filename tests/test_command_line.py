@@ -175,12 +175,16 @@ def test_where_there_is_no_terminal_progress_is_a_line_within_two_seconds_and_th
         now[0] = 0.4 * k
         advance(0.01 * k)
     assert capsys.readouterr().err.splitlines() == [
-        "run: 1.50% in 1 s, the rest takes 53 s",
-        "run: 13.00% in 10 s, the rest takes 67 s",
-        "run: 24.50% in 19 s, the rest takes 59 s",
-        "run: 36.00% in 28 s, the rest takes 50 s",
+        "run: 1.50% in 1 s, the rest takes 79 s",
+        "run: 13.00% in 10 s, the rest takes 70 s",
+        "run: 24.50% in 19 s, the rest takes 60 s",
+        "run: 36.00% in 28 s, the rest takes 51 s",
         "run: 47.50% in 38 s, the rest takes 42 s",
     ]
+    progress._silence.begin(False)
+    now[0] += 5.0
+    progress.progress_bar("run", 2.0)(1.95)  # the first call comes late: the speed is unknown
+    assert capsys.readouterr().err == "run: 97.50%\n"
 
 
 def test_a_command_that_says_nothing_shows_a_sign_of_life_unless_it_is_quiet(monkeypatch, capsys):

@@ -16,6 +16,7 @@ Advance = Callable[[float], None]
 _FIRST, _LATER = 1.2, 9.0  # silence before the first line, and before later ones [s]
 _GRACE = 0.5  # additional silence before a heartbeat, in favour of a line with numbers [s]
 _COMPILING = 5.0  # interval between two lines on compilation [s]
+_MEASURED = 0.5  # shortest time from which a speed is known [s]
 _TELLING = 1e-3  # finished fraction from which the remaining time is estimated
 
 
@@ -134,21 +135,21 @@ def progress_bar(name: str, total: float = 1.0, unit: str = "") -> Advance:
 
 def _lines(name: str, total: float) -> Advance:
     """Print lines with the finished amount and the estimated remaining time at intervals."""
-    begun = 0.0
+    first: tuple[float, float] | None = None  # time and amount of the first call, without the time of compilation
 
     def advance(done: float) -> None:
-        nonlocal begun
-        begun = begun or time.monotonic()  # from the first call on, without the time of compilation
-        passed = time.monotonic() - begun
+        nonlocal first
+        first = first or (time.monotonic(), done)
+        passed, gained = time.monotonic() - first[0], done - first[1]
         if done >= total:
             begin_stage("results")
         elif done > 0.0 and _silence.rest() <= 0.0:
-            rest = (
-                f", the rest takes {float(f'{passed * (total - done) / done:.2g}'):g} s"
-                if done >= _TELLING * total
-                else ""
-            )
-            _silence.say(f"{name}: {done / total:.2%} in {passed:.0f} s{rest}")
+            said = f"{name}: {done / total:.2%}"
+            if passed >= _MEASURED:
+                said += f" in {passed:.0f} s"
+                if gained >= _TELLING * total:
+                    said += f", the rest takes {float(f'{passed * (total - done) / gained:.2g}'):g} s"
+            _silence.say(said)
 
     return advance
 
