@@ -64,6 +64,15 @@ def test_coefficients_of_an_independent_solver():
     assert content["largest_pressure"] == pytest.approx(5.6462e6, rel=5e-3)
     assert sum(content["groove_flow"]) == pytest.approx(content["flow"], rel=1e-9)
     assert content["mass_imbalance"] < 1e-10
+    film = point.film  # the cavity fills at what the grooves give
+    lacking = (
+        (1.0 - film.content)
+        * film.mesh.width[:, None]
+        * film.mesh.height
+        * film.thickness.at(film.mesh.theta[:, None], 0.0)
+    )
+    inflow = sum(flow for flow in content["groove_flow"] if flow > 0.0)
+    assert content["filling_time"] == pytest.approx(2.0 * lacking.sum() * 50e-6 * 0.05**2 / inflow, rel=0.01)
     stiffness, damping = point.coefficients
     assert (unit * stiffness).ravel() == pytest.approx([2.351, 3.423, -0.655, 1.511], rel=0.02)
     assert (100.0 * unit * damping).ravel() == pytest.approx([7.034, 1.845, 1.852, 1.989], rel=0.02)

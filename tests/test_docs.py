@@ -22,6 +22,7 @@ PUBLIC = (
     "linkages",
     "linkages.engines.drake",
     "linkages.laws",
+    "linkages.laws.film.surface",
     "linkages.plots",
     "linkages.plots.three_rrr",
     "linkages.three_rrr",

@@ -146,6 +146,7 @@ def format_bearing(point: Bearing, content: dict[str, Any]) -> str:
         row("largest pressure", content["largest_pressure"], "Pa, gauge"),
         row("flow out of the ends", content["flow"], "m3/s"),
         *(row(f"flow of groove {k}", flow, "m3/s") for k, flow in enumerate(content["groove_flow"] or [], 1)),
+        row("filling time", content["filling_time"], "s"),
         row("friction torque", content["friction_torque"], "N m"),
         row("power", content["power"], "W"),
         row("threshold speed", content["threshold_speed"], "rad/s, rigid journal", "stable"),

@@ -30,6 +30,7 @@ from linkages.laws.film.surface.surface_film import (
     solve_film,
 )
 from linkages.laws.film.surface.surface_mesh import SurfaceMesh, surface_mesh
+from linkages.laws.film.surface.transient import filling_time
 
 #: Standard acceleration of free fall [m/s2]: the mass of a load.
 GRAVITY = 9.80665
@@ -183,9 +184,17 @@ class Bearing:
             "whirl_ratio": _finite(self.whirl_ratio),
             "film": case.film,
             "cavitation": case.rule if film is not None else None,
+            "filling_time": self._filling_time,
             "mass_imbalance": None if film is None or case.rule == "guembel" else film.imbalance,
             "status": "ok",
         }
+
+    @property
+    def _filling_time(self) -> float | None:
+        """Time in which the grooves fill the cavity [s]; None if no oil flows in, or its volume is not conserved."""
+        if self.film is None or self.case.rule != "mass-conserving":
+            return None
+        return _finite(filling_time(self.film) / self.case.speed)
 
     @property
     def _thickness(self) -> Thickness:

@@ -100,3 +100,30 @@ def test_a_step_of_the_press_films_is_measured_again(press_films, step):
         assert joint["force"] == pytest.approx(stored["joints"][name]["force"], rel=1e-4)
         for key in ("ratio", "power", "temperature"):
             assert joint[key] == pytest.approx(stored["joints"][name][key], rel=0.01)
+
+
+@pytest.fixture
+def transient_film():
+    return program("docs/make_transient_film.py")
+
+
+def test_page_of_films_with_history_is_that_of_its_measurements(transient_film):
+    """Regenerate with ``python docs/make_transient_film.py``; the rule is in the figure's range."""
+    found = read("transient_film")
+    assert transient_film.PAGE.read_text(encoding="utf-8") == transient_film.page(found)
+    numbers = [row["number"] for rows in found["swings"].values() for row in rows]
+    assert min(numbers) < transient_film.limit(found) < max(numbers)
+
+
+@pytest.mark.slow
+def test_an_error_of_the_quasi_static_map_is_measured_again():
+    """Within a tenth of it; one oscillation."""
+    from replication.transient_film_runs import SWINGS, MapCase, load_map, swing
+
+    case = SWINGS[0]
+    table = load_map(MapCase(case.slenderness, "mass-conserving", case.feed))
+    stored = read("transient_film")["swings"][case.name]
+    row = next(row for row in stored if row["frequency"] == 1.0)
+    found = swing(case, 1.0, table)
+    assert found["number"] == pytest.approx(row["number"], rel=1e-6)
+    assert found["error"] == pytest.approx(row["error"], rel=0.01)

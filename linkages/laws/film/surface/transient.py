@@ -101,9 +101,7 @@ def follow(bearing: Bearing, start: Moment, orbit: Iterable[tuple[float, Pair, f
     Examples
     --------
     >>> import math
-    >>> from linkages.laws.film.surface import Groove
-    >>> from linkages.laws.film.surface.surface_mesh import surface_mesh
-    >>> from linkages.laws.film.surface.transient import Bearing, at_rest, follow
+    >>> from linkages.laws.film.surface import Bearing, Groove, at_rest, follow, surface_mesh
     >>> grooves = (Groove(math.pi, 0.35, 0.8),)
     >>> bearing = Bearing(surface_mesh(1.0, grooves, around=36, along=4), grooves)
     >>> orbit = [(0.1 * k, (0.5 * math.cos(0.02 * k), 0.5 * math.sin(0.02 * k)), 1.0) for k in range(1, 101)]
