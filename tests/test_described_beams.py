@@ -9,6 +9,7 @@ import pytest
 import linkages
 from linkages import load
 from linkages.cli.main import main
+from linkages.explore.range_of_motion import movable, travel
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 FOUR_BAR = next(text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL) if "Flexible four-bar" in text)
@@ -121,3 +122,41 @@ def test_a_point_beside_the_beam_is_carried_by_it(made):
     text = FOUR_BAR.replace('M = ["A", "c/2", "B"]', 'M = ["A", "c/2", "0 deg"]')
     system = load(made(text.replace("beam = { youngs", 'beam = { points = "A B", youngs', 1)), {"duration": 1e-3})
     assert linkages.simulate(system, "compiled").status is linkages.Status.OK
+
+
+LEG = """duration = "0.32 s"
+outputs = ["F.x"]
+drives = { O = { speed = "60 r/min" } }
+section = ["12 mm", "6 mm"]
+density = "7850 kg/m3"
+[links]
+ground = "O P Q"
+crank = "O A"
+coupler = "A B C"
+rocker = "P B"
+upper = "Q D"
+leg = { points = "D C F", beam = { youngs_modulus = "206 GPa", density = "7850 kg/m3" } }
+[points]
+O = [0, 0]
+P = ["-62 mm", "-25 mm"]
+Q = ["-58 mm", "60 mm"]
+A = ["O", "26 mm", "20 deg"]
+B = ["A", "70 mm", "P", "45 mm"]
+C = ["A.x + 1.9*(B.x-A.x)", "A.y + 1.9*(B.y-A.y)"]
+D = ["C", "90 mm", "Q", "85 mm"]
+F = ["D.x + 2.2*(C.x-D.x)", "D.y + 2.2*(C.y-D.y)"]
+"""
+
+
+def test_a_dead_point_of_a_linkage_with_a_flexible_link(made):
+    """Upper and leg are in line at both ends: forces and bending are unbounded; D reverses between them only."""
+    system = load(made(LEG), {"solver.accuracy": 1e-4})
+    ideal = linkages.summarize(linkages.study(system, error_estimate=False))["ideal"]
+    assert ideal["status"] == "locked"
+    assert {quantity: entry["peak"] for quantity, entry in ideal["links"]["leg"].items()} == dict.fromkeys(
+        ("deflection", "bending", "stress")
+    )
+    way = travel(movable(system.mechanism, {"O": 0.0}), "O")
+    turns = next(one.turns for one in way.transmissions if one.joint == "D")
+    assert len(turns) == 1
+    assert turns[0] == pytest.approx(-0.446, abs=1e-3)

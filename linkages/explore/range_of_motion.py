@@ -20,6 +20,8 @@ from linkages.system import System
 from linkages.system.assembly import independent
 from linkages.system.ideal_motion import IdealMotion
 
+_BESIDE = 1e-6  # distance from a dead point within which rates do not count, in parts of the search
+
 
 @dataclass(frozen=True)
 class Travel:
@@ -125,7 +127,9 @@ def travel(system: System, drive: str) -> Travel:
     spread(bodies, q, v, np.zeros_like(q), pose, vel, acc)
     ends = ways[0][0].status, up.status
     counts = np.ones(len(values), dtype=bool)
-    counts[[0, -1]] = [end is not Status.LOCKED for end in ends]  # rates at a dead point are unbounded
+    for end, status in zip(values[[0, -1]], ends, strict=True):
+        if status is Status.LOCKED:  # rates close to a dead point are unbounded, and beside it rounding
+            counts &= np.abs(values - end) > _BESIDE * reach
     counts[-1] &= not full  # the end of a revolution is its start
     return Travel(drive, values, pose, full, ends, *transmissions(system, Motion(values, pose, vel, full, counts)))
 

@@ -14,7 +14,7 @@ from linkages.errors import Status
 from linkages.files.versions import versions
 from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import STOP
-from linkages.results.characteristics import effort_of, numbers, peaks_by_key
+from linkages.results.characteristics import effort_of, link_columns, numbers, peaks_by_key
 from linkages.results.divergence import apart
 from linkages.results.film_heat import JointHeat, heat_warnings
 from linkages.results.impacts import Impact, impacts
@@ -303,8 +303,9 @@ def touching(system: System) -> list[str]:
 
 
 def _judged(system: System) -> list[str]:
-    """Return the columns of outputs, joint forces, torques of drives and gears."""
+    """Return the columns of outputs, joint forces, torques of drives and gears, and of flexible links."""
     experiment = system.experiment
     forces = [f"{joint.name}.force" for joint in system.mechanism.joints]
     gears = [f"{name}.{effort_of(system, 'gears', name)}" for name in experiment.gears]
-    return [*experiment.outputs, *forces, *(f"{name}.torque" for name in experiment.drives), *gears]
+    links = [column for name in experiment.flexible for column in link_columns(name)]
+    return [*experiment.outputs, *forces, *(f"{name}.torque" for name in experiment.drives), *gears, *links]
