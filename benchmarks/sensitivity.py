@@ -1,6 +1,7 @@
 """Cost and accuracy of derivatives of runs against differences of runs: ``python benchmarks/sensitivity.py``.
 
-For each machine: CPU time of one run with its system built anew, of the same run with seven or ten derivatives, and of
+For each machine: CPU time of one run, with its system built anew, as differences need it, and of a built system; of the
+same run with seven or ten derivatives, in parts: neighbouring systems (Python), steps (compiled) and outputs (both); of
 central differences with two runs for each; the largest relative error of both over the outputs at the end of the run.
 Errors are those against derivatives at an accuracy of 1e-12; differences have the step with the smallest error.
 Compilation is not counted.
@@ -13,6 +14,8 @@ import time
 import numpy as np
 
 from linkages import find_file, load, simulate
+from linkages.engines.compiled.runner import Runner, join
+from linkages.engines.compiled.sensitivity import Differentiation
 
 _BODIES = ["sdf.links.link2.mass", "sdf.links.link3.mass", "sdf.links.link6.mass", "drives.O1.speed"]
 _LENGTHS = ["sdf.frames.link2_C.pose.x", "sdf.frames.link6_D.pose.x"]
@@ -61,9 +64,8 @@ def derivatives(system, paths, outputs) -> np.ndarray:
 
 def main() -> None:
     """Print a line for each machine and accuracy."""
-    print(
-        f"{'':30s}{'accuracy':>10s}{'steps':>7s}{'run [ms]':>10s}{'with derivatives':>18s}{'differences':>13s}", end=""
-    )
+    print(f"{'CPU times in ms':30s}{'accuracy':>10s}{'steps':>7s}{'run, anew':>10s}{'built':>7s}", end="")
+    print(f"{'systems':>9s}{'steps':>7s}{'outputs':>9s}{'derivatives':>13s}{'differences':>13s}", end="")
     print(f"{'error':>10s}{'of differences':>16s}")
     for name, (overrides, paths, outputs) in CASES.items():
         nominal = load(find_file(name), overrides)
@@ -77,12 +79,27 @@ def compare(nominal, accuracy, paths, outputs, exact) -> str:
     system = nominal.replaced({"solver.accuracy": accuracy})
     same = {paths[0]: system.value(paths[0])}
     one = cpu(lambda: simulate(system.replaced(same), outputs=outputs))
+    built = cpu(lambda: simulate(system, outputs=outputs))
     many = cpu(lambda: derivatives(system, paths, outputs)) / one
+    parts = "".join(
+        f"{1e3 * part:{width}.1f}" for part, width in zip(split(system, paths, outputs), (9, 7, 9), strict=True)
+    )
     differing = cpu(lambda: differences(system, paths, outputs, STEPS[1]), 1) / one
     steps = len(simulate(system, outputs=outputs).time)
     error = np.max(np.abs(derivatives(system, paths, outputs) / exact - 1.0))
     other = min(np.max(np.abs(differences(system, paths, outputs, step) / exact - 1.0)) for step in STEPS)
-    return f"{steps:7d}{1e3 * one:10.1f}{many:15.1f} x  {differing:10.1f} x{error:10.1e}{other:16.1e}"
+    run = f"{steps:7d}{1e3 * one:10.1f}{1e3 * built:7.1f}{parts}"
+    return f"{run}{many:11.1f} x{differing:11.1f} x{error:10.1e}{other:16.1e}"
+
+
+def split(system, paths, outputs) -> tuple[float, float, float]:
+    """Measure the parts of derivatives [s]: neighbouring systems, steps, outputs at the steps."""
+    runner = Runner(system)
+    steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
+    found = Differentiation(runner, steps, paths)
+    _ = found.columns
+    systems = cpu(lambda: Differentiation(runner, steps, paths))
+    return systems, cpu(found.at_steps), cpu(lambda: found.outputs(steps.times, outputs))
 
 
 if __name__ == "__main__":
