@@ -248,8 +248,9 @@ def _depth(touch: Touch) -> Finding | None:
 RULES = (
     Rule(
         "film",
-        "the film content of a mass-conserving film has no history, and its cavities can be emptier than real ones; "
-        "largest eccentricity ratio:",
+        "the film content of a mass-conserving film has no history: its cavities can be emptier or fuller than "
+        "real ones; largest eccentricity ratio:",
+        "the map holds for motions that are slow beside the filling time (linkages bearing); "
         'compare with cavitation = "reynolds"',
         _content,
     ),
