@@ -10,6 +10,7 @@ import linkages
 from linkages import load
 from linkages.cli.main import main
 from linkages.explore.range_of_motion import movable, travel
+from linkages.plots.histories import forces_figure
 
 PAGE = (Path(__file__).resolve().parents[1] / "docs" / "describe.md").read_text(encoding="utf-8")
 FOUR_BAR = next(text for text in re.findall("```toml\n(.*?)```", PAGE, re.DOTALL) if "Flexible four-bar" in text)
@@ -151,11 +152,14 @@ F = ["D.x + 2.2*(C.x-D.x)", "D.y + 2.2*(C.y-D.y)"]
 def test_a_dead_point_of_a_linkage_with_a_flexible_link(made):
     """Upper and leg are in line at both ends: forces and bending are unbounded; D reverses between them only."""
     system = load(made(LEG), {"solver.accuracy": 1e-4})
-    ideal = linkages.summarize(linkages.study(system, error_estimate=False))["ideal"]
+    study = linkages.study(system, error_estimate=False)
+    ideal = linkages.summarize(study)["ideal"]
     assert ideal["status"] == "locked"
     assert {quantity: entry["peak"] for quantity, entry in ideal["links"]["leg"].items()} == dict.fromkeys(
         ("deflection", "bending", "stress")
     )
+    forces = next(axes for axes in forces_figure(study).axes if axes.get_ylabel() == "force in O [kN]")
+    assert forces.get_ylim()[1] == pytest.approx(1.1e-3 * study.run["O.force"].max())  # not the ideal force's 1e25 kN
     way = travel(movable(system.mechanism, {"O": 0.0}), "O")
     turns = next(one.turns for one in way.transmissions if one.joint == "D")
     assert len(turns) == 1

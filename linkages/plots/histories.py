@@ -19,6 +19,7 @@ from linkages.results.summary import Study
 
 _RUN, _IDEAL = COLORS[:2]
 _SMALL = np.radians(0.1)  # smaller angles are shown in mrad or less [rad]
+_UNBOUNDED = 1e3  # ideal over actual peak from which the ideal one is not drawn whole
 
 # names of the quantities of a link or frame
 _LABELS = {
@@ -117,11 +118,16 @@ def _compare(figure: Figure, study: Study, labels: Mapping[str, str]) -> None:
     panels = iter(axes)
     for name, label in labels.items():
         top = next(panels)
-        drawn, factor = _shown(study, name, np.concatenate([run[name], ideal[name] if name in both else []]))
+        largest = np.abs(run[name]).max()
+        unbounded = name in both and np.abs(ideal[name]).max() > _UNBOUNDED * largest > 0.0
+        seen = [run[name], ideal[name]] if name in both and not unbounded else [run[name]]
+        drawn, factor = _shown(study, name, np.concatenate(seen))
         if name in both:
             top.plot(ideal.time, factor * ideal[name], color=_IDEAL, lw=2.2, alpha=0.8, label=_ideal_label(study))
         top.plot(run.time, factor * run[name], color=_RUN, lw=0.9, label=_run_label(study))
         top.set_ylabel(axis_label(label, drawn))
+        if unbounded:  # at a dead point of the ideal linkage
+            top.set_ylim(-1.1 * factor * largest, 1.1 * factor * largest)
         if name.endswith(".force"):
             top.set_ylim(0.0, None)
         if name not in both:  # a deflection: the links of the ideal motion are rigid

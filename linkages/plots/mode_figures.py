@@ -70,4 +70,4 @@ def frequencies_figure(over: ModesOver) -> Figure:
 def _frequency(value: float) -> str:
     if np.isnan(value):
         return "unstable"
-    return f"{value:.4g} Hz" if value else "moves freely"
+    return f"{float(f'{value:.4g}'):.10g} Hz" if value else "moves freely"

@@ -122,7 +122,12 @@ FLEXIBLE_RULES = (
         "make it stiffer, or divide it: set its `pieces` to 2 or more",
         _slope,
     ),
-    Rule("flexible", "compressive load close to the Euler buckling load: ratio", "make it stiffer or shorter", _strut),
+    Rule(
+        "flexible",
+        "the compressive load of a link nears the Euler buckling load: their ratio is",
+        "make it stiffer or shorter",
+        _strut,
+    ),
     Rule(
         "flexible",
         "impacts on a link need more axial modes, as axial waves determine the peaks: the number is",
