@@ -60,10 +60,7 @@ class Gradients:
             for _, _, quantity in study.quantities
             for term in quantity.terms or ()
         }
-        for output, _, _ in self._terms:
-            if output.startswith((LIFE, IDEAL)):
-                problem = f'{output} has no sensitivities; give "differences"'
-                raise InputError(study.source, "algorithm.derivatives", problem)
+        check_sensitivities(study)
 
     def __call__(self, design: Array) -> Array:
         """Differentiate at a design (n,): rows of objectives, inequalities, equalities, (no + ni + ne, n).
@@ -119,6 +116,21 @@ class Gradients:
             return np.array([change[name] for change in changes])
         rows = [term.weight * _term(term, points, np.full(1 + len(design), absent)) for term in quantity.terms]
         return _aggregate(quantity.over_terms, rows)[1:]
+
+
+def check_sensitivities(study: Study) -> None:
+    """Check that every output of a study has sensitivities.
+
+    Raises
+    ------
+    InputError
+        If one is a service life or belongs to the ideal linkage.
+    """
+    for _, _, quantity in study.quantities:
+        for term in quantity.terms or ():
+            if term.output.startswith((LIFE, IDEAL)):
+                problem = f'{term.output} has no sensitivities; give "differences"'
+                raise InputError(study.source, "algorithm.derivatives", problem)
 
 
 def _term(term: Term, points: Sequence[_Functionals], absent: Array) -> Array:

@@ -14,7 +14,7 @@ from optim.algorithms.nlp import Problem
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.evaluator import Evaluator
-from optim.evaluate.gradients import Gradients
+from optim.evaluate.gradients import Gradients, check_sensitivities
 from optim.evaluate.limits import problem_of
 from optim.evaluate.screen import Screened
 from optim.problem.study import Array, Study
@@ -63,16 +63,17 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
     Raises
     ------
     InputError
-        As `settings_of`.
+        As `settings_of`; or if an output has no sensitivities and the algorithm is to use them.
     """
     name, settings = settings_of(study)
     given = None if start is None else start.tolist()
+    by_sensitivities = getattr(settings, "derivatives", DIFFERENCES) != DIFFERENCES
+    if by_sensitivities:
+        check_sensitivities(study)
 
     def problem(evaluate: Evaluate, nominal: Evaluations) -> Problem:
         found = problem_of(study, evaluate, nominal, start)
-        if getattr(settings, "derivatives", DIFFERENCES) == DIFFERENCES:
-            return found
-        return dataclasses.replace(found, jacobian=Gradients(study, evaluate, nominal))
+        return dataclasses.replace(found, jacobian=Gradients(study, evaluate, nominal)) if by_sensitivities else found
 
     description = {"algorithm": described(study), "seed": seed, "start": given, **study.description()}
     revision = ALGORITHMS[name].revision
