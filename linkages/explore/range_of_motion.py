@@ -128,7 +128,7 @@ def travel(system: System, drive: str) -> Travel:
     ends = ways[0][0].status, up.status
     counts = np.ones(len(values), dtype=bool)
     for end, status in zip(values[[0, -1]], ends, strict=True):
-        if status is Status.LOCKED:  # rates close to a dead point are unbounded, and beside it rounding
+        if status is Status.LOCKED:  # rates near a dead point are unbounded, and mere rounding next to it
             counts &= np.abs(values - end) > _BESIDE * reach
     counts[-1] &= not full  # the end of a revolution is its start
     return Travel(drive, values, pose, full, ends, *transmissions(system, Motion(values, pose, vel, full, counts)))

@@ -170,7 +170,7 @@ def transmissions(system: System, motion: Motion) -> tuple[tuple[Transmission, .
 
 
 def _acute(between: Array) -> Array:
-    """Reduce angles between directed lines to those between lines, from -pi/2 to pi/2."""
+    """Reduce angles of directed lines to angles of undirected lines, from -pi/2 to pi/2."""
     return np.asarray(between - np.pi * np.round(between / np.pi))
 
 

@@ -35,7 +35,7 @@ RESOLVED = 1e-9
 _MAXIMA = 8  # number of other compared maxima of a column
 _HIGH = 0.5  # smallest height of such a maximum over the highest
 _SHIFTED = 0.25  # shift of a maximum over the shortest step around it beyond which it is compared at shifted times
-_REACH = 4.0  # farthest maximum of the run from the samples around that of the tighter run, over their duration
+_REACH = 4.0  # farthest maximum of the run from the three samples of the tighter run, over their duration
 _COMPARED = 500  # number of times at which diverged runs are compared
 
 
@@ -144,7 +144,7 @@ def _change(
         # values at equal times lie on the flanks, and parabolas through them overshoot
         values = one.sign * run.evaluate(np.clip(one.times + shift, *run.time[[0, -1]]))[one.name]
     else:
-        # in a transient of few steps heights may agree by chance: parabolas contain the values beside the maximum
+        # in a transient of few steps heights may agree by chance: parabolas contain the neighbouring values
         heights = [vertex(bracket.times, bracket.values)[1] for bracket in (one, other)]
         values, change = one.values, max(change, abs(heights[0] - heights[1]))
     return float(max(change, np.abs(values - other.values).min()))  # a shift in time alone leaves one value
