@@ -1,5 +1,7 @@
 """Kernels may hold all that numba compiles, whatever their results are."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from numba import config
@@ -43,7 +45,19 @@ def with_array_arithmetic(a, b):
     return (a + 2.0 * b).sum()
 
 
+class Sized(NamedTuple):
+    """Has an attribute with the name of a kernel that reads it."""
+
+    length: float
+
+
+@kernel
+def length(given):
+    return np.full(2, given.length).sum()
+
+
 def test_kernels_may_hold_what_most_do_not():
+    assert length(Sized(2.0)) == 4.0
     assert with_closure(3.0) == 6.0
     assert np.array_equal(with_comprehension(3), [0.0, 2.0, 4.0])
     assert with_raise(0.5) == 0.5

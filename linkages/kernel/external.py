@@ -139,12 +139,12 @@ def _compile(name: str | None, function: Any, make: Callable[..., Any]) -> Any:
 _PARTS = "code", "globals", "name", "defaults", "closure"
 
 
-def _makes_arrays(function: Any) -> bool:
+def _makes_arrays(function: Any, callers: frozenset[Any] = frozenset()) -> bool:
     """Whether a function, or a kernel that is compiled with it, seems to make arrays."""
-    names = inspect.getclosurevars(function)
-    called = (*names.nonlocals.values(), *names.globals.values())
-    parts = (each.py_func for each in called if getattr(each, "result", each) is None)
-    return not _ALLOCATING.isdisjoint(names.unbound) or any(map(_makes_arrays, parts))
+    names, callers = inspect.getclosurevars(function), callers | {function}
+    called = (*names.nonlocals.values(), *names.globals.values())  # or only of the name of an attribute
+    parts = {each.py_func for each in called if getattr(each, "result", each) is None} - callers
+    return not _ALLOCATING.isdisjoint(names.unbound) or any(_makes_arrays(part, callers) for part in parts)
 
 
 def external(function: Any, kinds: tuple[Any, ...], result: Any) -> str:
