@@ -73,7 +73,10 @@ def json_text(content: Any, indent: int | None = None) -> str:
     indent : int, optional
         Spaces for each level; default: one line.
     """
-    return json.dumps(_finite(content), indent=indent, allow_nan=False) + "\n"
+    try:
+        return json.dumps(content, indent=indent, allow_nan=False) + "\n"
+    except ValueError:
+        return json.dumps(_finite(content), indent=indent, allow_nan=False) + "\n"
 
 
 def _finite(content: Any) -> Any:

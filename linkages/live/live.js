@@ -2,7 +2,7 @@
 // mount(root, send) builds it into an element; send(kind, request) returns the promise of a reply.
 
 const RETRIES = 12; // runs after a change until the motion is steady
-const SHARE = 0.2; // most of the time that picture and table take while values change
+const SHARE = 0.1; // most of the time that picture and table take while values change
 const REST = 400; // time without a change after which warnings are computed [ms]
 const FRAME = 100; // time between frames while a run is computed: drawing takes the same processor [ms]
 const LOOP = 4; // time in which the shown part of the run is played at the speed 1 [s]

@@ -37,7 +37,6 @@ from linkages.system import System
 
 _PERIODS = 3  # of a run from where the one before ended
 _REVOLUTIONS = 8  # periods of a run with contact
-_RUNS = 2  # from one end to the next, after which a motion is shown although it is not settled
 _GAP = 0.02  # of an orbit's size: between its begin and its end, for a motion that is steady
 _FARTHEST = 0.95  # eccentricity ratio at which a run may start
 
@@ -136,15 +135,12 @@ class Session:
         changed = self.system.replaced(values)
         period = _period(changed)
         carried = period is not None and "duration" not in values and not _can_touch(changed)
-        for _ in range(_RUNS):
-            added = self._added(values, changed, period)
-            system = changed.replaced(added)
-            run = simulate(system, "compiled", watch, columns_of(system))
-            went = carried and run.status is Status.OK
-            settled = not went or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
-            self._ratios = _end_of(system, run) if went else {}
-            if settled:
-                break
+        added = self._added(values, changed, period)
+        system = changed.replaced(added)
+        run = simulate(system, "compiled", watch, columns_of(system))
+        carried = carried and run.status is Status.OK
+        settled = not carried or (motion_of(system, run).kind == "periodic" and _closed(system, run, period or 0.0))
+        self._ratios = _end_of(system, run) if carried else {}
         ran = dict(values) | added
         self._shown = dict(values), ran
         study = Study(system, "compiled", run, run, None)

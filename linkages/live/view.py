@@ -33,8 +33,8 @@ from linkages.system import System
 Array = NDArray[np.float64]
 
 _FRAMES = 121  # poses of the moving picture; the page interpolates
-_ORBIT = 1200  # points of an orbit
-_INTERVALS = 240  # parts of the time of a curve, see `linkages.plots.curves.seen`
+_ORBIT = 600  # points of an orbit
+_INTERVALS = 160  # parts of the time of a curve, see `linkages.plots.curves.seen`
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,7 @@ def test_poses_follow_the_machine(answers):
     curve = next(curve for curve in reply["curves"] if curve["name"] == "slider7.x")["run"]
     place = np.interp(reply["time"], curve["time"], curve["values"])
     offset = drawing.reference[body, 0] - system.mechanism.link["slider7"].origin[0]
-    np.testing.assert_allclose(moved - offset, place, rtol=0, atol=2e-4)  # curves are drawn with 240 parts of the time
+    np.testing.assert_allclose(moved - offset, place, rtol=0, atol=2e-4)  # curves are drawn with 160 parts of the time
 
 
 @pytest.mark.parametrize(
