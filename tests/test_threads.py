@@ -6,7 +6,7 @@ import time
 import pytest
 
 from linkages import InputError, RunError, find_file, load, simulate_batch
-from linkages.engines.compiled import batch
+from linkages.engines.compiled import runs as runs_of
 from linkages.engines.threads import in_threads
 
 
@@ -50,8 +50,8 @@ def test_a_batch_without_memory_for_threads_ends_in_one_line(monkeypatch):
         start(thread)
 
     monkeypatch.setattr(threading.Thread, "start", refused)
-    monkeypatch.setattr(batch._Runs, "_run", lambda *_: time.sleep(0.1))
-    monkeypatch.setattr(batch, "_AT_ONCE", 1)
+    monkeypatch.setattr(runs_of.Runs, "_run", lambda *_: time.sleep(0.1))
+    monkeypatch.setattr(runs_of, "_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
     with pytest.raises(RunError, match=r"the threads of 20 runs cannot be started .*: use fewer threads"):
         simulate_batch(system, ["joints.A.clearance"], [[2e-4]] * 20, ["A.force"], threads=20)
@@ -65,8 +65,8 @@ def test_a_batch_whose_run_finds_no_memory_ends_at_once(monkeypatch):
         time.sleep(0.01)
 
     runs, parts = [], []
-    monkeypatch.setattr(batch._Runs, "_run", run)
-    monkeypatch.setattr(batch, "_AT_ONCE", 1)
+    monkeypatch.setattr(runs_of.Runs, "_run", run)
+    monkeypatch.setattr(runs_of, "_AT_ONCE", 1)
     system = load(find_file("seven_bar.toml"), {"duration": 0.01})
     with pytest.raises(MemoryError):
         simulate_batch(system, ["joints.A.clearance"], [[2e-4]] * 2000, ["A.force"], threads=2, progress=parts.append)
