@@ -75,7 +75,10 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
         found = problem_of(study, evaluate, nominal, start)
         return dataclasses.replace(found, jacobian=Gradients(study, evaluate, nominal)) if by_sensitivities else found
 
-    description = {"algorithm": described(study), "seed": seed, "start": given, **study.description()}
+    algorithm = described(study)
+    if not by_sensitivities:  # stores from before this setting have no such key, and can be resumed
+        algorithm.pop("derivatives", None)
+    description = {"algorithm": algorithm, "seed": seed, "start": given, **study.description()}
     revision = ALGORITHMS[name].revision
     return Task(
         description | ({"revision": revision} if revision > 1 else {}),

@@ -14,7 +14,7 @@ from linkages.files.lock import locked
 from optim import ALGORITHMS, Evaluator, find_study, load_study
 from optim.evaluate.evaluations import Evaluations
 from optim.search.run import Stopped, run
-from optim.search.task import task_of
+from optim.search.task import settings_of, task_of
 from optim.store import store as study
 from optim.store.sqlite import SCHEMA, UNSEALED
 
@@ -259,3 +259,10 @@ def test_a_store_of_an_earlier_revision_of_an_algorithm_is_refused(tmp_path, mon
     monkeypatch.undo()
     line = refused(task_of(press, 1, Evaluator(press)), path)
     assert "revision: belongs to another study: there nothing, here 2; give another --out" in line
+
+
+def test_a_store_from_before_the_source_of_derivatives_was_a_setting_is_continued():
+    """It has no such key; with sensitivities the numbers differ, and the key is there."""
+    study = load_study(find_study("fourbar_jitter"))
+    assert settings_of(study)[1].derivatives == "differences"
+    assert "derivatives" not in task_of(study, 1, Evaluator(study)).description["algorithm"]
