@@ -1,18 +1,17 @@
 """Algorithms of mathematical optimisation: they see bounds and a function of populations (`nlp`), never a linkage.
 
-| module          | responsibility                                                                   |
-|-----------------|----------------------------------------------------------------------------------|
-| nlp             | `Problem`, `Values`, `Progress`, `Result`, `Ending`                              |
-| registry        | all algorithms by name; several starts of the local ones                         |
-| archive         | every design of a run, none evaluated twice; order by the rules of feasibility   |
-| latin_hypercube | first designs                                                                    |
-| pareto          | domination, fronts, hypervolume, knee                                            |
-| derivatives     | differences                                                                      |
-| ga              | genetic algorithms on pygad: one objective, several (NSGA-II)                    |
-| evolution       | differential evolution, SciPy's                                                  |
-| snopt           | sequential quadratic programming, Drake's SNOPT                                  |
-| gradient        | generalised reduced gradient                                                     |
-| standard_form   | its problem: scaled, with slacks, in two phases; basic and nonbasic variables    |
-| quadratic       | its model: minimum within bounds, quasi-Newton update                            |
-| line_search     | how far along a step, with its return to the constraints                         |
+| module        | responsibility                                                                   |
+|---------------|----------------------------------------------------------------------------------|
+| nlp           | `Problem`, `Values`, `Progress`, `Result`, `Ending`                              |
+| registry      | all algorithms by name; several starts of the local ones                         |
+| archive       | every design of a run, none evaluated twice; order by the rules of feasibility   |
+| pareto        | domination, fronts, hypervolume, knee                                            |
+| derivatives   | differences                                                                      |
+| ga            | genetic algorithms on pygad: one objective, several (NSGA-II)                    |
+| evolution     | differential evolution, SciPy's                                                  |
+| snopt         | sequential quadratic programming, Drake's SNOPT                                  |
+| gradient      | generalised reduced gradient                                                     |
+| standard_form | its problem: scaled, with slacks, in two phases; basic and nonbasic variables    |
+| quadratic     | its model: minimum within bounds, quasi-Newton update                            |
+| line_search   | how far along a step, with its return to the constraints                         |
 """

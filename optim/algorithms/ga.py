@@ -23,10 +23,10 @@ from typing import Annotated, Any
 import numpy as np
 import pygad
 from pydantic import Field
+from scipy.stats import qmc
 
 from linkages.files.toml import NonNegative, Positive, Table
 from optim.algorithms.archive import Archive
-from optim.algorithms.latin_hypercube import latin_hypercube
 from optim.algorithms.nlp import Array, Ending, Indices, Problem, Progress, Report, Result, Values
 from optim.algorithms.pareto import pareto_front, ranks
 
@@ -173,8 +173,9 @@ class _Run:
         problem, settings = self.problem, self.settings
         self.archive = Archive(replace(problem, evaluate=self.shared))  # designs of this run
         self.generation = 0
-        count = settings.population + self.elites
-        first = latin_hypercube(count, problem.size, np.random.default_rng(seed))
+        first = qmc.LatinHypercube(problem.size, rng=np.random.default_rng(seed)).random(
+            settings.population + self.elites
+        )
         if problem.start is not None:
             width = np.where(problem.upper > problem.lower, problem.upper - problem.lower, 1.0)
             first[0] = np.clip((problem.start - problem.lower) / width, 0.0, 1.0)

@@ -108,7 +108,7 @@ def unseen_phases(study: Study, design: Array, threads: int | None = None) -> di
         over the phases where neither failed. None without dry contact, or where no drive has a speed and a start
         angle that the design leaves alone.
     """
-    if not all(point.system.touching.any() and _turns(point.system, point.paths) for point in study.points):
+    if not all(point.system.experiment.can_touch and _turns(point.system, point.paths) for point in study.points):
         return None
     angles = [2.0 * math.pi * math.modf(k * _GOLDEN)[0] for k in range(1, _PHASES + 1)]
     turned = [study.replaced(partial(_turned, angle=angle)) for angle in angles]

@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from hock_schittkowski import EXAMPLES, SEVERAL_OPTIMA
 from multiobjective import problem, zdt
-from scipy.stats import qmc
 
 from linkages import InputError, RunError
 from optim.algorithms.evolution import DifferentialEvolution
 from optim.algorithms.gradient import ReducedGradient
-from optim.algorithms.latin_hypercube import latin_hypercube
 from optim.algorithms.nlp import Ending, Values
 from optim.algorithms.registry import ALGORITHMS, minimise, read_settings, start_designs
 from optim.algorithms.snopt import Snopt
@@ -244,9 +242,3 @@ def test_listing_the_algorithms_imports_none_of_them():
         "sys.exit(bool({'pygad', 'pydrake'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_latin_hypercubes_are_those_of_scipy():
-    for seed, count, size in ((0, 5, 3), (7, 64, 1), (3, 0, 2)):
-        mine = latin_hypercube(count, size, np.random.default_rng(seed))
-        np.testing.assert_array_equal(mine, qmc.LatinHypercube(size, rng=np.random.default_rng(seed)).random(count))
