@@ -23,4 +23,4 @@ def read(name: str) -> dict[str, Any]:
 def keep(name: str, found: dict[str, Any]) -> None:
     """Write what a program has measured."""
     with whole(path_of(name)) as partial:
-        partial.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        partial.write_text(json.dumps(found) + "\n", encoding="utf-8")
