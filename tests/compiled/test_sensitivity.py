@@ -1,5 +1,7 @@
 """Derivatives of runs, against differences of runs and closed forms."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -119,6 +121,18 @@ def test_derivatives_end_at_the_horizon():
     assert np.isnan(rates[run.time > until]).all()
 
 
+def _compare(found, runner, record, motion, values):
+    """Compare last place and speed, and their derivatives, with those of a closed form, whose first value is gravity."""
+    n, last = len(runner.model.free), record.states[-1]
+    rows = int(np.argmax(np.abs(last[:n]))) + np.array([0, n])
+    np.testing.assert_allclose(last[rows], motion(*values), rtol=1e-9)
+    for k, value in enumerate(values):
+        moved = values.astype(complex)
+        moved[k] += 1e-20j * value
+        expected = motion(*moved).imag / (1e-20 * value) * (-1.0 if k == 0 else 1.0)  # gravity.y is negative
+        np.testing.assert_allclose(found.states[-1][rows, len(runner.start) + k], expected, rtol=1e-9)
+
+
 def _bouncing(time, gravity, clearance, stiffness, mass):
     """Place and speed of a journal that falls in its bearing onto a linear elastic contact, in closed form.
 
@@ -150,13 +164,7 @@ def test_a_chain_of_three_impacts_has_the_derivatives_of_its_closed_form(integra
     runner, record = _end(system)
     found = differentiate(runner, join([record]), paths)
     assert (found.event > 0).sum() == 3
-    n, place = len(runner.model.free), int(np.argmax(np.abs(record.states[-1][: len(runner.model.free)])))
-    for k, value in enumerate(values):
-        moved = values.astype(complex)
-        moved[k] += 1e-20j * value
-        expected = _bouncing(end, *moved).imag / (1e-20 * value) * (-1.0 if k == 0 else 1.0)  # gravity.y is negative
-        own = found.states[-1][[place, n + place], len(runner.start) + k]
-        np.testing.assert_allclose(own, expected, rtol=1e-9)
+    _compare(found, runner, record, partial(_bouncing, end), values)
 
 
 def _dashpot(time, gravity, clearance, stiffness, damping, mass):
@@ -183,14 +191,7 @@ def test_a_force_that_jumps_at_the_start_of_a_contact_has_the_derivatives_of_its
     runner, record = _end(system)
     found = differentiate(runner, join([record]), [*paths, "sdf.links.journal.mass"])
     assert found.event[found.event != 0].tolist() == [1]
-    n, place = len(runner.model.free), int(np.argmax(np.abs(record.states[-1][: len(runner.model.free)])))
-    np.testing.assert_allclose(record.states[-1][[place, n + place]], _dashpot(end, *values), rtol=1e-9)
-    for k, value in enumerate(values):
-        moved = values.astype(complex)
-        moved[k] += 1e-20j * value
-        expected = _dashpot(end, *moved).imag / (1e-20 * value) * (-1.0 if k == 0 else 1.0)  # gravity.y is negative
-        own = found.states[-1][[place, n + place], len(runner.start) + k]
-        np.testing.assert_allclose(own, expected, rtol=1e-9)
+    _compare(found, runner, record, partial(_dashpot, end), values)
 
 
 def test_both_integrators_have_the_same_derivatives_through_an_impact():
