@@ -5,8 +5,9 @@ import re
 
 import pytest
 from machines import four_bar
+from shipped import BENT, NAMES
 
-from linkages import InputError, load, load_experiment
+from linkages import InputError, find_file, load, load_experiment
 from linkages.cli.main import main
 from linkages.laws.friction import friction_coefficient
 from linkages.model.experiment import keys
@@ -233,3 +234,10 @@ def test_every_key_has_a_meaning():
     assert "joints.NAME.clearance" in listed
     assert all(listed.values())
     assert "[m]" in listed["joints.NAME.clearance"]
+
+
+@pytest.mark.parametrize("name", [*NAMES, *BENT])
+def test_an_experiment_knows_whether_anything_can_touch(name):
+    """The same as the models of the system's contacts say."""
+    system = load(find_file(f"{name}.toml"))
+    assert system.experiment.can_touch == bool(system.touching.any())

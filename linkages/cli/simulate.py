@@ -93,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
         (folder / "summary.json").write_text(json_text(summary, 1), encoding="utf-8")
         result.run.save(folder / "trajectory.npz")
         result.ideal.save(folder / "ideal.npz")
-        if system.touching.any():
+        if system.experiment.can_touch:
             write_impacts(result.contacts, folder)
         if not options.no_plots:
             begin_stage("figures")

@@ -113,7 +113,7 @@ def compare(system: System, progress: Callable[[str], Progress] | None = None) -
     for engine in ("compiled", "drake"):
         runs[engine] = simulate(system, engine, stage(engine))
         horizons[engine] = float(runs[engine].time[-1])
-        if system.touching.any():
+        if system.experiment.can_touch:
             other = simulate(looser(system), engine, stage(f"{engine}, looser"))
             horizons[engine] = horizon(runs[engine], other, system)
     until, every = min(horizons.values()), names(system)

@@ -110,7 +110,7 @@ def sweep(
         raise InputError("argument", path, "has no values")
     systems = [system.replaced({path: float(value)}, origin) for value in values]
     cases = checked(systems, names, revolutions, transient, drive)
-    wanted = [k for k, case in enumerate(systems) if horizons and case.touching.any()]
+    wanted = [k for k, case in enumerate(systems) if horizons and case.experiment.can_touch]
     share = 0.5 if wanted else 1.0  # a horizon takes about the same time again
     look = None if progress is None else lambda done: progress(share * done)
     found = sections(cases, names, revolutions, transient, threads, look)

@@ -170,7 +170,7 @@ def _returns_numbers(function: Any) -> bool:
     waiting = [_annotation(function)]
     while waiting:
         kind = waiting.pop()
-        parts = get_args(kind) or tuple(get_type_hints(kind).values()) if isinstance(kind, type) else get_args(kind)
+        parts = get_args(kind) or (tuple(get_type_hints(kind).values()) if isinstance(kind, type) else ())
         if not parts and kind not in _NUMBERS:
             return False
         waiting.extend(parts)

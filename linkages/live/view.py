@@ -130,8 +130,8 @@ def warnings_for(study: Study) -> list[str]:
 def drawing_of(system: System) -> tuple[Drawing, dict[str, Any]]:
     """Draw a machine, for `view` and for the page."""
     drawing = draw(system)
-    picture = {"svg": str(svg(drawing, said=False)), "low": float(drawing.low[0]), "high": float(drawing.high[1])}
-    return drawing, picture | {"scale": scale(drawing), "facts": list(drawing.facts), "doubts": list(drawing.doubts)}
+    place = {"low": float(drawing.low[0]), "high": float(drawing.high[1]), "scale": scale(drawing)}
+    return drawing, {"svg": str(svg(drawing, said=False)), **place}
 
 
 def _numbers(study: Study) -> dict[str, Any]:

@@ -186,6 +186,11 @@ class Experiment(Brief, Table):
         return tuple(name for name, joint in self.joints.items() if joint.has_play)
 
     @property
+    def can_touch(self) -> bool:
+        """Whether anything can be in contact: in dry or mixed joints, at limit stops, or of points with lines."""
+        return bool(self.stops or self.contacts) or any(self.joints[name].can_touch for name in self.play)
+
+    @property
     def flexible(self) -> tuple[str, ...]:
         """Return the names of the flexible links."""
         return tuple(name for name, link in self.links.items() if link.bends)

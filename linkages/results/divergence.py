@@ -48,7 +48,7 @@ def apart(run: Trajectory, other: Trajectory, system: System, every: int = 1) ->
     """
     evaluate, end = dense(run), min(run.time[-1], other.time[-1])
     steps = np.flatnonzero(other.time <= end)[::every]
-    times, touching = other.time[steps], bool(system.touching.any())
+    times, touching = other.time[steps], system.experiment.can_touch
     there = configuration(system, {name: column[steps] for name, column in other.columns.items()})
     here = interpolated(run.time, configuration(system, run.columns), times)
     limit = PARTED if touching else STRAYED

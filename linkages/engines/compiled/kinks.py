@@ -36,7 +36,7 @@ def kinks(system: System) -> Array:
     NaN where there are fewer. The damping of a contact is limited, and no contact pulls. No rows if no contact can
     touch: films have no kinks.
     """
-    if not system.touching.any():
+    if not system.experiment.can_touch:
         return np.zeros((0, KINKS))
     result = np.full((len(system.models), KINKS), np.nan)
     for row, model, law in zip(result, system.models, system.laws, strict=True):

@@ -40,7 +40,7 @@ def scheme(system: System) -> str:
 
 def longest_step(system: System) -> float:
     """Return the longest step [s]: the experiment's, otherwise about 50 microseconds with contacts."""
-    return system.experiment.solver.max_step or (2e-5 if system.touching.any() else 2e-3)
+    return system.experiment.solver.max_step or (2e-5 if system.experiment.can_touch else 2e-3)
 
 
 def is_collapse(problem: RuntimeError) -> bool:
@@ -72,7 +72,7 @@ class Steps:
         self._integrator = ResetIntegratorFromFlags(simulator, scheme(system), longest_step(system))
         self._accuracy, self._largest = system.experiment.solver.accuracy, longest_step(system)
         self._smallest = _SMALLEST * system.experiment.duration
-        self._contacts_end_steps = bool(system.touching.any())
+        self._contacts_end_steps = system.experiment.can_touch
         self._implicit, self._spoilt = scheme(system) in IMPLICIT, scheme(system) in _SPOILT
         self._evaluations = self._crawling = 0
         self._time, self._step, self._state = 0.0, 0.0, np.empty(0)
