@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-PROGRESS = re.compile(r".*, \d+ s so far$|.*: [\d.]+% in \d+ s")
+PROGRESS = re.compile(r".*, \d+ s so far$|.*: [\d.]+%( in \d+ s.*)?$")
 COMMAND = [sys.executable, "-m", "linkages.cli.main"]
 
 
