@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from bisect import bisect_left, bisect_right
 from dataclasses import replace
 
 import numpy as np
@@ -129,8 +130,9 @@ class _Recorder:
     """Computes all columns at any times of a run.
 
     At the integrator's steps the diagram is evaluated at the stored state. Between steps the state is found by repeated
-    integration from the previous step: a film is so stiff that its force depends on the last digits of the velocities,
-    which interpolation of the state would lose.
+    integration from the last known time of the same step: a film is so stiff that its force depends on the last digits
+    of the velocities, which interpolation of the state would lose. States that this integration reaches are kept: the
+    search for a maximum asks for times close to each other.
     """
 
     def __init__(self, diagram: Diagram, linkage: Linkage, watch: _Watch) -> None:
@@ -141,6 +143,8 @@ class _Recorder:
         self.simulator = Simulator(diagram)
         self.steps = Steps(self.simulator, self.system)
         self.simulator.set_monitor(self._look)
+        self._between: dict[int, tuple[list[float], list[Array]]] = {}  # known times and states, by step
+        self._kept: tuple[list[float], list[Array]] = [], []  # of the present step
         # a short step keeps velocity errors that a long step damps; they would appear in a film's force
         accuracy = self.system.experiment.solver.accuracy
         self.accuracy = min(accuracy, max(_BETWEEN * accuracy, _FINEST))
@@ -150,10 +154,8 @@ class _Recorder:
         states = np.empty((len(times), self.states.shape[1]))
         rates = np.empty_like(states)
         contacts = np.empty((len(times), len(self.system.contacts), WIDTH))
-        before = np.inf
         for k, t in enumerate(times):
-            self._go_to(t, before)
-            before = t
+            self._go_to(t)
             states[k] = root.get_continuous_state_vector().CopyToVector()
             rates[k] = self.diagram.EvalTimeDerivatives(root).CopyToVector()
             if linkage.clearance is not None:
@@ -161,29 +163,33 @@ class _Recorder:
         place = linkage.place
         return columns(self.system, times, states[:, place.q], states[:, place.v], rates[:, place.v], contacts)
 
-    def _go_to(self, t: float, here: float) -> None:
-        """Set the simulator's context to time t, from its present time if this is in the same step."""
+    def _go_to(self, t: float) -> None:
+        """Set the simulator's context to time t."""
         step = max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)
+        self._kept = self._between.setdefault(step, ([self.times[step]], [self.states[step]]))
         try:
-            if self.times[step] < here <= t:
-                self.steps.advance(t)
-            else:
-                self._advance_from(step, t, self.accuracy)
+            self._advance(step, t, self.accuracy)
         except RuntimeError:  # accuracy not reached near a singularity of the laws: accept the accuracy of the run
-            self._advance_from(step, t, self.system.experiment.solver.accuracy)
+            self._advance(step, t, self.system.experiment.solver.accuracy)
 
-    def _advance_from(self, step: int, t: float, accuracy: float) -> None:
-        """Integrate from the start of a step."""
-        start = self.times[step]
+    def _advance(self, step: int, t: float, accuracy: float) -> None:
+        """Integrate from the last known time of a step."""
+        times, states = self._kept
+        last = bisect_right(times, t) - 1
         root = self.simulator.get_mutable_context()
-        root.SetTime(start)
-        root.SetContinuousState(self.states[step])
+        root.SetTime(times[last])
+        root.SetContinuousState(states[last])
         if self.memories[step] is not None:
             root.SetDiscreteState(self.memories[step])
-        if t > start:
-            self.steps.begin(t - start, accuracy)
+        if t > times[last]:
+            self.steps.begin(t - times[last], accuracy)
             self.steps.advance(t)
 
     def _look(self, root: Context) -> EventStatus:
-        self.steps.take(root)
+        state, time = self.steps.take(root), root.get_time()
+        times, states = self._kept
+        place = bisect_left(times, time)
+        if self.steps.kept and times[place : place + 1] != [time]:
+            times.insert(place, time)
+            states.insert(place, state)
         return self.steps.verdict()
