@@ -37,7 +37,7 @@ def _weld(foreign: Foreign, raw: RawModel, element: ET.Element) -> RawModel:
     chains = Chains(link.name for link in raw.links)
     for joint in raw.joints:
         if joint.type == "fixed":
-            chains.join(joint)
+            chains.join(joint.parent, joint.child)
     apart = max(np.abs(way.translation).max(), np.abs(way.rotation - np.eye(3)).max()) > _NEAR
     if other in chains.of[one]:
         if apart:

@@ -188,7 +188,7 @@ def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
     """Weld one link of each floating group to the world."""
     chains = Chains(link.name for link in model.links)
     for joint in model.joints:
-        chains.join(joint)
+        chains.join(joint.parent, joint.child)
     children = {joint.child for joint in model.joints}
     joints = list(model.joints)
     for link in sorted(model.links, key=lambda link: link.name in children):
@@ -196,7 +196,7 @@ def _on_the_ground(path: Path, model: RawModel, notes: list[str]) -> RawModel:
             continue
         nowhere = np.zeros(3)
         ground = RawJoint(f"{link.name} to world", "fixed", "world", link.name, nowhere, nowhere, nowhere, None, None)
-        chains.join(ground)
+        chains.join("world", link.name)
         joints.append(ground)
         notes.append(f"link {link.name} was not connected to the world: fixed to it in the file's pose")
     return replace(model, joints=tuple(joints))

@@ -1,13 +1,9 @@
-"""What an element says by itself: its pose relative to its base, a link's inertia; texts of visuals.
-
-Results are kept for each element: designs of a batch share those that they do not change.
-"""
+"""What an element says by itself: its pose relative to its base, a link's inertia; texts of visuals."""
 
 from __future__ import annotations
 
 import copy
 import xml.etree.ElementTree as ET
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +16,6 @@ from linkages.files.raw_model import Pose, rotation
 from linkages.files.xml import label
 
 
-@lru_cache(maxsize=1024)
 def own_pose(path: Path, element: ET.Element, where: str) -> Pose:
     """Read the <pose> of an element, relative to its base."""
     pose = element.find("pose")
@@ -37,7 +32,6 @@ def own_pose(path: Path, element: ET.Element, where: str) -> Pose:
     return Pose(rotation(np.radians(values[3:]) if is_in_degrees(pose) else values[3:]), values[:3])
 
 
-@lru_cache(maxsize=256)
 def inertial(path: Path, link: ET.Element) -> tuple[float, Array, Array]:
     """Read mass, mass centre and inertia tensor about it in link axes; zeros without an <inertial>."""
     where, inertial = f"{label(link)}/<inertial>", link.find("inertial")
@@ -63,7 +57,6 @@ def inertial(path: Path, link: ET.Element) -> tuple[float, Array, Array]:
     return mass, centre.translation, centre.rotation @ matrix @ centre.rotation.T
 
 
-@lru_cache(maxsize=256)
 def with_pose(visual: ET.Element, pose: Pose) -> str:
     """Write a <visual> with another pose."""
     visual = copy.deepcopy(visual)

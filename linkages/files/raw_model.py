@@ -233,10 +233,10 @@ class Chains:
     def __init__(self, links: Iterable[str]) -> None:
         self.of = {name: {name} for name in ("world", *links)}
 
-    def join(self, joint: RawJoint) -> bool:
+    def join(self, parent: str, child: str) -> bool:
         """Connect the two links of a joint; return False if they were connected before."""
-        if joint.child in self.of[joint.parent]:
+        if child in self.of[parent]:
             return False
-        together = self.of[joint.parent] | self.of[joint.child]
+        together = self.of[parent] | self.of[child]
         self.of |= dict.fromkeys(together, together)
         return True

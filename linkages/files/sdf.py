@@ -32,6 +32,7 @@ from linkages.files.rigid import without_massless
 from linkages.files.xml import DEEPEST, label, parse_xml
 
 Part = TypeVar("Part", Bearing, Slot)
+Own = TypeVar("Own")
 
 #: Joint types of the standard that a planar linkage can have.
 JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
@@ -39,7 +40,7 @@ JOINT_TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "p
 _HARMLESS = ("linkages", "collision_filter_group")  # ignored elements with a prefix, by prefix or name
 
 
-def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawModel:
+def read_sdf(path: Path, overrides: Mapping[str, float] | None = None, text: bytes | None = None) -> RawModel:
     """Read one SDFormat file.
 
     Parameters
@@ -53,13 +54,15 @@ def read_sdf(path: Path, overrides: Mapping[str, float] | None = None) -> RawMod
         ``links.NAME.beam.width|height|diameter|outer|inner`` [m] ``|area`` [m2] ``|second_moment`` [m4]
         ``|youngs_modulus`` [Pa] ``|density`` [kg/m3] ``|poisson``; for a mechanism written from a description,
         ``parameters.NAME``. The mass and the mass centre of a link with a beam follow from the beam.
+    text : bytes, optional
+        Content of the file, if it has been read.
 
     Raises
     ------
     InputError
         If the file is invalid: file, element and reason.
     """
-    return _replaced(path, _flat_reader(path, read_whole(path)), overrides)
+    return _replaced(path, _flat_reader(path, read_whole(path) if text is None else text), overrides)
 
 
 @lru_cache(maxsize=8)  # designs of a batch replace values of one file
@@ -122,6 +125,8 @@ class _Reader:
     ----------
     elements : dict of str to Element
         Copies of links, joints and frames, by name.
+    names : dict of str to tuple of str
+        Names of the links, joints and frames, by tag.
     namers : dict of str to list of str
         Elements that name an element, itself included.
     places : dict of str to (str, Place)
@@ -129,8 +134,6 @@ class _Reader:
     values : dict of str to float
         These numbers.
     """
-
-    _joints: dict[str, _OwnJoint]  # that are read, by name
 
     def __init__(self, path: Path, model: ET.Element) -> None:
         self.path = path
@@ -143,13 +146,18 @@ class _Reader:
                 self._refuse_unknown(element, label(self.model))
         if self.model.findtext("static", "false").strip() in ("true", "1"):
             raise self.error("<static>", "a static model cannot move; remove it or set it to false")
+        self.names = {
+            tag: tuple(name for name, element in self.elements.items() if element.tag == tag)
+            for tag in ("link", "joint", "frame")
+        }
         self.places: dict[str, tuple[str, Place]] = {}
         self._change(self.elements)
         self.values = {path: place.value for path, (_, place) in self.places.items()}
         self._resolved: dict[str, Pose] = {}
         self._resolving: list[str] = []
         self._parts: dict[str, Any] = {}
-        self._joints = {}
+        self._own: dict[tuple[str, str], Any] = {}  # what elements say by themselves, by reading function and name
+        self._visuals: dict[str, tuple[str, ...] | None] = {}  # no number in them can be replaced
         self._check_beams()
         self.namers = _namers(self.elements)
 
@@ -167,15 +175,13 @@ class _Reader:
         other._change(changed)
         for path, value in overrides.items():
             other.places[path][1].put(value)
-        other.values = self.values | {
-            path: place.value for path, (name, place) in other.places.items() if name in changed
-        }
+        other.values = self.values | {path: other.places[path][1].value for path in overrides}
         affected = list(changed)
         for name in affected:  # grows during the iteration
             affected += [each for each in self.namers[name] if each not in affected]
         other._resolved = {name: pose for name, pose in self._resolved.items() if name not in affected}
         other._parts = {name: part for name, part in self._parts.items() if name not in affected}
-        other._joints = {name: own for name, own in self._joints.items() if name not in changed}
+        other._own = {key: own for key, own in self._own.items() if key[1] not in changed}
         other._resolving = []
         return other
 
@@ -199,10 +205,18 @@ class _Reader:
 
     def _read(self, tag: str, part: Callable[[str, ET.Element], Any]) -> dict[str, Any]:
         """Read all elements with a tag that are not read yet; return them by name."""
-        for name, element in self._tagged(tag).items():
+        for name in self.names[tag]:
             if name not in self._parts:
-                self._parts[name] = part(name, element)
-        return {name: self._parts[name] for name in self._tagged(tag)}
+                self._parts[name] = part(name, self.elements[name])
+        return {name: self._parts[name] for name in self.names[tag]}
+
+    def _said(self, read: Callable[[ET.Element], Own], name: str) -> Own:
+        """Return what an element says by itself, read once."""
+        key = read.__name__, name
+        if key not in self._own:
+            self._own[key] = read(self.elements[name])
+        own: Own = self._own[key]
+        return own
 
     def _place(self, path: str) -> tuple[str, Place]:
         """Find the number at a dotted path, and its element's name."""
@@ -214,10 +228,9 @@ class _Reader:
             raise self.error(where, f'"{kind}" is unknown; paths start with links., joints. or frames.')
         name, _, key = rest.partition(".")
         tag = kind.removesuffix("s")
-        names = self._tagged(tag)
-        if name not in names:
-            raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, names)}')
-        if key.partition(".")[0] in ("mass", "com") and annotation(names[name], "beam") is not None:
+        if name not in self.names[tag]:
+            raise self.error(where, f'there is no {tag} "{name}"; {nearest(name, self.names[tag])}')
+        if key.partition(".")[0] in ("mass", "com") and annotation(self.elements[name], "beam") is not None:
             raise self.error(where, FOLLOWS)
         start = f"{kind}.{name}."
         known = [other.removeprefix(start) for other in self.places if other.startswith(start)]
@@ -225,7 +238,8 @@ class _Reader:
 
     def _check_beams(self) -> None:
         """Check that each <inertial> agrees with the link's beam, before any value is replaced."""
-        for name, element in self._tagged("link").items():
+        for name in self.names["link"]:
+            element = self.elements[name]
             if (beam := self._beam(name, element)) is not None:
                 written = self._written(name, element)
                 check_inertial(self.path, written, of_beam(written, beam))
@@ -249,9 +263,6 @@ class _Reader:
             problem = "is unknown; remove it, or use `linkages import` to write a file without it"
             raise self.error(f"{where}/<{element.tag}>", problem)
 
-    def _tagged(self, tag: str) -> dict[str, ET.Element]:
-        return {name: element for name, element in self.elements.items() if element.tag == tag}
-
     def _find(self, name: str, asked_by: str) -> ET.Element:
         if name not in self.elements:
             known = nearest(name, [*self.elements, "world"])
@@ -274,19 +285,21 @@ class _Reader:
         if len(self._resolving) == DEEPEST:
             raise self.error(where, f"its pose is the last of more than {DEEPEST} that are relative to each other")
         self._resolving.append(name)
-        pose = element.find("pose")
-        base = pose.get("relative_to", "") if pose is not None else ""
-        result = self._pose(base or _attached_to(element), where) @ own_pose(self.path, element, where)
+        base = self._said(_base, name)
+        result = self._pose(base, where) @ self._said(self._own_pose, name)
         self._resolving.pop()
         self._resolved[name] = result
         return result
+
+    def _own_pose(self, element: ET.Element) -> Pose:
+        return own_pose(self.path, element, label(element))
 
     def _carrier(self, name: str, asked_by: str = "", passed: tuple[str, ...] = ()) -> str:
         """Return the link that carries the link, frame or joint with this name."""
         if name == "world":
             return name
         if name == "__model__":
-            return self.model.get("canonical_link") or next(iter(self._tagged("link")))
+            return self.model.get("canonical_link") or self.names["link"][0]
         found = self._find(name, asked_by)
         if found.tag == "link":
             return name
@@ -319,11 +332,24 @@ class _Reader:
 
     def _written(self, name: str, element: ET.Element) -> RawLink:
         """Read a link with the values of its <inertial>."""
-        where = label(element)
         pose = self._pose(name)
-        visuals = tuple(self._visual(visual, pose, where) for visual in element.findall("visual"))
-        mass, centre, inertia = inertial(self.path, element)
+        if name not in self._visuals:
+            self._visuals[name] = self._own_visuals(element)
+        visuals = self._visuals[name]
+        if visuals is None:
+            visuals = tuple(self._visual(visual, pose, label(element)) for visual in element.findall("visual"))
+        mass, centre, inertia = self._said(self._inertial, name)
         return RawLink(name, mass, pose.rotation, pose.translation, centre, inertia, visuals, None)
+
+    def _inertial(self, element: ET.Element) -> tuple[float, Array, Array]:
+        return inertial(self.path, element)
+
+    def _own_visuals(self, element: ET.Element) -> tuple[str, ...] | None:
+        """Write the visuals of a link; None if the place of one depends on other elements."""
+        found = element.findall("visual")
+        if any(pose.get("relative_to") for visual in found for pose in visual.findall("pose")):
+            return None
+        return tuple(self._visual(visual, Pose(), label(element)) for visual in found)
 
     def _visual(self, element: ET.Element, link: Pose, where: str) -> str:
         """Write a <visual> with its pose first, and in link axes."""
@@ -334,7 +360,7 @@ class _Reader:
         return with_pose(element, own)
 
     def _joint(self, name: str, element: ET.Element) -> RawJoint:
-        own = self._joints[name] = self._joints.get(name) or self._own_joint(element)
+        own = self._said(self._own_joint, name)
         pose = self._pose(name)
         # A parent given as a *frame* defines the joint's place on the parent; the standard's place
         # (the joint's reference position) is the same if the file's pose closes the loops.
@@ -399,6 +425,12 @@ def _attached_to(element: ET.Element) -> str:
     if element.tag == "joint":
         return element.findtext("child", "").strip()
     return (element.tag == "frame" and element.get("attached_to")) or "__model__"
+
+
+def _base(element: ET.Element) -> str:
+    """Return the name of the element to which the pose of another is relative."""
+    pose = element.find("pose")
+    return (pose.get("relative_to", "") if pose is not None else "") or _attached_to(element)
 
 
 def _namers(elements: Mapping[str, ET.Element]) -> dict[str, list[str]]:

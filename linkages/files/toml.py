@@ -122,8 +122,7 @@ def validate(
     InputError
         For the first invalid value: file (or origin), dotted path, error and remedy.
     """
-    for where, problem in _implausible(data):
-        raise InputError((origins or {}).get(where, source), where, problem)
+    refuse_implausible(data, source, origins or {})
     try:
         return model.model_validate(in_si(model, data))
     except UnitError as problem:
@@ -134,6 +133,12 @@ def validate(
         first = min(problem.errors(), key=lambda error: error["type"] != "extra_forbidden")
         where = ".".join(part for part in map(str, first["loc"]) if part.strip())  # without tags of unions
         raise InputError((origins or {}).get(where, source), where, _explain(model, data, first)) from None
+
+
+def refuse_implausible(data: Mapping[str, Any], source: Path, origins: Mapping[str, str]) -> None:
+    """Refuse values that no table allows; see `validate`."""
+    for where, problem in _implausible(data):
+        raise InputError(origins.get(where, source), where, problem)
 
 
 def check_history(times: list[float] | None, values: Sized | None, name: str) -> None:

@@ -121,9 +121,10 @@ class _Check:
     def units(self, table: type[Table], joint: str) -> None:
         """Check the units of a table's values for a revolute or prismatic joint."""
         slides = self.mechanism.joint[joint].type == "prismatic"
+        start = f"{self.where}."
         for path, text in self.experiment.texts.items():
-            key = path.removeprefix(f"{self.where}.")
-            if key in table.model_fields:
+            key = path.removeprefix(start)
+            if path.startswith(start) and key in table.model_fields:
                 unit = unit_of(table.model_fields[key])
                 try:
                     read(text, SLIDING.get(unit, unit) if slides else unit)

@@ -25,6 +25,7 @@ from linkages.files.toml import (
     Table,
     leaves,
     read_toml,
+    refuse_implausible,
     replace_values,
     validate,
     value_at,
@@ -231,16 +232,26 @@ class Experiment(Brief, Table):
             inner = name and isinstance(getattr(self, key, None), dict) and changed.get(key) is not True
             changed[key] = changed.get(key, set()) | {name} if inner else True
         data = self.model_dump(include={"mechanism": True, "duration": True} | changed, exclude_unset=True)
-        part = _build(self._source, data, {}, overrides, origin)
+        _replace(data, overrides, origin)
+        origins = dict.fromkeys(overrides, origin)
+        if changed.keys() == {"sdf"} and changed["sdf"] is not True:  # any value: the mechanism's reader checks them
+            refuse_implausible(data, self._source, origins)
+            valid = data
+        else:
+            valid = vars(validate(Experiment, data, self._source, origins))
         values = {
-            key: getattr(part, key) if names is True else getattr(self, key) | getattr(part, key)
-            for key, names in changed.items()
+            key: valid[key] if names is True else getattr(self, key) | valid[key] for key, names in changed.items()
         }
         result = self.model_copy(update=values)
         result.__dict__.pop("sdf_overrides", None)
-        names = ((path, changed.get(path.split(".")[0], set()), path.split(".")[1:2]) for path in self._texts)
-        texts = {path: self._texts[path] for path, gone, name in names if gone is not True and gone.isdisjoint(name)}
-        result._texts, result._sources = texts | part._texts, self._sources | part._sources
+
+        def stays(path: str) -> bool:
+            key, _, rest = path.partition(".")
+            gone = changed.get(key, set())
+            return gone is not True and rest.partition(".")[0] not in gone
+
+        texts = {path: text for path, text in self._texts.items() if stays(path)}
+        result._texts, result._sources = texts | _texts(data), self._sources | origins
         return result
 
     def ideal(self) -> Experiment:
@@ -367,12 +378,21 @@ def value_unit(path: str) -> str:
 def _build(
     source: Path, data: dict[str, Any], sources: Mapping[str, str], overrides: Mapping[str, Any], origin: str
 ) -> Experiment:
-    if any(path.startswith("gravity.") for path in overrides):
-        data.setdefault("gravity", [0.0, 0.0, 0.0])
-    replace_values(data, overrides, origin)
+    _replace(data, overrides, origin)
     replaced = dict.fromkeys(overrides, origin)
     experiment = validate(Experiment, data, source, replaced)
     experiment._source = source
-    experiment._texts = {path: value for path, value in leaves(data) if isinstance(value, str | list)}
-    experiment._sources = dict(sources) | replaced
+    experiment._texts, experiment._sources = _texts(data), dict(sources) | replaced
     return experiment
+
+
+def _replace(data: dict[str, Any], overrides: Mapping[str, Any], origin: str) -> None:
+    """Replace values by dotted path, in place."""
+    if any(path.startswith("gravity.") for path in overrides):
+        data.setdefault("gravity", [0.0, 0.0, 0.0])
+    replace_values(data, overrides, origin)
+
+
+def _texts(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the texts and lists of nested tables, by dotted path."""
+    return {path: value for path, value in leaves(data) if isinstance(value, str | list)}

@@ -9,7 +9,7 @@ about n. SI units.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -24,6 +24,7 @@ from linkages.errors import InputError, nearest
 from linkages.files.beams import FOLLOWS
 from linkages.files.magnitudes import implausible
 from linkages.files.raw_model import Chains, Pose, RawJoint, RawLink, RawModel
+from linkages.files.reading import read_whole
 from linkages.files.sdf import read_sdf
 
 if TYPE_CHECKING:
@@ -98,6 +99,8 @@ class Mechanism(Brief):
         Columns x_P, y_P, n in world axes.
     values : mapping of str to float
         All replaceable numbers, by dotted path (see `load_mechanism`).
+    text : bytes or None
+        Content of the file; variants are made from it.
     """
 
     name: str
@@ -107,6 +110,7 @@ class Mechanism(Brief):
     joints: tuple[Joint, ...]
     frames: tuple[Frame, ...]
     values: Mapping[str, float]
+    text: bytes | None = None
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         line = f"{self.name}, {counted(len(self.links), 'link')}, {counted(len(self.joints), 'joint')}"
@@ -161,6 +165,18 @@ class Mechanism(Brief):
         known = {other.rpartition(".")[0] for other in self.values}
         near = nearest(path, same) if same else nearest(f"{kind}.{name}", known)
         raise InputError(self.source, f"sdf.{path}", f"there is no such value; {near}")
+
+    def replaced(self, overrides: Mapping[str, float], paths: Collection[str]) -> Mechanism:
+        """Return the mechanism of the same file with other overrides, which differ at some paths.
+
+        Raises
+        ------
+        InputError
+            See `load_mechanism`.
+        """
+        if all(map(is_inertial, paths)):
+            return self.with_inertial({path: overrides[path] for path in paths})
+        return _read(self.source, read_whole(self.source) if self.text is None else self.text, overrides)
 
     def with_inertial(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism with other masses and moments of inertia, without reading its file again.
@@ -232,10 +248,18 @@ def load_mechanism(path: str | Path, overrides: Mapping[str, float] | None = Non
     (6, 8, 0.3)
     """
     path = Path(path)
-    overrides = overrides or {}
+    return _read(path, read_whole(path), overrides or {})
+
+
+def _read(path: Path, text: bytes, overrides: Mapping[str, float]) -> Mechanism:
     inertias = {key: value for key, value in overrides.items() if _INERTIA.fullmatch(key)}
-    raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias})
-    return planar(path, raw, inertias)
+    raw = read_sdf(path, {key: value for key, value in overrides.items() if key not in inertias}, text)
+    return planar(path, raw, inertias, text)
+
+
+def is_inertial(path: str) -> bool:
+    """Check whether a path names a mass or a moment of inertia."""
+    return path.startswith("links.") and path.endswith((".mass", ".inertia"))
 
 
 @contextmanager
@@ -263,44 +287,47 @@ def faults_of_values(experiment: Experiment) -> Iterator[None]:
         raise
 
 
-def planar(path: Path, raw: RawModel, inertias: Mapping[str, float]) -> Mechanism:
-    """Return a mechanism in its plane, with overrides of moments of inertia."""
-    basis = _plane(path, raw)
+def planar(path: Path, raw: RawModel, inertias: Mapping[str, float], text: bytes | None = None) -> Mechanism:
+    """Return a mechanism in its plane, with overrides of moments of inertia, and the content of its file."""
+    axes = np.array([joint.axis for joint in raw.joints if joint.type != "fixed"])
+    basis = _plane(
+        path, tuple((joint.name, joint.type) for joint in raw.joints if joint.type != "fixed"), axes.tobytes()
+    )
     plane = basis.tobytes()
     links = tuple(_link(path, link, plane) for link in raw.links)
     joints = tuple(_joint(joint, plane) for joint in raw.joints)
     frames = tuple(_frame(name, link, pose, plane) for name, (link, pose) in raw.frames.items())
     values = raw.values | {f"links.{link.name}.inertia": link.inertia for link in links}
-    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values).with_inertial(inertias)
+    mechanism = Mechanism(raw.name, path, basis, links, joints, frames, values, text).with_inertial(inertias)
     _check(mechanism)
     return mechanism
 
 
-def _plane(path: Path, raw: RawModel) -> Array:
-    """Find the basis (x_P, y_P, n) of the plane common to all joint axes."""
-    revolute, prismatic = ([j for j in raw.joints if j.type == kind] for kind in ("revolute", "prismatic"))
+@lru_cache(maxsize=16)  # variants of a mechanism have the same axes
+def _plane(path: Path, joints: tuple[tuple[str, str], ...], axes: bytes) -> Array:
+    """Find the basis (x_P, y_P, n) of the plane common to the axes of joints, given by name and type."""
+    along = dict(zip(joints, np.frombuffer(axes).reshape(-1, 3), strict=True))
+    revolute, prismatic = ([(n, along[n, t]) for n, t in joints if t == kind] for kind in ("revolute", "prismatic"))
     if revolute:
-        first, normal = revolute[0].name, revolute[0].axis
+        first, normal = revolute[0]
     else:
         first, normal = "the prismatic joints", np.array([0.0, 0.0, 1.0])
-        for joint in prismatic[1:]:
-            cross = np.cross(prismatic[0].axis, joint.axis)
+        for _, axis in prismatic[1:]:
+            cross = np.cross(prismatic[0][1], axis)
             if np.linalg.norm(cross) > _PARALLEL:
                 normal = cross / np.linalg.norm(cross)
                 break
-    axes = np.array([joint.axis for joint in revolute]).reshape(-1, 3)
-    for k in np.flatnonzero(np.linalg.norm(axes - np.outer(axes @ normal, normal), axis=1) > _PARALLEL):
-        raise _wrong(path, revolute[k], f'not planar: its axis is not parallel to the axis of "{first}"')
-    for joint in prismatic:
-        if abs(joint.axis @ normal) > _PARALLEL:
-            raise _wrong(path, joint, f'not planar: its axis leaves the plane normal to "{first}"')
-    return _basis(*normal.tolist())
+    for name, axis in revolute:
+        if np.linalg.norm(axis - axis @ normal * normal) > _PARALLEL:
+            raise _wrong(path, "joint", name, f'not planar: its axis is not parallel to the axis of "{first}"')
+    for name, axis in prismatic:
+        if abs(axis @ normal) > _PARALLEL:
+            raise _wrong(path, "joint", name, f'not planar: its axis leaves the plane normal to "{first}"')
+    return _basis(normal)
 
 
-@lru_cache(maxsize=16)
-def _basis(*along: float) -> Array:
+def _basis(normal: Array) -> Array:
     """Return plane axes for a normal given up to sign: (x, y) for z, (x, z) for y, (y, z) for x."""
-    normal = np.array(along)
     normal = np.where(np.abs(normal) < 1e-12, 0.0, normal)
     x_axis = np.eye(3)[0] - normal[0] * normal
     if np.linalg.norm(x_axis) < 0.1:
@@ -329,7 +356,7 @@ def _link(path: Path, raw: RawLink, plane: bytes) -> Link:
     beam = raw.beam
     if beam is not None:
         if abs(basis[:, 2] @ (beam.end - beam.start)) > _PARALLEL * beam.length:
-            raise _wrong(path, raw, "its <linkages:beam> does not lie in the plane of motion")
+            raise _wrong(path, "link", raw.name, "its <linkages:beam> does not lie in the plane of motion")
         beam = replace(beam, start=to_plane @ beam.start, end=to_plane @ beam.end)
     return Link(
         **vars(raw) | {"beam": beam},
@@ -363,19 +390,25 @@ def _check(mechanism: Mechanism) -> None:
     path = mechanism.source
     for link in mechanism.links:
         if link.inertia <= 0.0:
-            raise _wrong(path, link, "has no moment of inertia about the plane's normal; give one")
-    chains = Chains(mechanism.link)
-    for joint in mechanism.joints:
-        chains.join(joint)
-    for link in mechanism.links:
-        if link.name not in chains.of["world"]:
-            raise _wrong(path, link, "is not connected to the world by any chain of joints")
+            raise _wrong(path, "link", link.name, "has no moment of inertia about the plane's normal; give one")
+    pairs = tuple((joint.parent, joint.child) for joint in mechanism.joints)
+    for name in _loose(tuple(link.name for link in mechanism.links), pairs):
+        raise _wrong(path, "link", name, "is not connected to the world by any chain of joints")
     for joint in mechanism.joints:
         for part, kind in (("bearing", "revolute"), ("slot", "prismatic")):
             if getattr(joint, part) is not None and joint.type != kind:
-                raise _wrong(path, joint, f"a {joint.type} joint cannot carry <linkages:{part}>")
+                problem = f"a {joint.type} joint cannot carry <linkages:{part}>"
+                raise _wrong(path, "joint", joint.name, problem)
 
 
-def _wrong(path: Path, part: RawLink | RawJoint, problem: str) -> InputError:
-    tag = "link" if isinstance(part, RawLink) else "joint"
-    return InputError(path, f'<{tag} name="{part.name}">', problem)
+@lru_cache(maxsize=16)
+def _loose(links: tuple[str, ...], pairs: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+    """Return the links that no chain of joints, given by the links they connect, connects to the world."""
+    chains = Chains(links)
+    for pair in pairs:
+        chains.join(*pair)
+    return tuple(name for name in links if name not in chains.of["world"])
+
+
+def _wrong(path: Path, tag: str, name: str, problem: str) -> InputError:
+    return InputError(path, f'<{tag} name="{name}">', problem)

@@ -15,7 +15,7 @@ To add an output: a line in `OWNERS`, and its formula in `linkages.outputs.formu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -493,15 +493,11 @@ def _joined(thing: str, quantity: str) -> str:
     return f"{thing}.{quantity}" if thing else quantity
 
 
-@lru_cache(maxsize=8)  # outputs of a run are looked up one by one
-def _owned(system: System, ideal: bool) -> list[tuple[Owner, dict[str, None]]]:
-    """Return each kind of elements with the names of all elements; `ideal`: with every joint ideal."""
-    return [(owner, dict.fromkeys(owner.names(system))) for owner in OWNERS if not (ideal and owner.real)]
-
-
-def _asked(system: System, ideal: bool) -> Iterator[tuple[Owner, Collection[str]]]:
+def _asked(system: System, ideal: bool) -> Iterator[tuple[Owner, Iterable[str]]]:
     """Yield each kind of elements with the names of the elements that have columns in a run."""
-    return ((owner, list(owner.asked(system)) if owner.asked else things) for owner, things in _owned(system, ideal))
+    for owner in OWNERS:
+        if not (ideal and owner.real):
+            yield owner, (owner.asked or owner.names)(system)
 
 
 def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, str]:
@@ -509,8 +505,9 @@ def _look_up(system: System, name: str, ideal: bool) -> tuple[Owner, Quantity, s
         coordinate = next(owner for owner in OWNERS if owner.kind == COORDINATE)
         return coordinate, Quantity("", "", 0), name.removeprefix("q.")
     thing, dot, quantity = name.rpartition(".")
-    for owner, things in _owned(system, ideal):
-        if thing in things and quantity in owner.quantities and bool(dot) == bool(thing):
+    for owner in OWNERS:
+        suits = quantity in owner.quantities and bool(dot) == bool(thing) and not (ideal and owner.real)
+        if suits and thing in owner.names(system):
             return owner, owner.quantities[quantity], thing
     known = names(system, ideal)
     same = [other for other in known if other.startswith(f"{name.partition('.')[0]}.")]

@@ -7,6 +7,7 @@ of inputs, or of the values of earlier instructions. Input 0 is the time.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -102,6 +103,12 @@ class Motions:
             self.breaks[i, : len(p.x)] = p.x
             self.segments[i] = len(p.x) - 1
             self.coefficients[i, : len(p.x) - 1, order - len(p.c) :] = p.c.T
+
+    @cached_property
+    def start(self) -> tuple[Array, Array]:
+        """Values and rates (n,) at t = 0."""
+        value, rate, _ = self(np.zeros(1))
+        return value[0], rate[0]
 
     @property
     def arrays(self) -> Curves:

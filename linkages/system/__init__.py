@@ -4,6 +4,7 @@
 |-------------------------|------------------------------------------------------------------------------|
 | system                  | `System`: the assembled start, all arrays; `load`                            |
 | unassembled             | `Unassembled`: tree, motions, loads, contacts and their records              |
+| memory                  | results that variants of a system share                                      |
 | tree                    | spanning tree: carrying joints, cut joints, coordinates                      |
 | spanning                | construction of the spanning tree                                            |
 | flexible_link           | a flexible link in the tree: frames, modes and sections of its substructures |

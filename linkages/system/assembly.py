@@ -91,9 +91,9 @@ def assemble(
         of freedom, or a spring has no direction at t = 0.
     """
     moved = np.concatenate([tree.driven_dofs, tree.powered_dofs])
-    value, rate, _ = motions(np.zeros(1))
+    value, rate = motions.start
     powered = [experiment.drives[name] for name in tree.powered]
-    start = np.concatenate([value[0], [drive.angle for drive in powered]])
+    start = np.concatenate([value, [drive.angle for drive in powered]])
     through_play = _moves_through_play(tree, experiment)
     held = tree.driven_dofs if through_play else moved
     free = without(tree.closing_dofs, held)
@@ -101,12 +101,12 @@ def assemble(
         if not abs(distance) <= _FARTHEST:
             problem = f"starts {distance:g} rad or m from the reference configuration; the limit is {_FARTHEST:g}"
             raise InputError(experiment.source, f"drives.{name}", problem)
-    speed = np.concatenate([rate[0], [drive.speed or 0.0 for drive in powered]])
+    speed = np.concatenate([rate, [drive.speed or 0.0 for drive in powered]])
     rows, size = tree.closure_rows, tree.extent
     none = np.zeros(len(rows))
     q, v = np.zeros(tree.size), np.zeros(tree.size)
-    steps = max(1, int(np.ceil(np.max(np.abs(start), initial=0.0) / _CONTINUATION)))
-    for fraction in np.linspace(0.0, 1.0, steps + 1):
+    steps = int(np.ceil(np.max(np.abs(start), initial=0.0) / _CONTINUATION))
+    for fraction in np.linspace(0.0, 1.0, steps + 1).tolist() if steps else [0.0]:
         q[held] = fraction * start[: len(held)]
         if not close(tree.bodies, rows, none, free, size, q):
             at = ", ".join(f"{tree.coordinates[i]} = {q[i]:.4g}" for i in held) or "the reference configuration"

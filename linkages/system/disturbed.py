@@ -65,4 +65,6 @@ def disturbed(system: System, name: str, value: float) -> Disturbed:
     _, table, k = inputs(system)[name]
     changed: dict[str, dict[int, float]] = {"efforts": {}, "applied": {}}
     changed[table][k] = value
-    return Disturbed(system.mechanism, system.experiment, system, **changed)
+    return Disturbed(
+        system.mechanism, system.experiment, system, efforts=changed["efforts"], applied=changed["applied"]
+    )

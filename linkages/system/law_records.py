@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from linkages.arrays import Array, Records
+from linkages.arrays import Array, Indices, Records
 from linkages.files.raw_model import Bearing
 from linkages.laws import CONTACTS, FILMS, FRICTIONS, PARAMETERS
 from linkages.laws.contact.contact_forces import CLIP
@@ -29,6 +30,30 @@ from linkages.laws.parameters import MODELS, SHEAR, set_parameters
 from linkages.laws.viscosity import iso_vg_viscosity
 from linkages.laws.wear.force import worn_address
 from linkages.model.experiment_tables import Contact, Friction, JointModel, Mixed
+
+
+class ContactLaws(NamedTuple):
+    """Numbers of the laws of nc contacts; see the properties of `linkages.system.System` with these names."""
+
+    records: Records
+    film_tables: Array
+    tables: Array
+    film_limits: Array
+    touching: NDArray[np.bool_]
+    bristles: Indices
+
+
+def contact_laws(bearings: tuple[Bearing | None, ...], models: tuple[JointModel, ...]) -> ContactLaws:
+    """Collect the laws of contacts in bearings (or other ones), with these models."""
+    records, maps = law_parameters(bearings, models), film_tables(bearings, models)
+    return ContactLaws(
+        records,
+        maps,
+        np.hstack([maps, profiles(models)]),
+        film_limits(records, maps),
+        np.array([model.can_touch for model in models], dtype=bool),
+        np.flatnonzero(records["bristles"]),
+    )
 
 
 def law_parameters(bearings: Sequence[Bearing | None], models: Sequence[JointModel]) -> Records:

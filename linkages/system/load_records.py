@@ -148,13 +148,14 @@ def check_lengths(tree: Tree, experiment: Experiment, loads: Loads, q: Array) ->
 
 def check_functions(tree: Tree, experiment: Experiment, loads: Loads, motions: Motions, q: Array, v: Array) -> None:
     """Reject non-finite formulas: loads' at t = 0 with coordinates and rates q, v (n,); drives' at any time."""
-    pose, vel, outputs = make_pose(tree.bodies), make_motion(tree.bodies), np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
-    body_states(tree.bodies, q, v, pose, vel)
     if experiment.loads:
+        pose, vel = make_pose(tree.bodies), make_motion(tree.bodies)
+        outputs = np.empty((len(loads[0]), len(LOAD_OUTPUTS)))
+        body_states(tree.bodies, q, v, pose, vel)
         load_outputs(loads, 0.0, pose, vel, outputs)
-    for (table, name), values in zip(experiment.loads, outputs, strict=True):
-        if not np.isfinite(values).all():
-            raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
+        for (table, name), values in zip(experiment.loads, outputs, strict=True):
+            if not np.isfinite(values).all():
+                raise InputError(experiment.source, f"{table}.{name}.formula", "is not a number at t = 0")
     if not any(isinstance(piece, Program) for piece in motions.pieces):
         return
     times = np.linspace(0.0, experiment.duration, _LOOKS)

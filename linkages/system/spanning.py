@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -38,21 +39,13 @@ def spanning_tree(
     InputError
         If the driven and powered joints alone already close a loop.
     """
-    carried = Chains(mechanism.link)
-
-    def priority(joint: Joint) -> int:
-        return [joint.type == "fixed", joint.name in driven, joint.name in powered, True].index(True)
-
-    kept, loops = [], set()
-    for joint in sorted((j for j in mechanism.joints if j.name not in play), key=priority):
-        if carried.join(joint):
-            kept.append(joint)
-            continue
-        loops.add(joint.name)
-        if joint.name in driven or joint.name in powered:
+    joints = tuple((j.name, j.parent, j.child, j.type == "fixed") for j in mechanism.joints if j.name not in play)
+    kept, loops = _opened(tuple(mechanism.link), joints, tuple(driven), tuple(powered))
+    for name in loops:
+        if name in driven or name in powered:
             problem = "is driven, and closes a loop of driven and fixed joints only; drive fewer joints"
-            raise InputError(mechanism.source, f'<joint name="{joint.name}">', problem)
-    builder = _Builder(mechanism, tuple(driven), kept, bend or {})
+            raise InputError(mechanism.source, f'<joint name="{name}">', problem)
+    builder = _Builder(mechanism, tuple(driven), [mechanism.joint[name] for name in kept], bend or {})
     builder.grow("world")
     for link in mechanism.link:
         if link not in builder.index:
@@ -74,6 +67,23 @@ def spanning_tree(
         builder.sections,
         builder.acting,
     )
+
+
+@lru_cache(maxsize=16)  # variants of a mechanism have the same links and joints
+def _opened(
+    links: tuple[str, ...],
+    joints: tuple[tuple[str, str, str, bool], ...],
+    driven: tuple[str, ...],
+    powered: tuple[str, ...],
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Find the joints of the tree, and the joints to cut; each is given by name, its two links, whether it is fixed."""
+    carried = Chains(links)
+    kept: list[str] = []
+    loops: list[str] = []
+    rank = {name: [fixed, name in driven, name in powered, True].index(True) for name, _, _, fixed in joints}
+    for name, parent, child, _ in sorted(joints, key=lambda joint: rank[joint[0]]):
+        (kept if carried.join(parent, child) else loops).append(name)
+    return tuple(kept), tuple(loops)
 
 
 class _Builder:

@@ -15,7 +15,7 @@ from linkages.arrays import Records
 from linkages.laws import Registered, registered, restore
 from linkages.model.check import without_deformation
 from linkages.model.experiment import ARGUMENT, Experiment, load_experiment
-from linkages.model.mechanism import Mechanism, faults_of_values, load_mechanism
+from linkages.model.mechanism import Mechanism, faults_of_values, is_inertial, load_mechanism
 from linkages.planar.arrays import Arrays
 from linkages.planar.record_types import BEAM, STATION, STATION_MODE
 from linkages.system.assembly import Assembly, assemble, balanced, independent
@@ -92,17 +92,17 @@ class System(Unassembled):
         if not values:
             return self
         experiment = self.experiment.replaced(values, origin)
-        machine = {path.removeprefix("sdf."): path for path in values if path.startswith("sdf.")}
+        machine = [path.removeprefix("sdf.") for path in values if path.startswith("sdf.")]
         with faults_of_values(experiment):
-            if "mechanism" in values or not all(map(_is_inertial, machine)):
+            if "mechanism" in values:
                 mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
             else:
-                mechanism = self.mechanism.with_inertial({p: experiment.sdf_overrides[p] for p in machine})
+                mechanism = self.mechanism.replaced(experiment.sdf_overrides, machine)
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
         experiment = without_deformation(mechanism, experiment, values)
         same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
         same_start = same_start and not experiment.flexible
-        return System(mechanism, experiment, (self._twin or self) if same_start else None)
+        return System(mechanism, experiment, (self._twin or self) if same_start else None, _memory=self._memory)
 
     def ideal(self) -> System:
         """Return the system with every joint ideal.
@@ -263,13 +263,8 @@ def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Register
     return System(mechanism, experiment)
 
 
-def _is_inertial(path: str) -> bool:
-    """Check whether a path of the mechanism names a mass or a moment of inertia."""
-    return path.startswith("links.") and path.endswith((".mass", ".inertia"))
-
-
 def _keeps_start(path: str) -> bool:
     """Check whether a path names a mass or a joint's law, which do not affect the start."""
     if path.startswith("sdf."):
-        return _is_inertial(path.removeprefix("sdf."))
+        return is_inertial(path.removeprefix("sdf."))
     return path.startswith("joints.") and ".offset" not in path

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,10 @@ def without(dofs: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.in
     return np.array([dof for dof in dofs.tolist() if dof not in gone], dtype=np.int64)
 
 
-def _chained(first: Records, second: Records) -> Records:
+def chained(first: Records, second: Records) -> Records:
     """Concatenate records of one type; NumPy's `concatenate` compares all their fields first."""
+    if not len(first) or not len(second):
+        return first if len(first) else second
     both: Records = np.empty(len(first) + len(second), first.dtype)
     both[: len(first)], both[len(first) :] = first, second
     return both
@@ -123,7 +126,7 @@ class Tree:
     @cached_property
     def loop_rows(self) -> Records:
         """Return the closure rows of the cut ideal joints, then the gears."""
-        return _chained(self._rows(self.loops), self.gear_rows)
+        return chained(self._rows(self.loops), self.gear_rows)
 
     @cached_property
     def gear_rows(self) -> Records:
@@ -137,7 +140,7 @@ class Tree:
     @cached_property
     def closure_rows(self) -> Records:
         """Return the rows that close the whole ideal linkage, clearance joints first."""
-        return _chained(self.play_rows, self.loop_rows)
+        return chained(self.play_rows, self.loop_rows)
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:
@@ -185,8 +188,8 @@ class Tree:
         return self._joints((*self.play, *self.loops), {})
 
     def _joints(self, cut: Sequence[str], contacts: Mapping[str, int]) -> Records:
-        rows = np.cumsum([0, *(ROWS[self.mechanism.joint[name].type] for name in cut)])
-        first = dict(zip(cut, rows.tolist(), strict=False))
+        rows = accumulate((ROWS[self.mechanism.joint[name].type] for name in cut), initial=0)
+        first = dict(zip(cut, rows, strict=False))
         carried = {edge.joint: (self.index[link], edge.reversed) for link, edge in self.edges.items()}
         records = []
         for joint in self.mechanism.joints:
@@ -197,8 +200,8 @@ class Tree:
                 source, at = types.OF_ROWS, first[name]
             else:
                 source, (at, backwards) = types.OF_TREE, carried[name]
-            child, parent = self.marker(joint.child, joint.on_child), self.marker(joint.parent, joint.on_parent)[0]
-            records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction))
+            child, parent = self.marker(joint.child, joint.on_child), self._body_at(joint.parent, joint.on_parent)
+            records.append((source, TYPES[joint.type], at, backwards, parent, child, *joint.direction.tolist()))
         return np.array(records, types.JOINT)
 
     @cached_property
@@ -212,7 +215,8 @@ class Tree:
         return self._bodies_of(self.powered_dofs)
 
     def _bodies_of(self, dofs: NDArray[np.int64]) -> NDArray[np.int64]:
-        return np.array([np.flatnonzero(self.bodies.records["dof"] == dof)[0] for dof in dofs], dtype=np.int64)
+        carried = self.bodies.records["dof"].tolist()
+        return np.array([carried.index(dof) for dof in dofs.tolist()], dtype=np.int64)
 
     @cached_property
     def free_dofs(self) -> NDArray[np.int64]:
@@ -255,8 +259,9 @@ class Tree:
     def _with_modal_masses(self, added: Callable[[Array], Array | float]) -> Bodies:
         """Return the bodies with added modal masses: a function of the modal stiffnesses (n, nm)."""
         shapes, bends = self.bodies.shapes.copy(), self.bodies.records["modes"] > 0
-        if bends.any():
-            shapes[bends, ELASTIC, :, LOCK] = added(shapes[bends, ELASTIC, :, STIFFNESS])
+        if not bends.any():
+            return self.bodies
+        shapes[bends, ELASTIC, :, LOCK] = added(shapes[bends, ELASTIC, :, STIFFNESS])
         return packed(Bodies(self.bodies.records, shapes))
 
     @cached_property
@@ -272,19 +277,27 @@ class Tree:
     @cached_property
     def extent(self) -> float:
         """Return the linkage's length scale: the diagonal of the box around its joints [m]."""
-        points = [point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)]
-        return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if points else 1.0
+        points = np.array([point for joint in self.mechanism.joints for point in (joint.on_parent, joint.on_child)])
+        return float(np.linalg.norm(points.max(axis=0) - points.min(axis=0))) or 1.0 if len(points) else 1.0
 
     def marker(self, link: str, point: Array, beside: Array | float = 0.0) -> tuple[int, float, float]:
         """Return the marker (`linkages.planar.record_types.MARKER`) of a reference point on `link` [m], or `beside` it.
 
         On a flexible link the section at the point carries it.
         """
-        body = self.index[link]
+        body = self._body_at(link, point)
+        (x, y), (x_body, y_body) = (point + beside).tolist(), self._origins[body]
+        return body, x - x_body, y - y_body
+
+    def _body_at(self, link: str, point: Array) -> int:
+        """Return the body that carries a reference point on a link: the link, or a section of a flexible one."""
         if link in self.flexible:
-            body = self.sections[section_at(self.flexible[link], point)]
-        x, y = point + beside - self.drawn[body]
-        return body, float(x), float(y)
+            return self.sections[section_at(self.flexible[link], point)]
+        return self.index[link]
+
+    @cached_property
+    def _origins(self) -> list[list[float]]:
+        return self.drawn.tolist()
 
     def beam_ends(self, link: str) -> tuple[int, int]:
         """Return the bodies of the sections at the first and last end of a flexible link's beam."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array, Records
 from linkages.brief import Brief, counted
-from linkages.files.raw_model import Bearing
 from linkages.model.check import check
 from linkages.model.experiment import Experiment
-from linkages.model.experiment_tables import JointModel
+from linkages.model.experiment_tables import Drive, JointModel
 from linkages.model.mechanism import Mechanism
 from linkages.planar.loads import Loads
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ORIENTED, WORN
 from linkages.system.flexible_link import flexible_link
-from linkages.system.law_records import film_limits, film_tables, law_parameters, profiles
+from linkages.system.law_records import ContactLaws, contact_laws
 from linkages.system.load_records import pack_loads
+from linkages.system.memory import Memory
 from linkages.system.spanning import spanning_tree
-from linkages.system.tree import Tree
+from linkages.system.tree import Tree, chained
 from linkages.system.unilateral_contacts import unilateral_ends, unilateral_models
 
 _SAMPLED = 2000  # number of times at which the drives' rates are compared
@@ -40,6 +40,7 @@ class Unassembled(Brief):
 
     mechanism: Mechanism
     experiment: Experiment
+    _memory: Memory = field(default_factory=Memory, kw_only=True)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         mechanism, experiment = self.mechanism._facts(), self.experiment._facts()
@@ -68,7 +69,7 @@ class Unassembled(Brief):
     @cached_property
     def motions(self) -> Motions:
         """Return the prescribed motions of the tree's driven joints."""
-        return Motions([self.experiment.drives[name].motion() for name in self.tree.driven])
+        return self._memory(_motions, tuple(self.experiment.drives[name] for name in self.tree.driven))
 
     @cached_property
     def drive_rate(self) -> float:
@@ -97,7 +98,7 @@ class Unassembled(Brief):
     @cached_property
     def torques(self) -> Motions:
         """Return the torque histories of the tree's powered joints."""
-        return Motions([self.experiment.drives[name].torque_history() for name in self.tree.powered])
+        return self._memory(_torques, tuple(self.experiment.drives[name] for name in self.tree.powered))
 
     @cached_property
     def loads(self) -> Loads:
@@ -123,46 +124,55 @@ class Unassembled(Brief):
         play = tuple(self.experiment.joints[name] for name, _ in self.tree.contacts)
         return (*play, *unilateral_models(self.tree, self.experiment))
 
-    @property
-    def _bearings(self) -> tuple[Bearing | None, ...]:
-        """Return the bearing of each contact, or None."""
-        joints = self.mechanism.joint
-        return tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
-
     @cached_property
+    def _contact_laws(self) -> ContactLaws:
+        joints = self.mechanism.joint
+        bearings = tuple(joints[name].bearing if name in joints else None for name, _ in self.contacts)
+        return self._memory(contact_laws, bearings, self.models)
+
+    @property
     def laws(self) -> Records:
         """Return the law records (`linkages.laws.PARAMETERS`) of the contacts, (nc,)."""
-        return law_parameters(self._bearings, self.models)
+        return self._contact_laws.records
 
-    @cached_property
+    @property
     def film_tables(self) -> Array:
         """Return the maps of the finite films, one line per contact, empty if it needs none."""
-        return film_tables(self._bearings, self.models)
+        return self._contact_laws.film_tables
+
+    @property
+    def tables(self) -> Array:
+        """Return `film_tables` with the profiles of worn joints at the ends of the lines."""
+        return self._contact_laws.tables
+
+    @property
+    def film_limits(self) -> Array:
+        """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
+        return self._contact_laws.film_limits
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Return which contacts can touch, (nc,)."""
+        return self._contact_laws.touching
+
+    @property
+    def bristles(self) -> NDArray[np.int64]:
+        """Return the contacts whose friction has a state (LuGre)."""
+        return self._contact_laws.bristles
 
     @cached_property
     def ends(self) -> Records:
         """Return both ends of each contact: `Tree.ends` with worn profiles, stops, points at lines."""
-        ends = np.concatenate([self.tree.ends, unilateral_ends(self.tree, self.experiment)])
-        ends["kind"][[model.is_oriented for model in self.models]] = ORIENTED
-        ends["kind"][[model.is_worn for model in self.models]] = WORN
+        ends = chained(self.tree.ends, unilateral_ends(self.tree, self.experiment))
+        for k, model in enumerate(self.models):
+            if model.is_oriented or model.is_worn:
+                ends["kind"][k] = WORN if model.is_worn else ORIENTED
         return ends
 
-    @cached_property
-    def tables(self) -> Array:
-        """Return `film_tables` with the profiles of worn joints at the ends of the lines."""
-        return np.hstack([self.film_tables, profiles(self.models)])
 
-    @cached_property
-    def film_limits(self) -> Array:
-        """Return the largest eccentricity ratio that the film of each contact covers, (nc,)."""
-        return film_limits(self.laws, self.film_tables)
+def _motions(drives: tuple[Drive, ...]) -> Motions:
+    return Motions([drive.motion() for drive in drives])
 
-    @cached_property
-    def touching(self) -> NDArray[np.bool_]:
-        """Return which contacts can touch, (nc,)."""
-        return np.array([model.can_touch for model in self.models], dtype=bool)
 
-    @cached_property
-    def bristles(self) -> NDArray[np.int64]:
-        """Return the contacts whose friction has a state (LuGre)."""
-        return np.flatnonzero(self.laws["bristles"])
+def _torques(drives: tuple[Drive, ...]) -> Motions:
+    return Motions([drive.torque_history() for drive in drives])

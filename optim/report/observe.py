@@ -13,7 +13,7 @@ from optim.algorithms.nlp import Values
 from optim.problem.study import Study
 from optim.store.store import Iteration
 
-_EVERY = 5.0  # seconds between two drawings of the figure, at least
+_EVERY = 30.0  # seconds between two drawings of the figure, at least; a short run is drawn at its end alone
 _SHARE = 0.05  # of the time that drawings take, at most
 
 
