@@ -167,7 +167,7 @@ def test_a_command_struck_at_any_moment_leaves_whole_files_and_can_be_repeated(n
     folder, known = work
     words, whole, took = known[name]
     dice, out = random.Random(name), tmp_path / name
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         resume = ("--resume",) if name == "optimise" and (out / "study.sqlite").exists() else ()
         process = start(*words, *resume, "--out", place(tmp_path, name))
         strike(process, number, dice.uniform(0.2, 1.0) * took)

@@ -20,7 +20,7 @@ from mutant_trials import TRIALS, command
 from mutants import EXPERIMENTS, Mutator
 
 #: Mutants of every run of the tests, and shares of the script's.
-COUNTS = {"load": 400, "study": 100, "store": 100, "import": 200, "describe": 40, "report": 100, "compiled": 40}
+COUNTS = {"load": 200, "study": 50, "store": 30, "import": 100, "describe": 20, "report": 30, "compiled": 30}
 SHARES = {"load": 4, "study": 2, "store": 2, "import": 2, "describe": 4, "report": 4, "blocks": 1, "compiled": 11}
 SHARES |= {"drake": 1}
 LONGEST = 20  # s of the processor for one mutant

@@ -109,16 +109,16 @@ def drake_quantities(study, design):
 @pytest.mark.slow
 def test_quantities_against_drake(file):
     study = load_study(file)
-    found = Evaluator(study)(DESIGNS[:2])
-    for i, design in enumerate(DESIGNS[:2]):
-        computed = [*found.objectives[i], *found.constraints[i]]
-        expected = drake_quantities(study, design)
-        jitter = 3  # [m/s2]: the small difference of accelerations that are known to 1e-5 or so
-        assert computed[jitter] == pytest.approx(expected[jitter], abs=1e-5)
-        assert expected[jitter] > 1e-3
-        # the run keeps 1e-7 of the state; peaks of forces are of second order in it
-        del computed[jitter], expected[jitter]
-        assert computed == pytest.approx(expected, rel=1e-4)
+    design = DESIGNS[1]  # every variable away from the nominal one
+    found = Evaluator(study)(design[None])
+    computed = [*found.objectives[0], *found.constraints[0]]
+    expected = drake_quantities(study, design)
+    jitter = 3  # [m/s2]: the small difference of accelerations that are known to 1e-5 or so
+    assert computed[jitter] == pytest.approx(expected[jitter], abs=1e-5)
+    assert expected[jitter] > 1e-3
+    # the run keeps 1e-7 of the state; peaks of forces are of second order in it
+    del computed[jitter], expected[jitter]
+    assert computed == pytest.approx(expected, rel=1e-4)
 
 
 def test_designs_that_cannot_be_assembled_fail_alone(file):
