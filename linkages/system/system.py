@@ -22,6 +22,7 @@ from linkages.system.assembly import Assembly, assemble, balanced, independent
 from linkages.system.deflection import deflected
 from linkages.system.equilibrium import resting_offsets
 from linkages.system.rate import motion_rate
+from linkages.system.tree import Tree
 from linkages.system.unassembled import Unassembled
 
 
@@ -141,6 +142,12 @@ class System(Unassembled):
         if path.startswith("sdf."):
             return self.mechanism.value(path.removeprefix("sdf."))
         return self.experiment.value(path)
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Build the spanning tree, or take the tree of a system that differs in the laws of joints alone."""
+        twin = self._twin
+        return twin.tree if twin is not None and twin.mechanism is self.mechanism else super().tree
 
     # -- assembly ----------------------------------------------------------------------------------
 
