@@ -127,7 +127,8 @@ def branches(
     accuracy, tolerance : float
         See `linkages.periodic_motion`.
     progress : callable, optional
-        Called with the covered fraction of the range of the first branch, 0 to 1.
+        Called with the finished part, 0 to 1: each branch, up to the last doubling, counts by the part of the range
+        that it has covered.
     origin : str
         Origin of the values, named in errors.
 
@@ -179,7 +180,7 @@ class _Search(NamedTuple):
     accuracy: float
     tolerance: float
     outputs: tuple[str, ...]
-    progress: Callable[[float], None]
+    progress: Callable[[float], None]  # called with the finished part of all branches up to the last doubling
 
     def all(self, first: float, periods: int, transient: int, doublings: int) -> list[Branch]:
         """Trace the branch of the first motion, and those that come from period doublings."""
@@ -187,26 +188,29 @@ class _Search(NamedTuple):
         settings = self._settings(given)
         point = solve(forced(given), given.start, first, settings)
         ends = [turned(point)] * (first > self.low) + [point] * (first < self.high)
-        level: list[_Level] = [(given, [self._trace(given, end, settings) for end in ends], None)]
+        share = 1.0 / (doublings + 1.0)
+        below_first = share * (first - self.low) / self._range
+        lines = [self._trace(given, end, settings, k * below_first, share) for k, end in enumerate(ends)]
+        level: list[_Level] = [(given, lines, None)]
         found: list[Branch] = []
         for depth in range(doublings + 1):
             below: list[_Level] = []
             for of, traces, source in level:
                 found.append(self._branch(of, traces, source))
                 if depth < doublings:
-                    below += self._switched(of, traces, len(found) - 1, settings)
+                    below += self._switched(of, traces, len(found) - 1, settings, (depth + 1.0) * share, share)
             level = below
         return found
 
     def _switched(
-        self, given: ReturnMap, traces: list[Trace], index: int, settings: Settings
+        self, given: ReturnMap, traces: list[Trace], index: int, settings: Settings, done: float, share: float
     ) -> Iterator[tuple[ReturnMap, list[Trace], tuple[int, int]]]:
         """Trace the branches from the period doublings of a branch, each once: one may join two doublings."""
         rejoined: list[float] = []
         for k, event in enumerate(_in_order(traces)[1]):
             if event.kind != DOUBLING or any(abs(event.point.p - p) < _SAME * self._range for p in rejoined):
                 continue
-            new = self._doubled(event, given.periods, settings)
+            new = self._doubled(event, given.periods, settings, done, share)
             if new is not None:
                 line = new[1]
                 rejoined += [found.point.p for found in line.bifurcations if found.kind == FOLD]
@@ -222,20 +226,23 @@ class _Search(NamedTuple):
         steps = {"first": _FIRST * self.step, "least": _LEAST * self.step, "most": self.step}
         return Settings(sizes, self._range, np.minimum(given.error, sizes), self.tolerance, **steps)
 
-    def _trace(self, given: ReturnMap, point: Point, settings: Settings) -> Trace:
-        """Trace a branch from a point in the direction of its tangent."""
+    def _trace(self, given: ReturnMap, point: Point, settings: Settings, done: float, share: float) -> Trace:
+        """Trace a branch from a point in the direction of its tangent: its share of the work comes after `done`."""
+        start = point.p
 
         def report(point: Point) -> None:
-            self.progress(_SHOWN * abs(point.p - self.low) / self._range)
+            self.progress(_SHOWN * (done + share * abs(point.p - start) / self._range))
 
         limits = (self.low, self.high)
         return trace(forced(given), point, limits, settings, _seen, _MOST, report)
 
-    def _doubled(self, event: Bifurcation, periods: int, settings: Settings) -> tuple[ReturnMap, Trace] | None:
+    def _doubled(
+        self, event: Bifurcation, periods: int, settings: Settings, done: float, share: float
+    ) -> tuple[ReturnMap, Trace] | None:
         """Trace the branch that begins at a period doubling; None if its start is not found."""
         given = self._map(event.point, 2 * periods)
         first = doubled(forced(given), event, monodromy(event.point), settings)
-        return None if first is None else (given, self._trace(given, first, settings))
+        return None if first is None else (given, self._trace(given, first, settings, done, share))
 
     def _map(self, point: Point, periods: int) -> ReturnMap:
         """Make a return map that starts at a motion of a branch."""
