@@ -62,34 +62,31 @@ def test_private_attributes_of_numba_are_used_nowhere_else():
 
 
 RUN = """
-import sys
-{before}
-import numpy as np
 import linkages
-from linkages.kernel import private
-assert bool(private.problem) == {plain}, private.problem
-{work}
+system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.02})
+run = linkages.simulate(system, "compiled")
+found = [run.status.value, *(run[name].tobytes().hex() for name in ("A.force", "B.force"))]
 """
 HIDDEN = """
 import numba.core.runtime.nrt
 del numba.core.runtime.nrt.rtsys  # as in a version of numba that has another name for it
 """
-WORK = """
-system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.02})
-run = linkages.simulate(system, "compiled")
-print(run.status.value, *(run[name].tobytes().hex() for name in ("A.force", "B.force")))
+PLAIN = """
+from linkages.kernel import private
+assert private.problem
+print(*found)
 """
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(private.OFF, reason="nothing is compiled")
 def test_a_numba_without_a_private_name_gives_the_same_digits(tmp_path):
-    found = []
-    for before in "", HIDDEN:
-        text = RUN.format(before=before, plain=bool(before), work=WORK)
-        environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / ("plain" if before else "own"))}
-        done = subprocess.run([sys.executable, "-c", text], env=environment, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        found.append(done.stdout)
-    assert found[0].startswith("ok ")
-    assert found[0] == found[1]
+    assert not private.problem
+    own = {}
+    exec(RUN, own)
+    assert own["found"][0] == "ok"
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    words = [sys.executable, "-c", HIDDEN + RUN + PLAIN]
+    done = subprocess.run(words, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == own["found"]
