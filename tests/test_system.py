@@ -153,3 +153,12 @@ def test_numbers_of_the_experiment_are_found_by_their_paths(seven_bar):
 def test_the_ideal_system_has_no_contacts(seven_bar):
     assert seven_bar.ideal().tree.contacts == ()
     assert seven_bar.ideal().determinate
+
+
+@pytest.mark.parametrize("path", ["sdf", "sdf.links", "sdf.links.link2", "sdf.links.link2.mass"])
+def test_values_of_the_machine_are_replaced_alone_or_by_tables(path):
+    value = 0.3
+    for part in reversed("sdf.links.link2.mass".removeprefix(path).split(".")[1:]):
+        value = {part: value}
+    changed = load(find_file("seven_bar.toml")).replaced({path: value})
+    assert changed.value("sdf.links.link2.mass") == 0.3

@@ -95,7 +95,7 @@ class System(Unassembled):
         experiment = self.experiment.replaced(values, origin)
         machine = [path.removeprefix("sdf.") for path in values if path.startswith("sdf.")]
         with faults_of_values(experiment):
-            if "mechanism" in values:
+            if "mechanism" in values or "sdf" in values:  # the latter: all values of the machine in one table
                 mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
             else:
                 mechanism = self.mechanism.replaced(experiment.sdf_overrides, machine)
