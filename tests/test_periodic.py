@@ -22,7 +22,7 @@ from linkages.explore.periodic.multipliers import (
     multipliers,
 )
 from linkages.explore.periodic.shooting import Return, autonomous, forced
-from linkages.explore.periodic.tracing import Seen, trace, turned
+from linkages.explore.periodic.tracing import LIMIT, Seen, trace, turned
 
 # ---- equations ------------------------------------------------------------------------------------------------------
 
@@ -490,6 +490,14 @@ def test_a_branch_of_the_dry_slider_crank_passes_through_the_points_of_a_sweep()
     for name in ("B.ex", "B.ey"):
         assert motion.outputs.strobe[name][0] == pytest.approx(section.strobe[name][0], abs=1e-5 * motion.value)
     assert motion.outputs.peaks("B.force")[0] == pytest.approx(section.peaks("B.force")[0], rel=1e-4)
+
+
+def test_steps_do_not_depend_on_unknowns_that_change_with_the_value_along_the_whole_branch():
+    """The rod turns with the drive: its rate changes by many clearances in the time of the motion."""
+    given = {"transient": 3, "doublings": 0, "step": 0.25, "accuracy": 1e-9, "tolerance": 1e-5}
+    (branch,) = branches(shipped("slider_crank_lubricated"), "drives.O.speed", 100.0, 110.0, **given).branches
+    assert branch.ends == (LIMIT,)
+    assert len(branch.motions) < 15
 
 
 def test_kinds_of_bifurcations_follow_from_the_multiplier():

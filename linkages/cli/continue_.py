@@ -20,9 +20,13 @@ if TYPE_CHECKING:
 HELP = "branches of stable and unstable periodic motions over one value, and their bifurcations"
 
 _EXAMPLES = """examples:
-  linkages continue slider_crank_dry.toml --vary joints.B.clearance=1e-5:5e-4 --set joints.B.friction.coefficient=0.1
+  linkages continue slider_crank_lubricated.toml --vary drives.O.speed=100:150 --transient 5 --output B.force
   linkages continue my.toml --vary drives.O.speed=100:600 --start 300 --periods 2 --output B.force --sweep 40
 """
+_REMEDIES = {
+    "most": "larger steps (--step) follow it further",
+    "lost": "smaller steps (--step) and tighter runs (--accuracy) may follow it further",
+}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -133,6 +137,7 @@ def content(found: Branches, units: dict[str, str]) -> dict[str, Any]:
             {
                 "periods": branch.periods,
                 "source": None if branch.source is None else list(branch.source),
+                "ends": list(branch.ends),
                 "motions": [_motion(motion) for motion in branch.motions],
                 "bifurcations": [
                     {
@@ -172,15 +177,17 @@ def _motion(motion: PeriodicMotion) -> dict[str, Any]:
 
 def format_branches(found: Branches, units: dict[str, str]) -> str:
     """Format branches and bifurcations as lines of text."""
+    from linkages.explore.periodic.tracing import ENDS, LOST, MOST
+
     lines = [f"{found.path} from {found.low:g} to {found.high:g}"]
     for k, branch in enumerate(found.branches):
         source = "" if branch.source is None else f", from a period doubling of branch {branch.source[0] + 1}"
         lines += ["", f"branch {k + 1}: period of {branch.periods} drive period(s), {_extent(branch)}{source}"]
         lines += [f"  {_line(event.kind, event.motion, event.multiplier)}" for event in branch.events]
     worst = max(motion.residual for branch in found.branches for motion in branch.motions)
-    ends = found.branches[0].motions[0], found.branches[0].motions[-1]
-    if min(end.value or 0.0 for end in ends) > found.low or max(end.value or 0.0 for end in ends) < found.high:
-        lines += ["", "the first branch ends within the range: smaller steps (--step) may follow it further"]
+    for k, branch in enumerate(found.branches):
+        for end in sorted({MOST, LOST}.intersection(branch.ends)):
+            lines += ["", f"branch {k + 1} ends because {ENDS[end]}: {_REMEDIES[end]}"]
     lines += ["", f"largest residual {worst:.1g}"]
     return "\n".join(lines)
 

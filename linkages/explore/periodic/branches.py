@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.brief import Brief, counted
 from linkages.errors import InputError
-from linkages.explore.periodic.continuation import Point, Settings, solve
+from linkages.explore.periodic.continuation import Point, Settings, rescaled, solve
 from linkages.explore.periodic.motion import PeriodicMotion, made, monodromy
 from linkages.explore.periodic.multipliers import DOUBLING, FOLD
 from linkages.explore.periodic.return_map import ReturnMap, least_clearance
@@ -23,7 +23,7 @@ from linkages.system import System
 
 _FIRST, _LEAST = 0.2, 1e-4  # first and smallest step, over the largest
 _SHOWN = 0.98  # largest progress before the end
-_MOST = 400  # points of a branch
+_MOST = 400  # points of a branch in one direction
 _SAME = 1e-4  # distance of two bifurcations over the range, below which they are one
 
 
@@ -60,12 +60,15 @@ class Branch:
         In the order along the branch.
     events : tuple of Event
         In the same order.
+    ends : tuple of str
+        Why it ends, in each direction in which it was followed (`linkages.explore.periodic.tracing.ENDS`).
     """
 
     periods: int
     source: tuple[int, int] | None
     motions: tuple[PeriodicMotion, ...]
     events: tuple[Event, ...]
+    ends: tuple[str, ...]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -186,7 +189,7 @@ class _Search(NamedTuple):
         """Trace the branch of the first motion, and those that come from period doublings."""
         given = ReturnMap(self.system.replaced({self.path: first}), self.path, periods, transient, self.accuracy)
         settings = self._settings(given)
-        point = solve(forced(given), given.start, first, settings)
+        point, settings = rescaled(solve(forced(given), given.start, first, settings), settings)
         ends = [turned(point)] * (first > self.low) + [point] * (first < self.high)
         share = 1.0 / (doublings + 1.0)
         below_first = share * (first - self.low) / self._range
@@ -254,7 +257,7 @@ class _Search(NamedTuple):
         points, found = _in_order(traces)
         motions = tuple(self._motion(given, point) for point in points)
         events = tuple(Event(b.kind, self._motion(given, b.point), b.multiplier) for b in found)
-        return Branch(given.periods, source, motions, events)
+        return Branch(given.periods, source, motions, events, tuple(trace.end for trace in traces))
 
     def _motion(self, given: ReturnMap, point: Point) -> PeriodicMotion:
         motion = made(given, point, point.p)

@@ -9,7 +9,7 @@ Georg, Introduction to Numerical Continuation Methods, SIAM 2003, ch. 6.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -77,6 +77,20 @@ def solve(problem: Problem, u: Array, p: float, settings: Settings) -> Point:
             "Newton's method finds no periodic motion from this start; start closer to one (a longer transient)"
         )
     return _point(*found[:2], up, settings)
+
+
+def rescaled(point: Point, settings: Settings) -> tuple[Point, Settings]:
+    """Return a point and the settings with larger scales of unknowns that change by more than theirs over a unit of p.
+
+    Otherwise an unknown that changes much along the whole branch, as a speed with that of the drive, would determine
+    the steps.
+    """
+    along, by_p = point.tangent[:-1] * settings.scale, abs(point.tangent[-1])
+    if by_p == 0.0:  # a fold
+        return point, settings
+    scale = np.maximum(settings.scale, np.abs(along) / by_p)
+    tangent = np.append(along / scale, point.tangent[-1])
+    return replace(point, tangent=tangent / np.linalg.norm(tangent)), settings._replace(scale=scale)
 
 
 def follow(problem: Problem, start: Point, low: float, high: float, settings: Settings) -> Iterator[Point]:

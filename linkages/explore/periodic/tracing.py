@@ -12,6 +12,15 @@ from linkages.arrays import Array
 from linkages.explore.periodic.continuation import Point, Problem, Settings, follow, locate, step
 from linkages.explore.periodic.multipliers import FOLD, GRAZING, Multipliers, crossing, kind
 
+LIMIT, CLOSED, MOST, LOST = "limit", "closed", "most", "lost"
+#: Why a branch ends.
+ENDS = {
+    LIMIT: "the value reached a limit of its range",
+    CLOSED: "it returned to its first motion",
+    MOST: "it has the largest number of motions",
+    LOST: "Newton's method found no further motion at the smallest step",
+}
+
 _LOCATED = 1e-8  # scaled arclength to which bifurcations are located
 _GRAZED = 1e-9  # and to which a change of the contacts is
 _SMOOTH = 1e-3  # distance of a located multiplier from the circle above which it jumped there
@@ -36,10 +45,11 @@ class Bifurcation:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A branch in one direction: its points with the first one, and its bifurcations in order."""
+    """A branch in one direction: its points with the first one, its bifurcations in order, and why it ends (`ENDS`)."""
 
     points: list[Point]
     bifurcations: list[Bifurcation]
+    end: str
 
 
 def trace(
@@ -67,14 +77,20 @@ def trace(
     report : callable
         Called with each point.
     """
-    points, found = [start], list[Bifurcation]()
+    points, found, end = [start], list[Bifurcation](), LOST
     for point in follow(problem, start, *limits, settings):
         found += _between(problem, points[-1], point, settings, look)
         points.append(point)
         report(point)
-        if len(points) > most or (len(points) > 5 and _distance(point, start, settings) < 0.5 * settings.most):
-            break  # the last one: the branch is closed
-    return Trace(points, found)
+        if len(points) > 5 and _distance(point, start, settings) < 0.5 * settings.most:
+            end = CLOSED
+        elif point.p in limits:
+            end = LIMIT
+        elif len(points) > most:
+            end = MOST
+        if end in (CLOSED, MOST):
+            break
+    return Trace(points, found, end)
 
 
 def turned(point: Point) -> Point:
