@@ -98,7 +98,7 @@ def data() -> Finding:
 
 
 def compile_cache() -> Finding:
-    """Check the cache of compiled code: without it each start compiles for about 15 s."""
+    """Check the cache of compiled code: without it each start compiles for up to a minute."""
     import numba
 
     from linkages.kernel import folder, private
@@ -111,7 +111,7 @@ def compile_cache() -> Finding:
     if path is None:
         return Finding("compile cache", "none", _PLACE)
     kept = _count(path, "*/*.nbc")
-    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for about 15 s'}"
+    text = f"{path}, {f'{kept} files' if kept else 'empty: the first run compiles for up to a minute'}"
     return Finding("compile cache", text, _PLACE if path.is_relative_to(folder.temporary_folder()) else "")
 
 

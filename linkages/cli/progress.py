@@ -185,7 +185,7 @@ def announce_compilation() -> None:
         nonlocal due
         now = time.monotonic()
         if not due:
-            _silence.say("compiling, once after an installation: about 15 s ...")
+            _silence.say("compiling, once after an installation: up to a minute ...")
         elif now > due:
             _silence.say(f"compiling: {ready} of at most {known} kernels")
         if now > due:
