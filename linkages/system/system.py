@@ -93,9 +93,9 @@ class System(Unassembled):
         if not values:
             return self
         experiment = self.experiment.replaced(values, origin)
-        machine = [path.removeprefix("sdf.") for path in values if path.startswith("sdf.")]
+        machine = [path.removeprefix("sdf.") for path in values if path.partition(".")[0] == "sdf"]
         with faults_of_values(experiment):
-            if "mechanism" in values or "sdf" in values:  # the latter: all values of the machine in one table
+            if "mechanism" in values:
                 mechanism = load_mechanism(experiment.mechanism_path, experiment.sdf_overrides)
             else:
                 mechanism = self.mechanism.replaced(experiment.sdf_overrides, machine)

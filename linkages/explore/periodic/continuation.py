@@ -24,6 +24,7 @@ _GROWTH, _SHRINK = 1.5, 0.5  # factors of the step
 _BENT = 0.9  # cosine of two tangents below which the step is repeated with half its length
 _FAR = 2.0  # correction over the step above which the solution may be one of another branch
 _BISECTIONS = 60
+_WIDEST = 100.0  # largest growth of a scale
 
 
 class Residual(NamedTuple):
@@ -83,13 +84,11 @@ def rescaled(point: Point, settings: Settings) -> tuple[Point, Settings]:
     """Return a point and the settings with larger scales of unknowns that change by more than theirs over a unit of p.
 
     Otherwise an unknown that changes much along the whole branch, as a speed with that of the drive, would determine
-    the steps.
+    the steps. Near a fold, where all unknowns change fast with p, scales grow by `_WIDEST` at most.
     """
-    along, by_p = point.tangent[:-1] * settings.scale, abs(point.tangent[-1])
-    if by_p == 0.0:  # a fold
-        return point, settings
-    scale = np.maximum(settings.scale, np.abs(along) / by_p)
-    tangent = np.append(along / scale, point.tangent[-1])
+    along, by_p = np.abs(point.tangent[:-1]), abs(point.tangent[-1])
+    wider = np.clip(along / max(by_p, 1.0 / _WIDEST), 1.0, _WIDEST)
+    scale, tangent = settings.scale * wider, np.append(point.tangent[:-1] / wider, point.tangent[-1])
     return replace(point, tangent=tangent / np.linalg.norm(tangent)), settings._replace(scale=scale)
 
 

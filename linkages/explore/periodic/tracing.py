@@ -82,7 +82,8 @@ def trace(
         found += _between(problem, points[-1], point, settings, look)
         points.append(point)
         report(point)
-        if len(points) > 5 and _distance(point, start, settings) < 0.5 * settings.most:
+        same_way = point.tangent @ start.tangent > 0.0  # not behind a fold
+        if len(points) > 5 and same_way and _distance(point, start, settings) < 0.5 * settings.most:
             end = CLOSED
         elif point.p in limits:
             end = LIMIT
