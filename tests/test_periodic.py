@@ -11,7 +11,7 @@ from shipped import shipped
 
 from linkages import InputError, RunError, bearing, branches, load, periodic_motion, stroboscopic
 from linkages.cli.main import main
-from linkages.explore.periodic.continuation import Settings, solve
+from linkages.explore.periodic.continuation import Residual, Settings, rescaled, solve
 from linkages.explore.periodic.multipliers import (
     BRANCH_POINT,
     DOUBLING,
@@ -22,7 +22,7 @@ from linkages.explore.periodic.multipliers import (
     multipliers,
 )
 from linkages.explore.periodic.shooting import Return, autonomous, forced
-from linkages.explore.periodic.tracing import LIMIT, Seen, trace, turned
+from linkages.explore.periodic.tracing import CLOSED, LIMIT, LOST, MOST, Seen, trace, turned
 
 # ---- equations ------------------------------------------------------------------------------------------------------
 
@@ -490,6 +490,37 @@ def test_a_branch_of_the_dry_slider_crank_passes_through_the_points_of_a_sweep()
     for name in ("B.ex", "B.ey"):
         assert motion.outputs.strobe[name][0] == pytest.approx(section.strobe[name][0], abs=1e-5 * motion.value)
     assert motion.outputs.peaks("B.force")[0] == pytest.approx(section.peaks("B.force")[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("distance", [0.2, 1e-3, 1e-6])
+def test_a_branch_that_starts_near_a_fold_goes_around_it(distance):
+    """The parabola p = -u^2, in units of which u is the larger the farther the branch goes."""
+
+    def parabola(u, p):
+        return Residual(np.array([u[0] ** 2 + p]), np.array([[2.0 * u[0]]]), np.array([1.0]))
+
+    settings = Settings(np.array([0.01]), 1.0, np.array([1.0]), tolerance=1e-12)
+    start, settings = rescaled(solve(parabola, np.array([-np.sqrt(distance)]), -distance, settings), settings)
+    found = trace(parabola, start, (-1.0, 0.5), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 3000)
+    assert found.end == LIMIT
+    assert found.points[-1].u[0] == pytest.approx(1.0, abs=1e-9)
+    assert [event.kind for event in found.bifurcations] == [FOLD]
+    assert trace(parabola, start, (-1.0, 0.5), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 3).end == MOST
+
+
+def test_a_circle_is_closed_and_a_branch_without_an_end_is_lost():
+    def circle(u, p):
+        return Residual(np.array([u[0] ** 2 + p**2 - 1.0]), np.array([[2.0 * u[0]]]), np.array([2.0 * p]))
+
+    def half(u, p):
+        if p > 0.5:
+            raise RunError("no motion")
+        return circle(u, p)
+
+    settings = Settings(np.array([1.0]), 1.0, np.array([1.0]), tolerance=1e-12)
+    for problem, end in ((circle, CLOSED), (half, LOST)):
+        start = solve(problem, np.array([1.0]), 0.1, settings)
+        assert trace(problem, start, (-2.0, 2.0), settings, lambda p: Seen(np.array([0.5 + 0.0j])), 500).end == end
 
 
 def test_steps_do_not_depend_on_unknowns_that_change_with_the_value_along_the_whole_branch():
