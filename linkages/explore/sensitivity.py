@@ -1,26 +1,21 @@
-"""Derivatives of peaks, means and works of a run with respect to values, with marks where they mean less.
-
-The derivative of a peak is that of its output at the time of the peak (envelope theorem): the output is stationary
-there, so that the change of the time does not matter.
-"""
+"""Derivatives of peaks, means and works of a run with respect to values, with marks where they mean less."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from linkages.arrays import Array
 from linkages.brief import Brief, counted
 from linkages.engines.compiled.batch import simulate_batch
 from linkages.engines.study import simulate
 from linkages.errors import InputError, RunError, Status
 from linkages.outputs.registry import default_outputs
 from linkages.results.derivatives import MEANING, OK
-from linkages.results.extremes import extremes, integral
+from linkages.results.statistic_derivatives import Found, Wanted, differentiate_statistics
 from linkages.results.trajectory import Progress, Trajectory
 from linkages.results.warnings import warning
 from linkages.system import System
@@ -31,6 +26,7 @@ _ROUNDING = 1e-11  # of the differences in derivatives, in parts of the number o
 _NEAR = 1e-3  # relative distance of two maxima whose order may change
 _BESIDE = 1e-4  # distance from a peak at which it is tested, in parts of the local step
 _SLOPE = 0.05  # of a parabola's own slope there: what is steeper is a kink or a jump
+_STATISTICS = ("peak", "mean", "rms")
 _CHECK = 1e-3  # step of the differences that check derivatives, in parts of the value
 
 
@@ -169,49 +165,29 @@ class _Differentiated:
         self.run = simulate(system, progress=progress, outputs=list(dict.fromkeys(columns)), wrt=paths)
         if self.run.status is not Status.OK:
             raise RunError(f"the run ended at t = {self.run.time[-1]:.6g} s: {self.run.status.value}")
-        self._system, self._rates = system, self.run.sensitivity
-        self.numbers: dict[str, float] = {}
-        self.derivatives: dict[str, dict[str, float | None]] = {path: {} for path in paths}
-        self.warnings: list[dict[str, Any]] = []
-        self._peaks(names)
-        for name in names:
-            self._averages(name)
-        for name in drives:
-            self._add(f"{name}.work", f"{name}.power", integral(self.run, f"{name}.power"), np.ones_like(self.run.time))
-        if self._rates.status != OK:
-            what = f"derivatives end at t = {self._rates.until:.6g} s: {MEANING[self._rates.status]}"
+        span = float(self.run.time[0]), float(self.run.time[-1])
+        wanted = {f"{name}.{kind}": Wanted(name, kind, *span) for kind in _STATISTICS for name in names}
+        wanted |= {f"{name}.work": Wanted(f"{name}.power", "integral", *span) for name in drives}
+        found = dict(zip(wanted, differentiate_statistics(self.run, list(wanted.values())), strict=True))
+        found = {key: one for key, one in found.items() if one.number or not key.endswith(".rms")}
+        self.numbers = {key: one.number for key, one in found.items()}
+        self.derivatives: dict[str, dict[str, float | None]] = {
+            path: {key: float(one.rates[k]) if math.isfinite(one.rates[k]) else None for key, one in found.items()}
+            for k, path in enumerate(paths)
+        }
+        self.warnings = list(self._warnings({name: found[f"{name}.peak"] for name in names}))
+
+    def _warnings(self, peaks: Mapping[str, Found]) -> Iterator[dict[str, Any]]:
+        """Warn of peaks, by output, whose derivatives mean less, and of the end of the derivatives."""
+        for name, peak in peaks.items():
+            if (mark := _mark(self.run, name, peak.sign, peak.time)) is not None:
+                what = f"the peak of {name} at t = {peak.time:.6g} s {mark}"
+                yield warning("peak", peak.time, what, "compare with differences of runs (--check)")
+        rates = self.run.sensitivity
+        if rates.status != OK:
+            what = f"derivatives end at t = {rates.until:.6g} s: {MEANING[rates.status]}"
             remedy = "give a duration up to there; derivatives of numbers of the whole run are null"
-            self.warnings.append(warning("derivatives", self._rates.until, what, remedy))
-
-    def _peaks(self, names: Sequence[str]) -> None:
-        found = extremes(self.run, names)
-        times = np.array([found[name].time for name in names])
-        order = np.unique(times)
-        rates = self._rates.evaluate(order)
-        for name, time in zip(names, times, strict=True):
-            sign = 1.0 if found[name].max >= -found[name].min else -1.0
-            self.numbers[f"{name}.peak"] = found[name].peak
-            for path, columns in rates.items():
-                rate = sign * float(columns[name][np.searchsorted(order, time)])
-                self.derivatives[path][f"{name}.peak"] = rate if np.isfinite(rate) else None
-            if (mark := _mark(self.run, name, sign, time)) is not None:
-                what = f"the peak of {name} at t = {time:.6g} s {mark}"
-                remedy = "compare with differences of runs (--check)"
-                self.warnings.append(warning("peak", float(time), what, remedy))
-
-    def _averages(self, name: str) -> None:
-        """Add mean and root mean square over the run."""
-        column, span = self.run[name], float(self.run.time[-1] - self.run.time[0])
-        self._add(f"{name}.mean", name, integral(self.run, name) / span, np.full_like(column, 1.0 / span))
-        if (rms := math.sqrt(max(integral(self.run, column**2) / span, 0.0))) > 0.0:
-            self._add(f"{name}.rms", name, rms, column / (span * rms))
-
-    def _add(self, key: str, name: str, number: float, weight: Array) -> None:
-        """Add a number whose derivative is the integral of a weight times the derivative of an output."""
-        self.numbers[key] = number
-        for path, columns in self._rates.items():
-            rate = integral(self.run, weight * columns[name])
-            self.derivatives[path][key] = rate if math.isfinite(rate) else None
+            yield warning("derivatives", rates.until, what, remedy)
 
 
 def _mark(run: Trajectory, name: str, sign: float, time: float) -> str | None:

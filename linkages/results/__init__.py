@@ -6,6 +6,7 @@
 | loops             | gaps of the loops of a run, and the last sample with closed loops         |
 | derivatives       | derivatives of outputs with respect to values                             |
 | extremes          | smallest and largest values over continuous time, integrals               |
+| statistic_derivatives | derivatives of statistics over windows of a run                       |
 | characteristics   | extremes, forces, torques, work and contacts of a run or a part of it     |
 | configuration     | the configuration of a linkage as comparable numbers                      |
 | steady_state      | classification of the motion at the end of a run, and its steady cycle    |

@@ -11,14 +11,17 @@ from linkages.errors import InputError, nearest
 from linkages.outputs.columns import Columns
 
 #: Status of derivatives: known up to the end of the run; up to a contact that begins without speed; up to the horizon
-#: of predictability; up to a step whose equations are singular.
-OK, GRAZING, HORIZON, STUCK = "ok", "grazing", "horizon", "singular"
+#: of predictability; up to a step whose equations are singular. Of a row of a batch: not known, because a value has no
+#: neighbours there; the run did not reach its end.
+OK, GRAZING, HORIZON, STUCK, REFUSED, NO_RUN = "ok", "grazing", "horizon", "singular", "refused", "no run"
 #: What each status means.
 MEANING = {
     OK: "known up to the end of the run",
     GRAZING: "a contact begins without speed: whether it begins depends on the values",
     HORIZON: "beyond, errors of the run change the state visibly: a derivative has no meaning",
     STUCK: "the equations of a step are singular",
+    REFUSED: "no neighbouring value is valid, or it changes the structure of the system",
+    NO_RUN: "the run did not reach its end",
 }
 
 

@@ -1,27 +1,27 @@
 """`Gradients`: derivatives of a study's objectives and constraints by sensitivities of its runs.
 
-A run gives the derivatives of its outputs with respect to all design variables (`linkages.simulate` with ``wrt``);
-the derivative of an extreme is that at its time, of a mean or root mean square an integral. Formulas of the design are
+A run gives the derivatives of its outputs with respect to all design variables (`linkages.simulate` with ``wrt``), and
+these the derivatives of functionals (`linkages.results.statistic_derivatives`). Formulas of the design are
 differentiated by central differences.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from linkages import Direction, InputError, RunError, Status, Trajectory, extremes, integral, simulate
+from linkages import Direction, InputError, RunError, Status, Trajectory, simulate
+from linkages.engines.threads import in_threads
 from linkages.outputs.registry import IDEAL
-from linkages.results.extremes import Extremes
+from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
 from optim.evaluate.evaluations import Evaluations
 from optim.evaluate.limits import limits, scales
 from optim.problem.schema import LIFE, Quantity, Term
 from optim.problem.study import Array, OperatingPoint, Study
 
 _STEP = 1e-6  # of central differences of formulas, in parts of the range of a variable
-_EXTREMES = ("max", "min", "peak", "range")
+_STATISTICS = {"max": "maximum", "min": "minimum"}  # of functionals with another name
 
 #: By output, window and functional: in each window the number and its derivatives, (nw, 1 + n).
 _Functionals = dict[tuple[str, str, str], Array]
@@ -37,6 +37,8 @@ class Gradients:
         From designs (m, n) to their evaluations.
     nominal : Evaluations
         Evaluation of the nominal design, by which relative quantities are divided.
+    threads : int, optional
+        Threads in which operating points are run; default: number of processors.
 
     Raises
     ------
@@ -53,8 +55,11 @@ class Gradients:
     (1, 6)
     """
 
-    def __init__(self, study: Study, evaluate: Callable[[Array], Evaluations], nominal: Evaluations) -> None:
+    def __init__(
+        self, study: Study, evaluate: Callable[[Array], Evaluations], nominal: Evaluations, threads: int | None = None
+    ) -> None:
         self.study, self._evaluate, self._scales = study, evaluate, scales(study, nominal)
+        self._threads = threads
         self._terms = {
             (term.output, term.window, term.functional): None
             for _, _, quantity in study.quantities
@@ -70,7 +75,9 @@ class Gradients:
         """
         study, state = self.study, self._evaluate(design[None])
         absent = 0.0 if state.unrun[0] else np.nan
-        points = [{} if state.failed[0] or state.unrun[0] else self._run(design, point) for point in study.points]
+        points: list[_Functionals] = [{} for _ in study.points]
+        if not (state.failed[0] or state.unrun[0]):
+            points = in_threads(lambda k: self._run(design, study.points[k]), len(points), self._threads)
         names = [name for _, name, _ in study.quantities]
         rows = np.array([self._quantity(name, each, design, points, absent) for _, name, each in study.quantities])
         rows = rows / self._scales[:, None]
@@ -151,51 +158,11 @@ def _aggregate(how: str, rows: Sequence[Array] | Array) -> Array:
 
 def _functionals(run: Trajectory, windows: Mapping[str, Array], terms: Sequence[tuple[str, str, str]]) -> _Functionals:
     """Compute functionals of a run with their derivatives."""
-    parts = {(name, k): _part(run, *ends) for _, name, _ in terms for k, ends in enumerate(windows[name])}
-    tops: dict[tuple[str, str, int], Extremes] = {}
-    for output, name, functional in terms:
-        for k in range(len(windows[name])) if functional in _EXTREMES else ():
-            tops[output, name, k] = extremes(parts[name, k], [output])[output]
-    times = np.unique([t for top in tops.values() for t in (top.time_min, top.time_max)])
-    at_tops = run.sensitivity.evaluate(times) if len(times) else {}
-
-    def at(output: str, value: float, time: float) -> Array:
-        return np.array([value, *(column[output][np.searchsorted(times, time)] for column in at_tops.values())])
-
-    found: _Functionals = {}
-    for output, name, functional in terms:
-        rows = []
-        for k in range(len(windows[name])):
-            if functional in _EXTREMES:
-                top = tops[output, name, k]
-                low, high = at(output, top.min, top.time_min), at(output, top.max, top.time_max)
-                peak = high if top.max >= -top.min else -low
-                rows.append({"max": high, "min": low, "peak": peak, "range": high - low}[functional])
-            else:
-                rows.append(_average(parts[name, k], output, functional))
-        found[output, name, functional] = np.array(rows)
-    return found
-
-
-def _part(run: Trajectory, start: float, end: float) -> Trajectory:
-    """Return the run between two times, with its sensitivities."""
-    end = min(end, float(run.time[-1]))
-    if start <= run.time[0] and end >= run.time[-1]:
-        return run
-    assert run.evaluate is not None
-    times = np.union1d(run.time[(run.time >= start) & (run.time <= end)], [start, end])
-    columns = {"time": times, **run.evaluate(times)}
-    rates = replace(run.sensitivity, columns=run.sensitivity.evaluate(times))
-    return Trajectory(times, columns, run.status, {}, run.evaluate, sensitivity=rates)
-
-
-def _average(part: Trajectory, output: str, functional: str) -> Array:
-    """Mean, integral or root mean square of an output, and its derivatives."""
-    span, column = float(np.ptp(part.time)), part[output]
-    rates = [columns[output] for columns in part.sensitivity.values()]
-    if functional == "rms":
-        squares = np.array([integral(part, x) for x in (column**2, *(2.0 * column * rate for rate in rates))]) / span
-        rms = np.sqrt(max(squares[0], 0.0))
-        return np.array([rms, *(squares[1:] / (2.0 * rms) if rms > 0.0 else np.full(len(rates), np.nan))])
-    found = np.array([integral(part, x) for x in (column, *rates)])
-    return found / span if functional == "mean" else found
+    wanted = {
+        (term, k): Wanted(term[0], _STATISTICS.get(term[2], term[2]), float(start), float(end))
+        for term in terms
+        for k, (start, end) in enumerate(windows[term[1]])
+    }
+    found = dict(zip(wanted, differentiate_statistics(run, list(wanted.values())), strict=True))
+    rows = {key: np.array([one.number, *one.rates]) for key, one in found.items()}
+    return {term: np.array([rows[term, k] for k in range(len(windows[term[1]]))]) for term in terms}

@@ -73,7 +73,9 @@ def task_of(study: Study, seed: int, evaluator: Evaluator, start: Array | None =
 
     def problem(evaluate: Evaluate, nominal: Evaluations) -> Problem:
         found = problem_of(study, evaluate, nominal, start)
-        return dataclasses.replace(found, jacobian=Gradients(study, evaluate, nominal)) if by_sensitivities else found
+        if not by_sensitivities:
+            return found
+        return dataclasses.replace(found, jacobian=Gradients(study, evaluate, nominal, evaluator.threads))
 
     algorithm = described(study)
     if not by_sensitivities:  # stores from before this setting have no such key, and can be resumed

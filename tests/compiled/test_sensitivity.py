@@ -4,6 +4,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import linkages
 from linkages.engines.compiled.runner import Runner, join
@@ -216,3 +218,58 @@ def test_the_derivative_of_a_run_converges_with_the_order_of_the_method():
         else:
             errors.append(np.abs(end - exact).max())
     assert np.log2(errors[0] / errors[1]) > 4.5
+
+
+@settings(max_examples=4, deadline=None, derandomize=True)
+@given(clearance=st.floats(5e-5, 3e-4), speed=st.floats(50.0, 200.0), threads=st.integers(1, 2), dry=st.booleans())
+def test_derivatives_of_batches_equal_those_of_single_runs_bit_for_bit(clearance, speed, threads, dry):
+    system = linkages.load(
+        linkages.find_file("slider_crank_dry.toml" if dry else "slider_crank_lubricated.toml"), {"duration": 0.001}
+    )
+    variables, outputs = ["joints.B.clearance", "drives.O.speed"], ["B.force", "slider.ax"]
+    wrt, values = ["sdf.links.rod.mass", "drives.O.speed"], [[clearance, speed], [1e-4, 100.0]]
+    batch = linkages.simulate_batch(system, variables, values, outputs, threads=threads, wrt=wrt)
+    assert len(batch.sensitivity_status) == 2
+    for row, design in enumerate(values):
+        one = system.replaced(dict(zip(variables, design, strict=True)))
+        single = linkages.sensitivities(one, wrt, outputs, error_estimate=False)
+        assert batch.sensitivity_status[row] == single.run.sensitivity.status
+        for path in wrt:
+            for k, output in enumerate(outputs):
+                for kind in ("peak", "mean", "rms"):
+                    rate = batch.sensitivity[path][kind][row, 0, k]
+                    assert (None if np.isnan(rate) else rate) == single.derivatives[path][f"{output}.{kind}"]
+
+
+def test_derivatives_of_a_batch_are_slopes_of_its_statistics_in_each_window():
+    system = linkages.load(linkages.find_file("slider_crank_lubricated.toml"), {"duration": 0.002})
+    system = system.replaced({"solver.accuracy": 1e-12})
+    path, outputs, windows = "drives.O.speed", ["slider.ax", "B.force"], [[0.0005, 0.001], [0.001, 0.002]]
+    value = system.value(path)
+    step = 1e-3 * value
+    values = [[value + k * step] for k in (0, -2, -1, 1, 2)]
+    batch = linkages.simulate_batch(system, [path], values, outputs, windows)
+    found = linkages.simulate_batch(system, outputs=outputs, windows=windows, wrt=[path]).sensitivity[path]
+    assert set(found) == {"minimum", "maximum", "peak", "mean", "rms", "last"}
+    for kind, rates in found.items():
+        assert rates.shape == (1, 2, 2)
+        table = getattr(batch, kind)
+        expected = np.tensordot([1 / 12, -2 / 3, 2 / 3, -1 / 12], table[1:], 1) / step
+        # the means of a batch have errors of up to 1e-6 of themselves, which differences magnify
+        np.testing.assert_allclose(rates[0], expected, rtol=1e-4, atol=1e-6 * np.abs(table[0]).max() / step)
+
+
+def test_rows_of_a_batch_without_derivatives_say_why():
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"), {"duration": 0.006})
+    paths, values = ["joints.B.clearance", "drives.O.speed"], [[1e-4, 100.0], [-1.0, 100.0], [1e-4, 0.5]]
+    batch = linkages.simulate_batch(system, paths, values, ["B.force"], wrt=paths)
+    assert batch.sensitivity_status == ["horizon", "no run", "ok"]
+    rates = batch.sensitivity["drives.O.speed"]["peak"][:, 0, 0]
+    assert np.isfinite(rates).tolist() == [True, False, True]  # the peak of the first row is before its horizon
+    assert np.isnan(batch.sensitivity["drives.O.speed"]["mean"][:2]).all()
+    frame = batch.to_dataframe()
+    assert frame["B.force.mean wrt drives.O.speed"].isna().tolist() == [True, True, False]
+    assert frame["sensitivity_status"].tolist() == batch.sensitivity_status
+    assert batch.to_xarray()["mean_rate"].dims == ("wrt", "run", "window", "output")
+    with pytest.raises(linkages.InputError, match="not a number"):
+        linkages.simulate_batch(system, wrt=["joints.B.model"])

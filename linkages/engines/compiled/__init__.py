@@ -29,5 +29,6 @@ It may import whatever lies below the engines, and not the Drake engine.
 | rows                | runs and statistics of many designs in one call of compiled code                             |
 | designs             | the designs of a batch as numbers                                                            |
 | runs                | `Runs`: runs of many designs in parallel threads                                             |
+| batch_derivatives   | derivatives of the statistics of many runs                                                   |
 | batch               | `simulate_batch`: summaries of many runs                                                     |
 """

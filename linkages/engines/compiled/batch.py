@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from linkages.brief import Brief, counted
+from linkages.engines.compiled.batch_derivatives import STATISTICS_WITH_RATES, differentiate_runs
 from linkages.engines.compiled.designs import designs_of
 from linkages.engines.compiled.runs import Runs
 from linkages.engines.compiled.statistics import STATISTICS
@@ -16,11 +17,14 @@ from linkages.errors import InputError, Status
 from linkages.files.table_formats import needed
 from linkages.kernel import Array, Indices
 from linkages.outputs.registry import default_outputs, pack
+from linkages.results.derivatives import Direction
 from linkages.system import System
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+_OF_RUNS = 0.1  # part of the time of a batch with derivatives that its runs take
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,6 +47,12 @@ class Batch(Brief):
     reason : list of str
         Why a run failed, empty otherwise.
     steps : (m,) array of int
+    sensitivity : dict of dict of (m, nw, no) arrays
+        Derivatives of minimum, maximum, peak, mean, rms and last by path and statistic, in units of the output per unit
+        of the value: ``batch.sensitivity[PATH]["peak"]``; NaN where there is none, as beyond the horizon of
+        predictability. Empty unless requested.
+    sensitivity_status : list of str
+        Why the derivatives of a run end, see `linkages.results.derivatives.MEANING`; empty unless requested.
     """
 
     variables: tuple[str, ...]
@@ -53,6 +63,8 @@ class Batch(Brief):
     status: list[Status]
     reason: list[str]
     steps: Indices
+    sensitivity: dict[str, dict[str, Array]] = field(default_factory=dict)
+    sensitivity_status: list[str] = field(default_factory=list)
 
     def _facts(self) -> tuple[str, dict[str, str]]:
         runs, windows = counted(len(self.values), "run"), counted(len(self.windows), "window")
@@ -63,6 +75,10 @@ class Batch(Brief):
             rows[name] = f"{np.nanmin(column):g} to {np.nanmax(column):g}" if len(column) else "no values"
         for one in dict.fromkeys(self.status):
             rows[f"runs: {one.value}"] = f"{self.status.count(one):,}"
+        if self.sensitivity:
+            rows["derivatives"] = ", ".join(self.sensitivity)
+        for state in dict.fromkeys(self.sensitivity_status):
+            rows[f"derivatives: {state}"] = f"{self.sensitivity_status.count(state):,}"
         return line, rows
 
     def __getattr__(self, name: str) -> Array:
@@ -79,7 +95,8 @@ class Batch(Brief):
         """Return a pandas DataFrame with a row for each run and window, runs first.
 
         Its columns are the variables, ``run``, ``start`` and ``end`` of the window [s], every statistic as
-        ``OUTPUT.statistic`` (``A.force.peak``), ``status``, ``reason`` and ``steps``.
+        ``OUTPUT.statistic`` (``A.force.peak``), derivatives as ``OUTPUT.statistic wrt PATH``, ``status``, ``reason``
+        and ``steps``; with derivatives ``sensitivity_status``.
 
         Raises
         ------
@@ -93,19 +110,25 @@ class Batch(Brief):
         for k, output in enumerate(self.outputs):
             for name, table in (self.statistics | {"peak": self.peak}).items():
                 columns[f"{output}.{name}"] = table[:, :, k].ravel()
+            for path, tables in self.sensitivity.items():
+                columns |= {f"{output}.{name} wrt {path}": table[:, :, k].ravel() for name, table in tables.items()}
         status = np.array([one.value for one in self.status])
         columns |= {"status": status[row], "reason": np.array(self.reason)[row], "steps": self.steps[row]}
+        if self.sensitivity:
+            columns["sensitivity_status"] = np.array(self.sensitivity_status)[row]
         return needed("pandas", "to_dataframe").DataFrame(columns)
 
     def to_xarray(self) -> xr.Dataset:
         """Return an xarray Dataset: each statistic over (run, window, output); values and status over the runs.
+
+        Derivatives are ``peak_rate`` and others over (wrt, run, window, output).
 
         Raises
         ------
         InputError
             If xarray is not installed.
         """
-        tables = {name: (("run", "window", "output"), table) for name, table in self.statistics.items()}
+        tables: dict[str, Any] = {name: (("run", "window", "output"), table) for name, table in self.statistics.items()}
         coordinates: dict[str, Any] = {name: ("run", self.values[:, k]) for k, name in enumerate(self.variables)}
         coordinates |= {"output": list(self.outputs), "status": ("run", [one.value for one in self.status])}
         spans = {
@@ -113,6 +136,11 @@ class Batch(Brief):
             "end": ("window", self.windows[:, 1], {"units": "s"}),
         }
         tables["peak"] = (("run", "window", "output"), self.peak)
+        if self.sensitivity:
+            coordinates |= {"wrt": list(self.sensitivity), "sensitivity_status": ("run", self.sensitivity_status)}
+            for name in STATISTICS_WITH_RATES:
+                rates = np.stack([one[name] for one in self.sensitivity.values()])
+                tables[f"{name}_rate"] = (("wrt", "run", "window", "output"), rates)
         return needed("xarray", "to_xarray").Dataset(tables, coords=coordinates | spans)
 
 
@@ -124,6 +152,7 @@ def simulate_batch(
     windows: Any = None,
     threads: int | None = None,
     progress: Callable[[float], None] | None = None,
+    wrt: Sequence[str | Direction] = (),
 ) -> Batch:
     """Run a system many times with different values, in parallel threads.
 
@@ -144,6 +173,10 @@ def simulate_batch(
         Default as many as there are processors. The results do not depend on it.
     progress : callable, optional
         Called now and then with the part that is done, 0 to 1.
+    wrt : sequence of str or Direction, optional
+        Dotted paths of values, or values that several paths follow; `Batch.sensitivity` has the derivatives of the
+        statistics of each run with respect to them, as `linkages.sensitivities` has those of one run. They take several
+        times as long as the runs.
 
     Returns
     -------
@@ -154,7 +187,7 @@ def simulate_batch(
     Raises
     ------
     InputError
-        If a path, an output or a window is not valid for the nominal experiment.
+        If a path, an output or a window is not valid for the nominal experiment, or a path of `wrt` has no derivative.
     RunError
         If the threads cannot be started.
     MemoryError
@@ -170,6 +203,10 @@ def simulate_batch(
     (2, 1, 2)
     >>> batch.peak[:, 0, 0].round(1).tolist()  # N
     [3.3, 3.6]
+    >>> path = "sdf.frames.link6_D.pose.x"
+    >>> batch = linkages.simulate_batch(system, variables, [[3e-4, 0.3]], ["slider7.x"], wrt=[path])
+    >>> batch.sensitivity[path]["mean"].round(3).tolist()  # m/m: runs, windows, outputs
+    [[[1.0]]]
     """
     experiment = system.experiment
     table = np.zeros((1, 0)) if values is None else np.array(values, dtype=np.float64, ndmin=2)
@@ -184,9 +221,14 @@ def simulate_batch(
         raise InputError("argument", "windows", "must be pairs of times, each a start at or after 0 and a later end")
     _check_paths(system, variables, table)
     runs = Runs(designs_of(system, tuple(variables), names, spans.tobytes()), table)
-    runs.make(threads, progress)
+    share = _OF_RUNS if wrt else 1.0
+    runs.make(threads, progress and (lambda part: progress(share * part)))
     statistics = {name: runs.found[..., k] for k, name in enumerate(STATISTICS)}
-    return Batch(tuple(variables), table, names, spans, statistics, runs.status, runs.reason, runs.steps)
+    batch = Batch(tuple(variables), table, names, spans, statistics, runs.status, runs.reason, runs.steps)
+    if not wrt:
+        return batch
+    found = differentiate_runs(runs, wrt, threads, progress and (lambda part: progress(share + (1.0 - share) * part)))
+    return replace(batch, sensitivity=found.rates, sensitivity_status=found.status)
 
 
 def _check_paths(system: System, variables: Sequence[str], table: Array) -> None:

@@ -1,0 +1,93 @@
+"""Derivatives of the statistics of a batch: each run as a single run, with the same code and the same numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.runs import Runs
+from linkages.engines.compiled.simulation import simulate
+from linkages.engines.threads import in_threads
+from linkages.errors import InputError, Status
+from linkages.kernel import Array
+from linkages.results.derivatives import NO_RUN, REFUSED, Direction
+from linkages.results.statistic_derivatives import Wanted, differentiate_statistics
+
+#: Statistics of a batch with derivatives.
+STATISTICS_WITH_RATES = ("minimum", "maximum", "peak", "mean", "rms", "last")
+
+
+class Rates(NamedTuple):
+    """Derivatives of the statistics of m runs.
+
+    Attributes
+    ----------
+    rates : dict of dict of (m, nw, no) arrays
+        By path and statistic; NaN where there is none.
+    status : list of str
+        See `linkages.results.derivatives.MEANING`.
+    """
+
+    rates: dict[str, dict[str, Array]]
+    status: list[str]
+
+
+def differentiate_runs(
+    runs: Runs,
+    wrt: Sequence[str | Direction],
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Rates:
+    """Differentiate the statistics of finished runs with respect to values, in threads.
+
+    Parameters
+    ----------
+    runs : Runs
+        Those that did not reach their end have no derivatives.
+    wrt : sequence of str or Direction
+        Dotted paths of np values, or values that several paths follow.
+    threads : int, optional
+    progress : callable, optional
+        Called now and then with the part that is done, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If a path of the nominal system has no number or no derivative.
+    """
+    paths = [Neighbours(runs.designs.system, value).path for value in wrt]
+    count, shape = len(runs.table), runs.found.shape[:3]
+    table = np.full((len(STATISTICS_WITH_RATES), len(paths), *shape), np.nan)
+    status, done = [NO_RUN] * count, np.zeros(count)
+
+    def differentiate(row: int) -> None:
+        if runs.status[row] is Status.OK:
+            table[:, :, row], status[row] = _of_row(runs, row, wrt)
+        done[row] = 1.0
+
+    look = None if progress is None else lambda: progress(float(done.mean()))
+    in_threads(differentiate, count, threads, look)
+    rates = {path: {name: table[k, p] for k, name in enumerate(STATISTICS_WITH_RATES)} for p, path in enumerate(paths)}
+    return Rates(rates, status)
+
+
+def _of_row(runs: Runs, row: int, wrt: Sequence[str | Direction]) -> tuple[Array, str]:
+    """Return the derivatives of a run's statistics, (ns, np, nw, no), and their status."""
+    system, windows = runs.designs.built(runs.table[row])
+    outputs = runs.designs.outputs
+    shape = len(STATISTICS_WITH_RATES), len(windows), len(outputs), len(wrt)
+    try:
+        run = simulate(system, outputs=outputs, wrt=wrt)
+    except InputError:
+        return np.full((shape[0], shape[3], *shape[1:3]), np.nan), REFUSED
+    wanted = [
+        Wanted(output, name, float(start), float(end))
+        for name in STATISTICS_WITH_RATES
+        for start, end in windows
+        for output in outputs
+    ]
+    found = np.array([one.rates for one in differentiate_statistics(run, wanted)]).reshape(shape)
+    return np.moveaxis(found, 3, 1), run.sensitivity.status
