@@ -90,7 +90,7 @@ reduced. The step is accepted when $f - \pi^T (c + s)$ decreases enough (Armijo)
 one small perturbation leaves it before the status becomes `infeasible`.
 
 **Derivatives** come from [sensitivities of runs](sensitivity.md) (`derivatives = "sensitivities"`; in Python `Problem.jacobian`) or from central differences, one-sided of second order at bounds. Where a run has no
-sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place. The difference step is a share of the range between the bounds. A rough objective needs a large
+sensitivities, because it fails or goes beyond the [horizon](glossary.md#horizon), differences take their place. `linkages optimise STUDY.toml --check` [compares both](check_optimum.md). The difference step is a share of the range between the bounds. A rough objective needs a large
 step: with a step below the scale of its ripples the search ends with `no-progress`. A rough constraint needs a tolerance `feasibility` above its ripples.
 
 **SNOPT** is the sequential quadratic programming code of Gill, Murray and Saunders ([2005](references.md)), called through Drake.

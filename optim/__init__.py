@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from optim.report.export import export
     from optim.report.figures import write_front, write_indices, write_one_at_a_time, write_pareto_front
     from optim.report.result import format_result
+    from optim.search.derivative_check import check_derivatives, format_derivative_check
     from optim.search.optimise import optimise
     from optim.search.run import Stopped
     from optim.search.sensitivity import format_sensitivity, sensitivity
@@ -82,6 +83,7 @@ __getattr__, __dir__, __all__ = lazy_loader.attach(
         "report.export": ("export",),
         "report.figures": ("write_front", "write_indices", "write_one_at_a_time", "write_pareto_front"),
         "report.result": ("format_result",),
+        "search.derivative_check": ("check_derivatives", "format_derivative_check"),
         "search.optimise": ("optimise",),
         "search.run": ("Stopped",),
         "search.sensitivity": ("format_sensitivity", "sensitivity"),

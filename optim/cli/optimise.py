@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
 
     from linkages.arrays import Array
+    from optim.evaluate.evaluator import Evaluator
     from optim.problem.study import Study
 
 HELP = "find the best design of a linkage; can be stopped and resumed"
@@ -31,6 +32,7 @@ _EXAMPLES = """examples:
   linkages optimise sevenbar_force.toml sevenbar_acceleration.toml --seeds 1:10 --out results/both
   linkages optimise fourbar_jitter_steady.toml --start results/fourbar_surrogate
   linkages optimise mine.toml --cluster tcp://host:8786
+  linkages optimise mine.toml --check
 """
 
 STORE, RESULT, TABLE = "study.sqlite", "result.json", "results.csv"
@@ -86,6 +88,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default=False,
         help="run the optimum again on Drake; also with --resume, when all is computed",
     )
+    parser.add_argument(
+        "--check",
+        action="store_true",
+        help="compare derivatives by sensitivities with differences of designs, at the start and at the optimum",
+    )
     parser.add_argument("--no-plots", action="store_true", help="draw no figures")
 
 
@@ -129,12 +136,15 @@ def _jobs(options: argparse.Namespace) -> tuple[Path, list[Job]]:
     """Output folder, and every study with every seed, checked before the first begins."""
     from optim.problem.load import load_study
     from optim.problem.shipped import find_study
+    from optim.search.derivative_check import check_usable
     from optim.search.start import start_of
     from optim.search.task import settings_of
 
     studies = [load_study(find_study(file)) for file in options.files]
     for study in studies:
         settings_of(study)
+        if options.check:
+            check_usable(study)
     names = [study.source.stem for study in studies]
     if len(set(names)) < len(names):
         raise InputError("command line", names[0], "two studies have this name; rename a file")
@@ -170,6 +180,8 @@ def _solve(
     job: Job, options: argparse.Namespace, executor: Executor | None, workers: int, stop: Callable[[], bool]
 ) -> dict[str, Any]:
     """Solve one study with one seed; writes its folder and returns the content of ``result.json``."""
+    import numpy as np
+
     from optim.evaluate.evaluator import Evaluator
     from optim.report.observe import Observer
     from optim.report.result import format_result, write_json
@@ -177,17 +189,25 @@ def _solve(
 
     study = job.study
     figure = None if options.no_plots else job.folder / FIGURE
+    evaluator = Evaluator(study, executor, 2 * workers, options.threads)
+    checks: dict[str, Any] = {}
+    if options.check:
+        checks["start"] = _check(study, study.nominal if job.start is None else job.start, evaluator, "start")
     with Observer(study, job.seed, figure) as observe:
         result = optimise(
             study,
             job.folder / STORE,
             seed=job.seed,
             start=job.start,
-            evaluator=Evaluator(study, executor, 2 * workers, options.threads),
+            evaluator=evaluator,
             resume=options.resume,
             observe=observe,
             stop=stop,
         )
+    if options.check:
+        best = np.array([result["best"]["variables"][path] for path in study.paths])
+        checks["best"] = _check(study, best, evaluator, "optimum")
+        result["derivatives"] = checks
     write_json(job.folder / RESULT, result)
     if result["front"] and not options.no_plots:
         from optim.report.figures import write_pareto_front
@@ -204,3 +224,14 @@ def _solve(
     else:
         print("not yet run again on Drake: give --resume --verify\n")
     return result
+
+
+def _check(study: Study, design: Array, evaluator: Evaluator, where: str) -> dict[str, Any]:
+    """Check the derivatives at a design, print the table, and warn of derivatives that differ."""
+    from optim.search.derivative_check import check_derivatives, format_derivative_check
+
+    report = check_derivatives(study, design, evaluator)
+    print(format_derivative_check(study, report, where) + "\n")
+    if not report["agrees"]:
+        print(f"warning: derivatives at the {where} differ from differences of designs", file=sys.stderr)
+    return report

@@ -7,5 +7,6 @@
 | optimise     | `optimise`: a study solved; the content of ``result.json``                   |
 | start        | the answer of one study as the start of another                              |
 | verification | an optimum run again: on Drake, more tightly, from unseen starts             |
+| derivative_check | sensitivities of runs against differences of designs                     |
 | sensitivity  | Sobol's indices, one variable at a time                                      |
 """
