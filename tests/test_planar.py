@@ -11,7 +11,7 @@ from linkages.engines.drake.plant import add_tree, state_place
 from linkages.integrate.factor import solve_semidefinite
 from linkages.kernel.by_reference import packed
 from linkages.outputs.columns import columns
-from linkages.planar.closure import closure_error, closure_jacobian
+from linkages.planar.closure import closure_jacobian
 from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
@@ -82,11 +82,12 @@ def test_positions_velocities_and_dynamics_agree_with_drakes_plant(tmp_path, cas
         np.testing.assert_allclose(velocity, in_plane @ V.translational(), atol=1e-13)
     # prescribed accelerations of driven joints, forces on free ones
     tau, acceleration = RNG.normal(size=tree.size), RNG.normal(size=tree.size)
-    needed, found = tau.copy(), acceleration.copy()
     none = tree.loop_rows[:0]
     plane_gravity = mechanism.basis[:, :2].T @ gravity
-    given = tree.bodies, none, 0, 1.0, 0.0, plane_gravity, q, v, np.zeros((nb, 3))
-    constrained_dynamics(*given, needed, found, np.empty(0), np.empty(tree.size))
+    work = tree.workspace(none)
+    work.q[:], work.v[:], work.tau[:], work.a[tree.driven_dofs] = q, v, tau, acceleration[tree.driven_dofs]
+    constrained_dynamics(tree.bodies, none, 0, 1.0, 0.0, plane_gravity, work, np.empty(tree.size))
+    needed, found = work.tau, work.a
     full_a = np.zeros(plant.num_velocities())
     full_a[place.velocities] = found
     M = plant.CalcMassMatrix(context)
@@ -123,7 +124,8 @@ def test_closure_rows_derivatives_and_reactions_are_consistent(tmp_path, text):
         np.testing.assert_allclose(acceleration, (r1 - r0) / (2 * h), atol=1e-7)
         pose, vel = np.empty((nb, 5)), np.empty((nb, 3))
         body_positions(tree.bodies, q, pose)
-        jacobian = closure_jacobian(tree.bodies, rows, pose, n)
+        jacobian = np.empty((len(rows), n))
+        closure_jacobian(tree.bodies, rows, pose, jacobian)
         np.testing.assert_allclose(jacobian @ v, rate, atol=1e-12)
         body_velocities(tree.bodies, pose, v, vel)
         for row, r in zip(rows, rate, strict=True):
@@ -166,21 +168,11 @@ def test_loop_multipliers_equal_newton_euler_reactions(seven_bar):
     assert tree.loops
     assert tree.driven == ("O1", "O4")
     q, v = system.assembly.q, system.assembly.v
-    needed, a, reaction = np.zeros(tree.size), np.zeros(tree.size), np.empty(len(tree.loop_rows))
     gravity = np.array([0.3, -2.0])
-    rows, loops = tree.loop_rows, np.empty(tree.size)
-    given = (
-        tree.bodies,
-        rows,
-        system.arrays.rank,
-        tree.extent,
-        0.0,
-        gravity,
-        q,
-        v,
-        np.zeros((len(tree.bodies.records), 3)),
-    )
-    constrained_dynamics(*given, needed, a, reaction, loops)
+    rows, loops, work = tree.loop_rows, np.empty(tree.size), tree.workspace(tree.loop_rows)
+    work.q[:], work.v[:] = q, v
+    constrained_dynamics(tree.bodies, rows, system.arrays.rank, tree.extent, 0.0, gravity, work, loops)
+    needed, a, reaction = work.tau, work.a, work.reaction
     heavy = system.replaced({"gravity": [0.3, -2.0, 0.0]})
     np.testing.assert_array_equal(heavy.gravity, gravity)
     given = heavy, np.zeros(1), q[None], v[None], a[None]
@@ -248,6 +240,4 @@ def test_motions_have_the_promised_rates_and_accelerations():
 
 def test_closure_error_is_zero_when_closed(seven_bar):
     tree = seven_bar.tree
-    pose = np.empty((len(tree.bodies.records), 5))
-    error = closure_error(tree.bodies, tree.closure_rows, np.zeros(4), seven_bar.assembly.q, pose)
-    assert np.abs(error).max() < 1e-14
+    assert np.abs(tree.gaps(seven_bar.assembly.q)).max() < 1e-14

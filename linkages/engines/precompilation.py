@@ -46,16 +46,17 @@ def compiled(implicit: bool) -> list[Callable[[], Any]]:
 
 def drake() -> list[Callable[[], Any]]:
     """List the jobs for the Drake engine, without loading Drake."""
-    from linkages.engines.drake.joint_forces import drive_forces, joint_forces, placed
+    from linkages.engines.drake.joint_forces import Rooms, drive_forces, joint_forces, placed
 
     system = drop()
-    n = system.tree.size
+    n, nc = system.tree.size, len(system.ends)
+    work, total, drive = Rooms(system).work, np.zeros(n), np.zeros(len(system.tree.driven) + len(system.tree.powered))
     places, state = np.arange(n), np.zeros(2 * n)
     place = placed(system, places, places + n, places, n)
     return [
-        partial(drive_forces, place, 0.0, state, np.zeros(n)),
+        partial(drive_forces, place, work, 0.0, state, np.zeros(n), total, drive),
         partial(_outputs, system),
-        partial(joint_forces, place, np.zeros((len(system.ends), 2)), state),
+        partial(joint_forces, place, work, np.zeros((nc, 2)), state, np.zeros(n + WIDTH * nc)),
         lambda: system.assembly,
     ]
 

@@ -108,8 +108,10 @@ def solve_semidefinite(matrix: Array, rhs: Array, rank: int, room: Indices, x: A
 
 
 @kernel
-def decompose(matrix: Array) -> tuple[Array, Array, Array]:
-    """Compute the singular value decomposition U, s, V^T of a matrix (m, n), with the largest value first.
+def decompose(matrix: Array, u: Array, s: Array, vt: Array) -> None:
+    """Set the singular value decomposition U (m, k), s (k,), V^T (k, n) of a matrix (m, n), k the smaller of m and n.
+
+    The largest value is first.
 
     One-sided Jacobi rotations (Golub and Van Loan, Matrix Computations, section 8.6.3) make the rows or the columns,
     whichever are fewer, orthogonal. Small values are as exact as large ones, and LAPACK is not loaded. A zero value has
@@ -130,7 +132,6 @@ def decompose(matrix: Array) -> tuple[Array, Array, Array]:
                     done = False
         if done:
             break
-    s = np.empty(few)
     for i in range(few):
         s[i] = math.sqrt(_product(rows[i], rows[i]))
     for k in range(few):
@@ -141,7 +142,12 @@ def decompose(matrix: Array) -> tuple[Array, Array, Array]:
                 x[k, j], x[i, j] = x[i, j], x[k, j]
         for j in range(many):
             rows[k, j] = rows[k, j] / s[k] if s[k] > 0.0 else 0.0
-    return (turned.T.copy(), s, rows) if wide else (rows.T.copy(), s, turned)
+    left, right = (turned, rows) if wide else (rows, turned)
+    for k in range(few):
+        for i in range(m):
+            u[i, k] = left[k, i]
+        for j in range(n):
+            vt[k, j] = right[k, j]
 
 
 @inlined_kernel

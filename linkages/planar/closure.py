@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from linkages.integrate.factor import back_substitute, decompose, factorise
-from linkages.kernel import Array, Indices, Records, inlined_kernel, kernel
+from linkages.kernel import Array, Indices, Records, clear, inlined_kernel, kernel
 from linkages.planar.bodies import Bodies, new_motion, new_pose
 from linkages.planar.closure_rows import add_row_wrench, row_acceleration, row_rate, row_value
 from linkages.planar.kinematics import body_accelerations, body_positions, body_velocities, joint_force, propagate_force
@@ -22,13 +22,11 @@ _DEPENDENT = 1e-11  # singular values of dependent rows, in parts of the largest
 
 
 @kernel
-def closure_error(bodies: Bodies, rows: Records, offset: Array, q: Array, pose: Array) -> Array:
-    """Compute the closure errors (nr,) at q, less the required offsets; sets ``pose``."""
+def closure_error(bodies: Bodies, rows: Records, offset: Array, q: Array, pose: Array, error: Array) -> None:
+    """Set the closure errors (nr,) at q, less the required offsets, and the poses."""
     body_positions(bodies, q, pose)
-    error = np.empty(len(rows))
     for k in range(len(rows)):
         error[k] = row_value(rows[k], pose) - offset[k]
-    return error
 
 
 @kernel
@@ -51,12 +49,13 @@ def loop_errors(bodies: Bodies, rows: Records, q: Array) -> Array:
 
 
 @kernel
-def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int) -> Array:
-    """Compute the Jacobian (nr, n) of the closure rows; row k is the generalised force of a unit reaction of that row.
+def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, jacobian: Array) -> None:
+    """Set the Jacobian (nr, n) of the closure rows; row k is the generalised force of a unit reaction of that row.
 
     It is exact for closed loops; coordinates that carry both ends of a row are omitted: action and reaction balance.
     """
-    jacobian, wrench = np.zeros((len(rows), n)), new_motion(bodies)
+    wrench = new_motion(bodies)
+    clear(jacobian)
     for k in range(len(rows)):
         add_row_wrench(rows[k], pose, 1.0, wrench)
         i, j = rows[k].term.a.body, rows[k].term.b.body
@@ -69,7 +68,16 @@ def closure_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int) -> Arra
             _pass_on(bodies, pose, outer, wrench, jacobian[k])
             i, j = min(i, j), bodies.records[outer].mount.body
         wrench[i, 0], wrench[i, 1], wrench[i, 2] = 0.0, 0.0, 0.0
-    return jacobian
+
+
+@kernel
+def free_jacobian(bodies: Bodies, rows: Records, pose: Array, n: int, free: Indices, jacobian: Array) -> None:
+    """Set the columns (nr, nf) of the free ones of n coordinates in `closure_jacobian`."""
+    whole = np.empty((len(rows), n))
+    closure_jacobian(bodies, rows, pose, whole)
+    for k in range(len(rows)):
+        for i in range(len(free)):
+            jacobian[k, i] = whole[k, free[i]]
 
 
 @inlined_kernel
@@ -83,27 +91,33 @@ def _pass_on(bodies: Bodies, pose: Array, outer: int, wrench: Array, line: Array
 
 
 @kernel
-def least_squares(parts: tuple[Array, Array, Array], rhs: Array) -> Array:
-    """Find the smallest least-squares solution of matrix @ x = rhs; the matrix is decomposed and may be singular."""
-    u, s, vt = parts
-    x = np.zeros(vt.shape[1])
+def least_squares(matrix: Array, rhs: Array, x: Array) -> None:
+    """Set x to the smallest least-squares solution of matrix @ x = rhs; the matrix (m, n) may be singular."""
+    m, n = matrix.shape
+    u, s, vt = np.empty((m, min(m, n))), np.empty(min(m, n)), np.empty((min(m, n), n))
+    decompose(matrix, u, s, vt)
+    for j in range(n):
+        x[j] = 0.0
     for k in range(len(s)):
         if s[k] <= _DEPENDENT * s[0]:
             break
         total = 0.0
-        for i in range(len(rhs)):
+        for i in range(m):
             total += u[i, k] * rhs[i]
-        for j in range(len(x)):
+        for j in range(n):
             x[j] += vt[k, j] * total / s[k]
-    return x
 
 
 @kernel
-def solve_columns(matrix: Array, rhs: Array) -> Array:
-    """Solve matrix @ x = rhs: by LU if it is square and its pivots allow, else by `least_squares`."""
+def solve_columns(matrix: Array, rhs: Array, x: Array) -> None:
+    """Set x to the solution of matrix @ x = rhs: by LU if it is square and its pivots allow, else `least_squares`."""
     n = len(rhs)
     if matrix.shape[1] == n:
-        factors, pivots, x = matrix.copy(), np.empty(n, np.int64), rhs.copy()
+        factors, pivots = np.empty((n, n)), np.empty(n, np.int64)
+        for i in range(n):
+            x[i] = rhs[i]
+            for j in range(n):
+                factors[i, j] = matrix[i, j]
         if factorise(factors, pivots):
             largest, smallest = 0.0, np.inf
             for i in range(n):
@@ -111,8 +125,8 @@ def solve_columns(matrix: Array, rhs: Array) -> Array:
                 smallest = min(smallest, abs(factors[i, i]))
             if smallest > _PIVOT * largest:
                 back_substitute(factors, pivots, x)
-                return x
-    return least_squares(decompose(matrix), rhs)
+                return
+    least_squares(matrix, rhs, x)
 
 
 @kernel
@@ -139,21 +153,23 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
     size : float
         Length of the linkage [m], which scales the tolerance.
     """
-    pose = new_pose(bodies)
-    error = closure_error(bodies, rows, offset, q, pose)
+    n, nr, nf = len(q), len(rows), len(free)
+    pose, inner, error, step, trial = new_pose(bodies), np.empty((nr, nf)), np.empty(nr), np.empty(nf), np.empty(n)
+    closure_error(bodies, rows, offset, q, pose, error)
     merit = sum_of_squares(error)
     for _ in range(_ITERATIONS):
         if math.sqrt(merit) <= TOLERANCE * size:
             return True
-        inner = closure_jacobian(bodies, rows, pose, len(q))[:, free]
-        step = solve_columns(inner, -error)
-        trial = q.copy()
+        free_jacobian(bodies, rows, pose, n, free, inner)
+        solve_columns(inner, error, step)
+        for i in range(n):
+            trial[i] = q[i]
         fraction = 1.0
         improved = False
         while fraction > 1e-4:
-            for i in range(len(free)):
-                trial[free[i]] = q[free[i]] + fraction * step[i]
-            error = closure_error(bodies, rows, offset, trial, pose)
+            for i in range(nf):
+                trial[free[i]] = q[free[i]] - fraction * step[i]
+            closure_error(bodies, rows, offset, trial, pose, error)
             new = sum_of_squares(error)
             if new < merit:
                 improved = True
@@ -161,7 +177,7 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
             fraction *= 0.5
         if not improved:  # at round-off, or stuck
             break
-        for i in range(len(free)):
+        for i in range(nf):
             q[free[i]] = trial[free[i]]
         merit = new
     return math.sqrt(merit) <= 1e3 * TOLERANCE * size
@@ -170,27 +186,27 @@ def close(bodies: Bodies, rows: Records, offset: Array, free: Indices, size: flo
 @kernel
 def consistent_rates(bodies: Bodies, rows: Records, free: Indices, q: Array, v: Array, a: Array) -> None:
     """Set the free entries of rates v and accelerations a so that the rows stay closed; the others are given."""
-    n = len(q)
+    nr, nf = len(rows), len(free)
     pose, vel, acc = new_pose(bodies), new_motion(bodies), new_motion(bodies)
+    inner, error, found = np.empty((nr, nf)), np.empty(nr), np.empty(nf)
     body_positions(bodies, q, pose)
-    inner = closure_jacobian(bodies, rows, pose, n)[:, free]
-    for i in range(len(free)):
+    free_jacobian(bodies, rows, pose, len(q), free, inner)
+    for i in range(nf):
         v[free[i]] = 0.0
         a[free[i]] = 0.0
-    error = np.empty(len(rows))
     body_velocities(bodies, pose, v, vel)
     for k in range(len(rows)):
         error[k] = -row_rate(rows[k], pose, vel)
-    rates = solve_columns(inner, error)
-    for i in range(len(free)):
-        v[free[i]] = rates[i]
+    solve_columns(inner, error, found)
+    for i in range(nf):
+        v[free[i]] = found[i]
     body_velocities(bodies, pose, v, vel)
     body_accelerations(bodies, pose, vel, v, a, acc)
     for k in range(len(rows)):
         error[k] = -row_acceleration(rows[k], pose, vel, acc)
-    seconds = solve_columns(inner, error)
-    for i in range(len(free)):
-        a[free[i]] = seconds[i]
+    solve_columns(inner, error, found)
+    for i in range(nf):
+        a[free[i]] = found[i]
 
 
 @kernel
@@ -199,13 +215,16 @@ def closure_quality(bodies: Bodies, rows: Records, free: Indices, q: Array) -> f
 
     It is zero where the linkage is singular or underdetermined.
     """
-    if len(free) == 0 or len(rows) == 0:
+    nr, nf = len(rows), len(free)
+    if nf == 0 or nr == 0:
         return 1.0
-    if len(rows) < len(free):
+    if nr < nf:
         return 0.0
-    pose = new_pose(bodies)
+    pose, inner = new_pose(bodies), np.empty((nr, nf))
     body_positions(bodies, q, pose)
-    values = decompose(closure_jacobian(bodies, rows, pose, len(q))[:, free])[1]
+    free_jacobian(bodies, rows, pose, len(q), free, inner)
+    values = np.empty(nf)
+    decompose(inner, np.empty((nr, nf)), values, np.empty((nf, nf)))
     return values[-1] / values[0] if values[0] > 0.0 else 0.0
 
 

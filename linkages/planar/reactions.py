@@ -6,7 +6,7 @@ import numpy as np
 
 from linkages.kernel import Array, Records, clear, kernel, lazy_kernel
 from linkages.planar.arrays import Arrays
-from linkages.planar.closure import closure_jacobian, solve_columns
+from linkages.planar.closure import free_jacobian, solve_columns
 from linkages.planar.closure_rows import add_row_wrench
 from linkages.planar.contacts import COUPLE, FX, FY, add_contact
 from linkages.planar.kinematics import joint_force
@@ -37,12 +37,13 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     bodies, rows, free, n = model.bodies, model.rows, model.free, len(work.tau)
     needed, used = work.modal_bias.copy(), work.bias.copy()
     generalised_force(bodies, work.pose, used, needed)
-    jacobian = closure_jacobian(bodies, rows, work.pose, n)[:, free]
-    rhs, nr = np.empty(len(free)), len(rows)
-    for i in range(len(free)):
+    nr, nf = len(rows), len(free)
+    jacobian, rhs, found = np.empty((nr, nf)), np.empty(nf), np.empty(nr)
+    free_jacobian(bodies, rows, work.pose, n, free, jacobian)
+    for i in range(nf):
         rhs[i] = needed[free[i]] - work.tau[free[i]]
-    if nr == len(free) == model.rank:
-        found = solve_columns(np.ascontiguousarray(jacobian.T), rhs)
+    if nr == nf == model.rank:
+        solve_columns(np.ascontiguousarray(jacobian.T), rhs, found)
         for k in range(nr):
             work.reaction[k] = found[k]
         return
@@ -50,7 +51,7 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     for k in range(nr):
         work.row_error[k] = 0.0
     filled = np.empty(nr, np.int64)
-    for i in range(len(free)):
+    for i in range(nf):
         count = 0
         for k in range(nr):
             if jacobian[k, i] != 0.0:

@@ -104,7 +104,9 @@ def _jacobian(arrays: Arrays, q: Array) -> Array:
     """Compute the Jacobian of the closure rows in all coordinates, including driven ones."""
     pose = make_pose(arrays.bodies)
     body_positions(arrays.bodies, q, pose)
-    return closure_jacobian(arrays.bodies, arrays.rows, pose, len(q))
+    jacobian = np.empty((len(arrays.rows), len(q)))
+    closure_jacobian(arrays.bodies, arrays.rows, pose, jacobian)
+    return jacobian
 
 
 def _qualities(arrays: Arrays, q: Array) -> Array:

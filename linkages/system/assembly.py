@@ -9,17 +9,15 @@ import numpy as np
 
 from linkages.arrays import Array, Indices, Records
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.kernel.by_reference import packed
 from linkages.model.experiment import Experiment
 from linkages.planar.articulated_body import articulated_inertias
 from linkages.planar.bodies import make_pose
-from linkages.planar.closure import close, closure_error, closure_jacobian, closure_quality, consistent_rates
+from linkages.planar.closure import close, closure_jacobian, closure_quality, consistent_rates
 from linkages.planar.kinematics import body_positions
 from linkages.planar.loads import Loads
 from linkages.planar.loop_dynamics import row_responses
 from linkages.planar.motion import Motions
 from linkages.planar.record_types import ANGLE, PRISMATIC
-from linkages.planar.workspace import make_workspace
 from linkages.system.load_records import check_functions, check_lengths
 from linkages.system.tree import ROWS, Tree, without
 
@@ -137,8 +135,7 @@ def assemble(
 
 def _widest_gap(tree: Tree, q: Array) -> str:
     """Name the cut joint that stays farthest open at q."""
-    rows, pose = tree.closure_rows, make_pose(tree.bodies)
-    gap = np.abs(closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose))
+    rows, gap = tree.closure_rows, np.abs(tree.gaps(q))
     owner = [name for name in (*tree.play, *tree.loops) for _ in range(ROWS[tree.mechanism.joint[name].type])]
     owner += [f"the gear of {' and '.join(gear.joints)}" for gear in tree.gears]
     widest = int(np.argmax(gap))
@@ -233,7 +230,7 @@ def balanced(tree: Tree, rows: Records, q: Array) -> Records:
     angles = ~gears & (rows["term"]["kind"] == ANGLE)
     if not (gears | angles).any():
         return rows
-    work = packed(make_workspace(len(tree.bodies.records), tree.size, len(rows), tree.bodies.shapes.shape[2]))
+    work = tree.workspace(rows)
     work.q[:] = q
     body_positions(tree.bodies, q, work.pose)
     articulated_inertias(tree.bodies, work)
@@ -251,7 +248,9 @@ def _jacobian(tree: Tree, rows: Records, q: Array) -> Array:
     """Jacobian of the rows at q, in all coordinates."""
     pose = make_pose(tree.bodies)
     body_positions(tree.bodies, q, pose)
-    return closure_jacobian(tree.bodies, rows, pose, tree.size)
+    jacobian = np.empty((len(rows), tree.size))
+    closure_jacobian(tree.bodies, rows, pose, jacobian)
+    return jacobian
 
 
 def _count(jacobian: Array, part: float) -> int:

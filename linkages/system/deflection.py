@@ -7,16 +7,14 @@ from numpy.typing import NDArray
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.kernel.by_reference import packed
 from linkages.planar.bodies import make_pose
-from linkages.planar.closure import close, closure_error, consistent_rates
+from linkages.planar.closure import close, consistent_rates
 from linkages.planar.closure_rows import add_row_wrench
-from linkages.planar.driven import constrained_dynamics
 from linkages.planar.kinematics import body_accelerations, body_positions, body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.newton_euler import generalised_force, inertial_forces
-from linkages.planar.workspace import make_workspace
 from linkages.system.assembly import Assembly, independent
+from linkages.system.ideal_forces import ideal_forces
 from linkages.system.tree import without
 from linkages.system.unassembled import Unassembled
 
@@ -70,9 +68,7 @@ class _Finder:
         }
         self.modes, self.links = np.array(list(owned), np.int64), list(owned.values())
         self.free = without(tree.closing_dofs, tree.powered_dofs)
-        self.offset = closure_error(
-            tree.bodies, self.rows, np.zeros(len(self.rows)), assembly.q, make_pose(tree.bodies)
-        )
+        self.offset = tree.gaps(assembly.q)
         self.rank = independent(tree, self.rows, assembly.q, tree.closing_dofs) if len(self.rows) else 0
 
     def shape(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
@@ -131,23 +127,15 @@ class _Finder:
         if not close(tree.bodies, self.rows, self.offset, self.free, tree.extent, q):
             return np.full(len(self.modes), np.nan), q
         consistent_rates(tree.bodies, self.rows, self.free, q, v, np.zeros(len(q)))
-        bodies, n = tree.bodies, tree.size
-        work = packed(make_workspace(len(bodies.records), n, len(self.rows), bodies.shapes.shape[2]))
-        pose, vel, load = work.pose, work.vel, work.bias
+        work = ideal_forces(system, t, q, v, self.rank)
+        bodies, pose, vel, load, left = tree.bodies, work.pose, work.vel, work.bias, np.zeros(tree.size)
+        work.a[len(tree.joint_dofs) :] = 0.0
         body_states(bodies, q, v, pose, vel)
+        work.wrench[:] = 0.0
         load_wrenches(system.loads, t, pose, vel, work.wrench)
-        tau, a, reaction = np.zeros(n), np.zeros(n), np.zeros(len(self.rows))
-        tau[tree.powered_dofs] = system.torques(np.array([t]))[0][0]
-        a[tree.driven_dofs] = system.motions(np.array([t]))[2][0]
-        constrained_dynamics(
-            tree.undeforming_bodies, self.rows, self.rank, tree.extent, 0.0, system.gravity,
-            q, v, work.wrench, tau, a, reaction, np.zeros(n),
-        )  # fmt: skip
-        a[len(tree.joint_dofs) :] = 0.0
-        work.q[:], work.v[:], work.a[:], left = q, v, a, np.zeros(n)
-        body_accelerations(bodies, pose, vel, v, a, work.acc)
+        body_accelerations(bodies, pose, vel, v, work.a, work.acc)
         inertial_forces(bodies, work, system.gravity, load, left)
-        for row, size in zip(self.rows, reaction, strict=True):
+        for row, size in zip(self.rows, work.reaction, strict=True):
             add_row_wrench(row, pose, -size, load)
         generalised_force(bodies, pose, load, left)
-        return left[self.modes], a
+        return left[self.modes], work.a

@@ -14,13 +14,10 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import InputError
-from linkages.planar.bodies import make_motion, make_pose
 from linkages.planar.contacts import Motion, contact_action, contact_motion
-from linkages.planar.driven import constrained_dynamics
-from linkages.planar.kinematics import body_states
-from linkages.planar.loads import load_wrenches
 from linkages.planar.record_types import JOURNAL
 from linkages.system.assembly import Assembly, independent
+from linkages.system.ideal_forces import ideal_forces
 from linkages.system.unassembled import Unassembled
 
 _PASSES = 3  # each reduces the error by the factor clearance over link length
@@ -58,20 +55,10 @@ def resting_offsets(system: Unassembled, assemble: Callable[[Array], Assembly]) 
 
 def _passed(system: Unassembled, start: Assembly) -> tuple[Array, Array, Array]:
     """Compute the ideal forces of the clearance joints, two for each as the offsets; poses, velocities."""
-    tree, rows = system.tree, system.tree.closure_rows
-    n = tree.size
-    pose, vel, wrench = make_pose(tree.bodies), make_motion(tree.bodies), make_motion(tree.bodies)
-    body_states(tree.bodies, start.q, start.v, pose, vel)
-    load_wrenches(system.loads, 0.0, pose, vel, wrench)
-    tau, acceleration, reaction = np.zeros(n), np.zeros(n), np.zeros(len(rows))
-    tau[tree.powered_dofs] = system.torques(np.zeros(1))[0][0]
-    acceleration[tree.driven_dofs] = system.motions(np.zeros(1))[2][0]
-    rank = independent(tree, rows, start.q, tree.closing_dofs)
-    constrained_dynamics(
-        tree.undeforming_bodies, rows, rank, tree.extent, 0.0, system.gravity,
-        start.q, start.v, wrench, tau, acceleration, reaction, np.zeros(n),
-    )  # fmt: skip
-    return reaction[: 2 * len(tree.play)], pose, vel
+    tree = system.tree
+    rank = independent(tree, tree.closure_rows, start.q, tree.closing_dofs)
+    work = ideal_forces(system, 0.0, start.q, start.v, rank)
+    return work.reaction[: 2 * len(tree.play)], work.pose, work.vel
 
 
 class _Joint:

@@ -8,8 +8,7 @@ import numpy as np
 
 from linkages.arrays import Array
 from linkages.errors import AssemblyError, InputError, Status
-from linkages.planar.bodies import make_pose
-from linkages.planar.closure import closure_error, closure_quality, follow
+from linkages.planar.closure import closure_quality, follow
 from linkages.planar.singularities import GAP, WEIGHTS
 from linkages.system.assembly import coordinate_scale
 from linkages.system.system import System
@@ -204,9 +203,7 @@ class IdealMotion:
         if min(closure_quality(tree.bodies, tree.closure_rows, free, x) for x in beside[0]) <= _BLURRED:
             return
         middle = [np.concatenate([WEIGHTS[::-1], WEIGHTS]) @ x for x in beside]
-        pose = make_pose(tree.bodies)
-        gap = closure_error(tree.bodies, tree.closure_rows, np.zeros(len(tree.closure_rows)), middle[0], pose)
-        if np.abs(gap).max() <= GAP * tree.extent:
+        if np.abs(tree.gaps(middle[0])).max() <= GAP * tree.extent:
             for state, found in zip((q, v, a), middle, strict=True):
                 state[free] = found[free]
 

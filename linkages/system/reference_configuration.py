@@ -17,7 +17,7 @@ from linkages.files.raw_model import Pose, RawModel, rotation
 from linkages.files.rigid import moved
 from linkages.model.mechanism import Joint, planar
 from linkages.planar.bodies import make_pose
-from linkages.planar.closure import closure_error
+from linkages.planar.kinematics import body_positions
 from linkages.planar.record_types import ANGLE
 from linkages.system.spanning import spanning_tree
 from linkages.system.tree import Tree
@@ -92,8 +92,9 @@ def closed_within_limits(path: Path, model: RawModel, limits: Mapping[str, tuple
 
 def _assembled(tree: Tree, q: Array) -> tuple[Array, Array]:
     """Compute the poses of all bodies at q, and the gaps of the loops."""
-    pose, rows = make_pose(tree.bodies), tree.closure_rows
-    return pose, closure_error(tree.bodies, rows, np.zeros(len(rows)), q, pose)
+    pose = make_pose(tree.bodies)
+    body_positions(tree.bodies, q, pose)
+    return pose, tree.gaps(q)
 
 
 def _coordinate(tree: Tree, pose: Array, joint: Joint) -> float:

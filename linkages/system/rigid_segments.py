@@ -13,8 +13,7 @@ from linkages.arrays import Array
 from linkages.errors import AssemblyError, Status
 from linkages.model.segment_model import SegmentChain, chains
 from linkages.model.segment_model import segmented as cut
-from linkages.planar.bodies import make_pose
-from linkages.planar.closure import close, closure_error, consistent_rates
+from linkages.planar.closure import close, consistent_rates
 from linkages.system.assembly import Assembly
 from linkages.system.system import System
 from linkages.system.tree import Tree, without
@@ -63,9 +62,7 @@ class Segmented(System):
             If it cannot be assembled.
         """
         start, tree, whole = self.whole.assembly, self.tree, self.whole.tree
-        closure = tree.closure_rows
-        none, pose = np.zeros(len(closure)), make_pose(whole.bodies)
-        offset = closure_error(whole.bodies, whole.closure_rows, none, start.q, pose)
+        closure, offset = tree.closure_rows, whole.gaps(start.q)
         q, v = self.coordinates(start.q), self.coordinates(start.v)
         free = without(tree.closing_dofs, tree.powered_dofs)
         if not close(tree.bodies, closure, offset, free, tree.extent, q):

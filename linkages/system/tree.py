@@ -18,7 +18,9 @@ from linkages.model.functions import OF_JOINTS
 from linkages.model.gear import Gear
 from linkages.model.mechanism import Mechanism
 from linkages.planar import record_types as types
-from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies
+from linkages.planar.bodies import ELASTIC, LOCK, STIFFNESS, Bodies, make_pose
+from linkages.planar.closure import closure_error
+from linkages.planar.workspace import Workspace, make_workspace
 from linkages.system.flexible_link import FlexibleLink, section_at
 
 #: Closure rows of a cut joint.
@@ -141,6 +143,17 @@ class Tree:
     def closure_rows(self) -> Records:
         """Return the rows that close the whole ideal linkage, clearance joints first."""
         return chained(self.play_rows, self.loop_rows)
+
+    def gaps(self, q: Array) -> Array:
+        """Compute the errors (nr,) of the closure rows at coordinates q [m, rad]."""
+        rows, gaps = self.closure_rows, np.empty(len(self.closure_rows))
+        closure_error(self.bodies, rows, np.zeros(len(rows)), q, make_pose(self.bodies), gaps)
+        return gaps
+
+    def workspace(self, rows: Records) -> Workspace:
+        """Make a workspace for this tree and closure rows, all zero."""
+        nb, nm = len(self.bodies.records), self.bodies.shapes.shape[2]
+        return packed(make_workspace(nb, self.size, len(rows), nm))
 
     @cached_property
     def contacts(self) -> tuple[tuple[str, str], ...]:

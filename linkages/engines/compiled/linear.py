@@ -12,7 +12,7 @@ from linkages.engines.compiled.model import Equations
 from linkages.engines.compiled.runner import Runner
 from linkages.kernel import Array, kernel
 from linkages.kernel.by_reference import reference
-from linkages.planar.closure import closure_jacobian
+from linkages.planar.closure import free_jacobian
 from linkages.planar.closure_rows import row_acceleration
 from linkages.planar.composite_inertia import mass_matrix
 from linkages.planar.kinematics import body_accelerations, body_velocities
@@ -130,7 +130,8 @@ def closure_at(runner: Runner, t: float, y: Array) -> Closure:
     equations, model = runner.aside(), runner.model
     w = equations.work.dynamics
     _place(equations, t, y)
-    rows = closure_jacobian(model.bodies, model.rows, w.pose, len(w.q))[:, model.free]
+    rows = np.empty((len(model.rows), len(model.free)))
+    free_jacobian(model.bodies, model.rows, w.pose, len(w.q), model.free, rows)
     turning, up, down = np.zeros_like(rows), np.zeros(len(rows)), np.zeros(len(rows))
     if len(rows) and w.v.any():
         for k, place in enumerate(model.free):  # the rows' accelerations are quadratic in the rates: polarisation

@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 )
 
 from linkages.arrays import Array
-from linkages.engines.drake.joint_forces import joint_forces, placed
+from linkages.engines.drake.joint_forces import Rooms, joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
 from linkages.planar.record_types import WORN
@@ -83,6 +83,7 @@ class ClearanceJoints(LeafSystem):
         tree, laws, num_velocities = system.tree, system.laws, place.num_velocities
         self.joints = tuple(label for _, label in system.contacts)
         self._ends, self._laws = system.ends, laws
+        self._rooms = Rooms(system)
         self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
         self._landing = landing(laws, tree.extent)
         self._size, self._beside = num_velocities, len(tree.contacts)
@@ -169,7 +170,8 @@ class ClearanceJoints(LeafSystem):
     # -- outputs -----------------------------------------------------------------------------------
 
     def _evaluate(self, context: Context, output: BasicVector) -> None:
-        forces = joint_forces(self._placed, self._memory(context), self._state.Eval(context))
+        forces = np.empty(self._size + WIDTH * len(self._laws))
+        joint_forces(self._placed, self._rooms.work, self._memory(context), self._state.Eval(context), forces)
         output.SetFromVector(forces)
 
     def _give_force(self, context: Context, output: BasicVector) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem, OutputPort
 
 from linkages.arrays import Array
-from linkages.engines.drake.joint_forces import drive_forces, placed
+from linkages.engines.drake.joint_forces import Rooms, drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
 from linkages.planar.closure import LOOSE, loop_errors
 from linkages.system import System
@@ -55,6 +56,7 @@ class Drives(LeafSystem):
         self.joints = (*tree.driven, *tree.powered)
         self._tree = tree
         self._place = place
+        self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
@@ -101,7 +103,9 @@ class Drives(LeafSystem):
             if port.HasValue(context):
                 added[k] = port.Eval(context)[0]
                 applied[place] += added[k]
-        force, drive = drive_forces(self._placed, context.get_time(), self._state.Eval(context), applied)
+        force, drive = np.empty(self._size), np.empty(len(self.joints))
+        t, state = context.get_time(), self._state.Eval(context)
+        drive_forces(self._placed, self._rooms.work, t, state, applied, force, drive)
         for k, more in added.items():
             drive[k] += more
         return force, drive

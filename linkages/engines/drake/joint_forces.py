@@ -5,20 +5,21 @@ All arguments that do not change are in one reference: each array that Python ha
 
 from __future__ import annotations
 
+import threading
 from typing import NamedTuple
 
 import numpy as np
 
-from linkages.kernel import Array, Indices, kernel
+from linkages.kernel import Array, Indices, clear, kernel
 from linkages.kernel.by_reference import packed
 from linkages.planar.arrays import Arrays
-from linkages.planar.bodies import new_motion, new_pose
 from linkages.planar.contacts import WIDTH, clearance_wrenches
 from linkages.planar.driven import constrained_dynamics
 from linkages.planar.kinematics import body_states
 from linkages.planar.loads import load_wrenches
 from linkages.planar.motion import evaluate_motions
 from linkages.planar.newton_euler import generalised_force
+from linkages.planar.workspace import Workspace
 from linkages.system import System
 
 
@@ -39,79 +40,94 @@ def placed(system: System, positions: Indices, rates: Indices, into: Indices, si
     return packed(Placed(packed(system.arrays), q, v, f, size, system.experiment.solver.stabilisation))
 
 
+class Rooms(threading.local):
+    """A workspace for each thread, as several threads may evaluate one diagram at once."""
+
+    def __init__(self, system: System) -> None:
+        self.work = system.tree.workspace(system.arrays.rows)
+
+
 @kernel
-def joint_forces(place: Placed, memory: Array, state: Array) -> Array:
+def _enter(place: Placed, work: Workspace, state: Array) -> None:
+    """Set q, v, pose and vel of a workspace; clear wrench and tau."""
+    for i in range(len(place.into)):
+        work.q[i], work.v[i] = state[place.positions[i]], state[place.rates[i]]
+    clear(work.wrench)
+    clear(work.tau)
+    body_states(place.model.bodies, work.q, work.v, work.pose, work.vel)
+
+
+@kernel
+def joint_forces(place: Placed, work: Workspace, memory: Array, state: Array, result: Array) -> None:
     """Compute the generalised forces of all clearance joints.
 
     Parameters
     ----------
+    work : Workspace
+        Used up.
     memory : (nc, 2) array
         See `linkages.planar.contacts.APPROACH`.
     state : (nx,) array
         Of the plant.
-
-    Returns
-    -------
-    (size + WIDTH nc,) array
-        Generalised forces, then `linkages.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
+    result : (size + WIDTH nc,) array
+        Filled with generalised forces, then `linkages.planar.contacts.CLEARANCE_OUTPUTS` of each contact.
     """
-    model, bodies, nc = place.model, place.model.bodies, len(place.model.ends)
-    pose, vel, wrench, tau = new_pose(bodies), new_motion(bodies), new_motion(bodies), np.zeros(len(place.into))
-    body_states(bodies, state[place.positions], state[place.rates], pose, vel)
-    result = np.zeros(place.size + WIDTH * nc)
-    outputs = result[place.size :].reshape(nc, WIDTH)
-    clearance_wrenches(model.ends, model.laws, model.tables, memory, pose, vel, wrench, outputs)
-    generalised_force(bodies, pose, wrench, tau)
-    result[place.into] = tau
-    return result
+    model, bodies = place.model, place.model.bodies
+    _enter(place, work, state)
+    clear(result)
+    outputs = result[place.size :].reshape(len(model.ends), WIDTH)
+    clearance_wrenches(model.ends, model.laws, model.tables, memory, work.pose, work.vel, work.wrench, outputs)
+    generalised_force(bodies, work.pose, work.wrench, work.tau)
+    for i in range(len(place.into)):
+        result[place.into[i]] = work.tau[i]
 
 
 @kernel
-def drive_forces(place: Placed, t: float, state: Array, applied: Array) -> tuple[Array, Array]:
+def drive_forces(
+    place: Placed, work: Workspace, t: float, state: Array, applied: Array, total: Array, drive: Array
+) -> None:
     """Compute the forces of applied loads, drives and loops at a state, added to the forces already applied.
 
     Parameters
     ----------
+    work : Workspace
+        Used up.
     t : float
         Time [s].
     state : (nx,) array
         Of the plant.
     applied : (nv,) or longer array
         All other generalised forces, and any entries after them.
-
-    Returns
-    -------
     total : (nv,) array
-        `applied` plus the forces of loads, drives and loops.
+        Filled with `applied` plus the forces of loads, drives and loops.
     drive : (nd,) array
-        Torque or force of each drive, prescribed ones first.
+        Filled with the torque or force of each drive, prescribed ones first.
     """
     model, bodies, stabilisation = place.model, place.model.bodies, place.stabilisation
     nd, powered, n = len(model.driven), len(model.powered), len(place.into)
-    q, v, tau = state[place.positions], state[place.rates], applied[place.into]
-    pose, vel, wrench = new_pose(bodies), new_motion(bodies), new_motion(bodies)
-    body_states(bodies, q, v, pose, vel)
+    q, v, tau = work.q, work.v, work.tau
+    _enter(place, work, state)
+    for i in range(n):
+        tau[i] = applied[place.into[i]]
     loads = (model.loads, model.signals, model.load_t, model.load_c, model.load_n)
-    load_wrenches(loads, t, pose, vel, wrench)
-    generalised_force(bodies, pose, wrench, tau)
+    load_wrenches(loads, t, work.pose, work.vel, work.wrench)
+    generalised_force(bodies, work.pose, work.wrench, tau)
     most = max(nd, powered)
-    drive, value, one, two = np.empty(nd + powered), np.empty(nd), np.empty(most), np.empty(most)
+    value, one, two, loop, given = np.empty(nd), np.empty(most), np.empty(most), np.empty(n), np.empty(nd)
     evaluate_motions((model.torque, model.torque_c, model.torque_n), t, drive[nd:], one, two)
     for k in range(powered):
         tau[model.powered[k]] += drive[nd + k]
     evaluate_motions((model.motion, model.motion_c, model.motion_n), t, value, one, two)
-    acceleration, needed, reaction, loop = np.zeros(n), tau.copy(), np.empty(len(model.rows)), np.empty(n)
-    wrench[:] = 0.0
+    clear(work.wrench)
+    clear(work.a)
     for k in range(nd):
         d = model.driven[k]
         lag = 2.0 * (one[k] - v[d]) + stabilisation * (value[k] - q[d])
-        acceleration[d] = two[k] + stabilisation * lag
-    rows, rank, gravity = model.rows, model.rank, model.gravity
-    constrained_dynamics(
-        bodies, rows, rank, model.size, stabilisation, gravity, q, v, wrench, needed, acceleration, reaction, loop
-    )
+        work.a[d], given[k] = two[k] + stabilisation * lag, tau[d]
+    constrained_dynamics(bodies, model.rows, model.rank, model.size, stabilisation, model.gravity, work, loop)
     for k in range(nd):
-        drive[k] = needed[model.driven[k]] - tau[model.driven[k]]
-    total = applied[: place.size].copy()
-    total[place.into] = needed + loop
-    return total, drive
+        drive[k] = tau[model.driven[k]] - given[k]
+    for i in range(place.size):
+        total[i] = applied[i]
+    for i in range(n):
+        total[place.into[i]] = tau[i] + loop[i]
