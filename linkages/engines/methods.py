@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from linkages.errors import notice
+from linkages.kernel.precompiled import expect
 from linkages.model.experiment_tables import IMPLICIT
 from linkages.system import System
 
@@ -16,6 +17,17 @@ METHODS = {
 _SAME = {("drake", "dormand_prince_5_4"): "runge_kutta5"}
 
 
+def is_implicit(system: System) -> bool:
+    """Whether the integration method of a run is implicit: as the experiment's, else for stiff joint laws."""
+    given = system.experiment.solver.integrator
+    return system.stiff if given is None else given in IMPLICIT
+
+
+def expect_run(system: System, engine: str) -> None:
+    """Have the kernels compiled that a run will call, if the cache of compiled code is empty."""
+    expect(f"linkages.engines.precompilation:{engine}", *((is_implicit(system),) if engine == "compiled" else ()))
+
+
 def method(system: System, engine: str) -> str:
     """Choose the integration method of a run.
 
@@ -26,7 +38,7 @@ def method(system: System, engine: str) -> str:
         standard error. Without one in the experiment, an implicit method for stiff joint laws, else an explicit one.
     """
     given = system.experiment.solver.integrator
-    own = METHODS[engine][system.stiff if given is None else given in IMPLICIT]
+    own = METHODS[engine][is_implicit(system)]
     if given is None or given in own:
         return given or own[0]
     if (engine, given) in _SAME:

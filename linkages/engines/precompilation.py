@@ -1,7 +1,7 @@
 """Plans of `linkages.kernel.precompiled` for the kernels that the engines will call, found by a run of the drop test.
 
-The compiled types of kernels do not depend on the mechanism. Kernels that need the assembled linkage come last, because
-the calling process assembles it in the meantime.
+The compiled types of kernels do not depend on the mechanism. Plans do not assemble the linkage of the drop test, and
+kernels that need the assembled linkage come last: the calling process assembles its linkage in the meantime.
 """
 
 from __future__ import annotations

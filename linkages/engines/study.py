@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from linkages.engines import DEFAULT
 from linkages.engines import engine as load_engine
 from linkages.engines.heat import settle
+from linkages.engines.methods import expect_run
 from linkages.errors import AssemblyError, InputError, Status
 from linkages.model.link_tables import MOST_SEGMENTS
 from linkages.outputs.columns import columns
@@ -136,6 +137,7 @@ def study(
     'ok'
     """
     stage = progress or (lambda name: lambda time: None)
+    expect_run(system, engine)  # before the ideal linkage
     if (exact := _with_exact_motion(system)) is not None:
         check_duration(exact)
     run = simulate(system, engine, stage("run"))

@@ -18,7 +18,7 @@
 
 from linkages.arrays import Array, Indices, Records, record_type
 from linkages.kernel.clear import clear
-from linkages.kernel.compile import inlined_kernel, kernel, lazy_kernel
+from linkages.kernel.compile import bound, inlined_kernel, kernel, lazy_kernel
 from linkages.kernel.external import address, caller
 
 __all__ = [
@@ -26,6 +26,7 @@ __all__ = [
     "Indices",
     "Records",
     "address",
+    "bound",
     "caller",
     "clear",
     "inlined_kernel",

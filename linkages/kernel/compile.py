@@ -101,15 +101,14 @@ class Kernel:
             bound = self._signature.bind(*arguments, **named)
             bound.apply_defaults()
             arguments = bound.args
+        return _call(self.entry(*arguments), *arguments)
+
+    def entry(self, *arguments: Any) -> Any:
+        """Compile or load the function that Python calls with arguments of these types."""
         key = tuple(map(shape, arguments))
         if key not in self._entries:
             self._entries[key] = self._entry(tuple(map(numba.typeof, arguments)))
-        result = self._entries[key](*arguments)
-        if failures:
-            error = failures[0]
-            failures.clear()
-            raise error
-        return result
+        return self._entries[key]
 
     def __reduce__(self) -> str:
         return self.py_func.__qualname__
@@ -141,6 +140,21 @@ class Kernel:
         values = [*values, *(context.get_constant(*each) for each in zip(kinds, missing, strict=True))]
         lazy = self.kind == LAZY or under_way(self.py_func, typed.args, typed.return_type)
         return (call_cell if lazy else call_symbol)(self.py_func, context, builder, typed, values)
+
+
+def _call(entry: Any, *arguments: Any) -> Any:
+    """Call a compiled function; raise what kept the lazy kernels that it calls from being compiled."""
+    result = entry(*arguments)
+    if failures:
+        error = failures[0]
+        failures.clear()
+        raise error
+    return result
+
+
+def bound(function: F, *arguments: Any) -> F:
+    """Return a kernel for arguments of these types alone: a call from Python does not find out the types again."""
+    return cast(F, partial(_call, function.entry(*arguments))) if isinstance(function, Kernel) else function
 
 
 @typeof_impl.register(Kernel)

@@ -189,7 +189,7 @@ class System(Unassembled):
         applied = *self.motions.arrays, *self.torques.arrays, *self.loads, *self._beams, self.gravity
         # calls by address assume contiguous arrays without a check
         rest = map(np.ascontiguousarray, (self.ends, tree.joints, *joints, *dofs, *applied))
-        bodies = tree.bodies, tree.stiff_bodies(self.motion_rate)
+        bodies = tree.bodies, tree.stiff_bodies(self.motion_rate) if tree.flexible else tree.bodies
         return Arrays._make([*bodies, *self._closed_by(tree.loop_rows, tree.free_dofs), *rest, tree.extent])
 
     def _closed_by(self, rows: Records, free: NDArray[np.int64]) -> tuple[Records, int]:

@@ -10,12 +10,12 @@ from linkages.engines.compiled.binding import LEFT, OPEN, evaluate, run
 from linkages.engines.compiled.job import ACCURACY, END, LONGEST, make_given
 from linkages.engines.compiled.model import Equations, error_scale, make_work
 from linkages.engines.compiled.replay import Steps
+from linkages.engines.methods import expect_run
 from linkages.errors import Status
 from linkages.integrate.driver import COLLAPSED, DONE, Options, Record
 from linkages.integrate.stepper import make_stepper
 from linkages.kernel import Array, Indices
 from linkages.kernel.by_reference import Packed, packed
-from linkages.kernel.precompiled import expect
 from linkages.outputs.registry import pack
 from linkages.planar.contacts import WIDTH
 from linkages.signals import deferred
@@ -62,7 +62,7 @@ class Runner:
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))
         self.model, self.start, self.implicit = given.model, given.start, given.implicit
         self.tolerance, self.scale = given.tolerance, error_scale(system)
-        expect("linkages.engines.precompilation:compiled", self.implicit)
+        expect_run(system, "compiled")
         self._landing, self._limits = given.landing, given.limits
         nc = len(self.model.ends)
         self.memory, self.modes = np.zeros((nc, 2)), np.full(nc, -1)

@@ -19,6 +19,7 @@ from pydrake.systems.framework import (
 from linkages.arrays import Array
 from linkages.engines.drake.joint_forces import Rooms, joint_forces, placed
 from linkages.engines.drake.plant import StatePlace
+from linkages.kernel import bound
 from linkages.planar.contacts import CLEARANCE_OUTPUTS, WIDTH, approach_at_start, landing
 from linkages.planar.record_types import WORN
 from linkages.system import System
@@ -89,6 +90,8 @@ class ClearanceJoints(LeafSystem):
         self._size, self._beside = num_velocities, len(tree.contacts)
         self._touching, self._bristles = np.flatnonzero(system.touching), system.bristles
         self._no_memory = np.zeros((len(laws), 2))
+        state, forces = np.empty(place.num_states), np.empty(num_velocities + WIDTH * len(laws))
+        self._joint_forces = bound(joint_forces, self._placed, self._rooms.work, self._no_memory, state, forces)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         needs = {self.input_port_ticket(self._state.get_index())}
         if len(self._touching):
@@ -171,7 +174,7 @@ class ClearanceJoints(LeafSystem):
 
     def _evaluate(self, context: Context, output: BasicVector) -> None:
         forces = np.empty(self._size + WIDTH * len(self._laws))
-        joint_forces(self._placed, self._rooms.work, self._memory(context), self._state.Eval(context), forces)
+        self._joint_forces(self._placed, self._rooms.work, self._memory(context), self._state.Eval(context), forces)
         output.SetFromVector(forces)
 
     def _give_force(self, context: Context, output: BasicVector) -> None:

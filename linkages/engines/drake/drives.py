@@ -10,6 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSyste
 from linkages.arrays import Array
 from linkages.engines.drake.joint_forces import Rooms, drive_forces, placed
 from linkages.engines.drake.plant import StatePlace
+from linkages.kernel import bound
 from linkages.planar.closure import LOOSE, loop_errors
 from linkages.system import System
 
@@ -58,6 +59,10 @@ class Drives(LeafSystem):
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
+        vectors = (
+            np.empty(size) for size in (place.num_states, num_velocities + extra, num_velocities, len(self.joints))
+        )
+        self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, 0.0, *vectors)
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
@@ -105,7 +110,7 @@ class Drives(LeafSystem):
                 applied[place] += added[k]
         force, drive = np.empty(self._size), np.empty(len(self.joints))
         t, state = context.get_time(), self._state.Eval(context)
-        drive_forces(self._placed, self._rooms.work, t, state, applied, force, drive)
+        self._drive_forces(self._placed, self._rooms.work, t, state, applied, force, drive)
         for k, more in added.items():
             drive[k] += more
         return force, drive

@@ -15,8 +15,8 @@ from linkages.engines.budget import Budget
 from linkages.engines.drake.diagram import Linkage, build_diagram
 from linkages.engines.drake.steps import Steps, is_collapse
 from linkages.engines.drake.steps import longest_step as longest_step  # part of the engine's interface
+from linkages.engines.methods import expect_run
 from linkages.errors import Status
-from linkages.kernel.precompiled import expect
 from linkages.outputs.columns import Columns, columns
 from linkages.planar.contacts import WIDTH
 from linkages.results.loops import Loops
@@ -48,7 +48,7 @@ def simulate(system: System, progress: Progress | None = None) -> Trajectory:
         If the start cannot be computed.
     """
     started = clock.perf_counter()
-    expect("linkages.engines.precompilation:drake")
+    expect_run(system, "drake")
     diagram, linkage = build_diagram(system)
     system, simulator = linkage.system, Simulator(diagram)
     linkage.set_initial_state(simulator.get_mutable_context())
