@@ -59,10 +59,8 @@ class Drives(LeafSystem):
         self._place = place
         self._rooms, self._size = Rooms(system), num_velocities
         self._placed = placed(system, place.q, place.v, place.velocities, num_velocities)
-        vectors = (
-            np.empty(size) for size in (place.num_states, num_velocities + extra, num_velocities, len(self.joints))
-        )
-        self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, 0.0, *vectors)
+        sizes = place.num_states, num_velocities + extra, num_velocities, len(self.joints)
+        self._drive_forces = bound(drive_forces, self._placed, self._rooms.work, 0.0, *map(np.empty, sizes))
         self._state = self.DeclareVectorInputPort("state", place.num_states)
         self._applied = self.DeclareVectorInputPort("applied", num_velocities + extra)
         powers = [self.DeclareVectorInputPort(f"{name}.torque", 1) for name in tree.powered]
