@@ -18,6 +18,7 @@
 | assembly                | loop closure on the branch of the reference configuration, state at t = 0    |
 | rate                    | time scale of a linkage without prescribed motions                           |
 | equilibrium             | offsets of journals in static equilibrium: an alternative start              |
+| ideal_forces            | reactions of the ideal linkage under its loads and drives                    |
 | ideal_motion            | motion of the ideal linkage over time                                        |
 | reference_configuration | a pose with closed loops and all joints within their limits                  |
 """

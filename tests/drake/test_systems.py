@@ -1,5 +1,7 @@
 """The Drake engine itself: ports, caching, diagrams of the user's, steps."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from machines import four_bar
@@ -37,6 +39,30 @@ def test_both_ports_share_one_evaluation_of_the_laws(seven_bar, monkeypatch):
     root.SetContinuousState(root.get_continuous_state_vector().CopyToVector() * 1.0000001)
     diagram.EvalTimeDerivatives(root)
     assert len(calls) == 2
+
+
+def test_threads_may_evaluate_one_diagram_at_once(seven_bar):
+    """Each context in a thread of its own has the derivatives that it has alone."""
+    diagram, linkage = build_diagram(seven_bar)
+    nominal = diagram.CreateDefaultContext()
+    linkage.set_initial_state(nominal)
+    state = nominal.get_continuous_state_vector().CopyToVector()
+
+    def slopes(speed):
+        """Derivatives at 300 states that move at this part of the speed."""
+        root, found, moving = diagram.CreateDefaultContext(), [], np.ones(len(state))
+        linkage.set_initial_state(root)
+        moving[len(state) // 2 :] = speed
+        for k in range(300):
+            root.SetContinuousState(state * (moving + 1e-9 * k))
+            found.append(diagram.EvalTimeDerivatives(root).CopyToVector())
+        return np.array(found)
+
+    speeds = [0.5, 0.7, 0.9, 1.1]
+    with ThreadPoolExecutor(len(speeds)) as pool:
+        together = list(pool.map(slopes, speeds))
+    for speed, found in zip(speeds, together, strict=True):
+        np.testing.assert_array_equal(found, slopes(speed))
 
 
 def test_ports_are_the_documented_ones(seven_bar):
