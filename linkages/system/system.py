@@ -101,7 +101,7 @@ class System(Unassembled):
                 mechanism = self.mechanism.replaced(experiment.sdf_overrides, machine)
         offsets = [{name: e.joints[name].offset for name in e.play} for e in (experiment, self.experiment)]
         experiment = without_deformation(mechanism, experiment, values)
-        same_start = all(map(_keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
+        same_start = all(map(keeps_start, values)) and offsets[0] == offsets[1] and experiment.start == "centred"
         same_start = same_start and not experiment.flexible
         return System(mechanism, experiment, (self._twin or self) if same_start else None, _memory=self._memory)
 
@@ -270,7 +270,7 @@ def _restored(mechanism: Mechanism, experiment: Experiment, laws: tuple[Register
     return System(mechanism, experiment)
 
 
-def _keeps_start(path: str) -> bool:
+def keeps_start(path: str) -> bool:
     """Check whether a path names a mass or a joint's law, which do not affect the start."""
     if path.startswith("sdf."):
         return is_inertial(path.removeprefix("sdf."))

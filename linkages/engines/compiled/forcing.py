@@ -21,13 +21,14 @@ from linkages.engines.compiled.contact_changes import (
 )
 from linkages.engines.compiled.equations import set_state
 from linkages.engines.compiled.model import Equations
-from linkages.engines.compiled.variation import Variation, move
+from linkages.engines.compiled.variation import INERTIAL, Variation, move
 from linkages.integrate.stepper import copy
 from linkages.kernel import Array, clear, kernel
 from linkages.laws.contact.contact_forces import GRAZING
 from linkages.planar.contact_partials import APPROACHING, OUTPUTS
 from linkages.planar.contacts import APPROACH, PENETRATION, add_contact, contact_motion
 from linkages.planar.loads import load_wrenches
+from linkages.planar.markers import turned
 from linkages.planar.newton_euler import force_residual, generalised_force
 from linkages.planar.singularities import smooth_dynamics
 
@@ -134,6 +135,35 @@ def _central(
 
 
 @kernel
+def _inertial_response(equations: Equations, variation: Variation, p: int, out: Array) -> None:
+    """Fill ``out`` as `value_forcing` for a value in whose numbers the forces that the motion needs are linear.
+
+    They are masses, moments of inertia, or gravity, of rigid bodies. The equations are solved.
+    """
+    model, at = equations.model, equations.work.dynamics
+    moved, w, unit = variation.equations.model, variation.equations.work.dynamics, variation.unit[p]
+    clear(w.wrench)
+    clear(w.tau)
+    move(variation, p, unit)
+    gx, gy = (moved.gravity[0] - model.gravity[0]) / unit, (moved.gravity[1] - model.gravity[1]) / unit
+    for i in range(1, len(model.bodies.records)):
+        body, other = model.bodies.records[i], moved.bodies.records[i]
+        mass, inertia = (other.mass - body.mass) / unit, (other.inertia - body.inertia) / unit
+        cx, cy = turned(at.pose, i, body.cx, body.cy)
+        alpha, square = at.acc[i, 0], at.vel[i, 0] * at.vel[i, 0]
+        fx = mass * (at.acc[i, 1] - alpha * cy - square * cx - model.gravity[0]) - body.mass * gx
+        fy = mass * (at.acc[i, 2] + alpha * cx - square * cy - model.gravity[1]) - body.mass * gy
+        w.wrench[i, 0] = -(inertia * alpha + cx * fy - cy * fx)
+        w.wrench[i, 1] = -fx
+        w.wrench[i, 2] = -fy
+    move(variation, p, 0.0)
+    generalised_force(model.bodies, at.pose, w.wrench, w.tau)
+    clear(out)
+    for i in range(len(model.free)):
+        out[i] = w.tau[model.free[i]]
+
+
+@kernel
 def _interpolated(equations: Equations) -> bool:
     """Whether the accelerations are interpolated near a singularity: the work is not that of the state then."""
     return equations.work.dynamics.interpolated[0] > 0.0
@@ -148,10 +178,14 @@ def value_forcing(
     The equations are solved at (t, y) with the derivatives ``dy`` of rates and other entries; ``s`` is filled by
     `note_contacts` and `note_partials`.
     """
+    if variation.mechanics[p] == INERTIAL and not len(equations.model.rows) and not _interpolated(equations):
+        _inertial_response(equations, variation, p, out)
+        return
     clear(s.direct)
-    clear(s.moved)
     once = variation.kinematics[p] and not len(equations.model.rows) and not is_fine(equations)
-    if not once:
+    if once:
+        clear(s.moved)
+    elif variation.kinematics[p]:
         value_motions(equations, variation, p, t, y, s.moved)
         _add_moved(s)
     for k in range(s.direct.shape[0]):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,14 +14,17 @@ from linkages.errors import AssemblyError, InputError
 from linkages.kernel import Array, Indices
 from linkages.kernel.block import Contents, contents
 from linkages.model.experiment import value_unit
+from linkages.planar.arrays import Arrays
 from linkages.results.derivatives import Direction
 from linkages.system import System
+from linkages.system.system import keeps_start
 
 _STEP = 3e-5  # of differences, in parts of the value
 _ZERO = 1e-7  # values of a smaller magnitude count as zero, SI units
 _UNITS = {"m/s2": 10.0}  # magnitudes of a value of zero, by its unit
 _UNIT = 1e-2  # of other units
 _ROUNDING = 1e-13  # error of a number that is proportional to the value
+_SAME = 1e-15  # relative change of a number by rounding: the value does not change it
 _BENT = 1e-4  # second over first difference, beyond which two systems do not give nine digits
 #: Places and weights of differences: of the first order, for numbers proportional to the value; central, of the
 #: second and the fourth order; to one side, at a limit of the value.
@@ -30,6 +35,8 @@ _UPWARD = (0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
 _DOWNWARD = (0, -1, -2, -3, -4), (25 / 12, -4.0, 3.0, -4 / 3, 1 / 4)
 _INTEGER = 1e-290  # an integer, read as a float, is smaller
 
+_SPREAD = np.random.default_rng(0).random(1000)  # of the steps of values that are moved together, in parts of `_STEP`
+
 _Stencil = tuple[tuple[int, ...], tuple[float, ...]]
 
 
@@ -38,6 +45,97 @@ class Rates(NamedTuple):
 
     places: Indices
     rates: Array
+
+
+class Together:
+    """A system in which the values at several paths are moved at once, each by another part of itself.
+
+    A number that is proportional to one of the values changes by the same part: so it is known to which value the
+    number belongs, and one system is sufficient for all such values. The parts have generic ratios between 1 and 2,
+    which products and powers of values do not match.
+
+    Parameters
+    ----------
+    system : System
+    paths : sequence of str
+
+    Raises
+    ------
+    InputError, AssemblyError
+        If the moved values are not valid.
+    """
+
+    def __init__(self, system: System, paths: Sequence[str]) -> None:
+        self._system, self._paths = system, list(paths)
+        self._values = np.array([system.value(path) for path in paths])
+        self._parts = _STEP * (1.0 + _SPREAD[: len(paths)])
+        moved = self._values * (1.0 + self._parts)
+        self._parts = moved / self._values - 1.0  # after rounding
+        self._moved = system.replaced(dict(zip(paths, map(float, moved), strict=True)))
+        self._latest: tuple[Any, tuple[Indices, Array, Indices] | None] | None = None
+
+    def rates(self, make: Callable[[System], Any], along: Mapping[str, float]) -> Rates | None:
+        """Differentiate as `Neighbours.rates` along the rates of some paths; None if any number is not proportional."""
+        if self._latest is None or self._latest[0] is not make:
+            self._latest = make, self._changes(contents(make(self._system)), contents(make(self._moved)))
+        if self._latest[1] is None:
+            return None
+        places, here, owners = self._latest[1]
+        rates = np.array([along.get(path, 0.0) for path in self._paths])[owners] * here / self._values[owners]
+        mine = rates != 0.0
+        return Rates(places[mine], rates[mine])
+
+    def _changes(self, own: Contents, other: Contents) -> tuple[Indices, Array, Indices] | None:
+        """Return the places of numbers that change, they themselves, and the index of the path of each."""
+        if own.structure != other.structure:
+            return None
+        places, (here, there) = _changed(own, [other])
+        with np.errstate(divide="ignore"):
+            apart = np.abs((there / here - 1.0)[:, None] - self._parts)
+        owners = np.argmin(apart, axis=1)
+        known = not len(places) or apart.min(axis=1).max() <= _ROUNDING
+        return (places, here, owners) if known else None
+
+    def still(self, numbers: Callable[[System], Array]) -> bool:
+        """Tell whether no value changes an array of numbers."""
+        return np.array_equal(numbers(self._system), numbers(self._moved))
+
+
+def _changed(own: Contents, others: Sequence[Contents]) -> tuple[Indices, Array]:
+    """Return the places of the numbers that differ from others by more than rounding, and these, (1 + k, n).
+
+    Raises
+    ------
+    InputError
+        If an integer differs.
+    """
+    differs: NDArray[np.bool_] = np.any([one.words != own.words for one in others], axis=0)
+    places = np.flatnonzero(differs)
+    values = np.stack([one.words[places] for one in (own, *others)]).view(np.float64)
+    if np.any((np.abs(values) < _INTEGER) & (values != 0.0)):
+        raise InputError("", "", "an integer")
+    kept = np.isfinite(values).all(axis=0)
+    places, values = places[kept], values[:, kept]
+    kept = np.abs(values[1:] - values[0]).max(axis=0, initial=0.0) > _SAME * np.abs(values[0])
+    return places[kept], values[:, kept]
+
+
+def neighbours(system: System, values: Sequence[str | Direction]) -> list[Neighbours]:
+    """Return the systems near a system for each of several values, with one for all that joints' laws and masses need.
+
+    Raises
+    ------
+    InputError
+        See `Neighbours`.
+    """
+    paths = [[value] if isinstance(value, str) else list(value.rates) for value in values]
+    able = [all(keeps_start(path) and abs(system.value(path)) > _ZERO for path in each) for each in paths]
+    together = None
+    wanted = list(dict.fromkeys(path for each, fits in zip(paths, able, strict=True) if fits for path in each))
+    if 1 < len(wanted) <= len(_SPREAD):
+        with suppress(InputError, AssemblyError):  # near a limit of a value
+            together = Together(system, wanted)
+    return [Neighbours(system, value, together if fits else None) for value, fits in zip(values, able, strict=True)]
 
 
 class Neighbours:
@@ -51,6 +149,8 @@ class Neighbours:
     system : System
     value : str or Direction
         A dotted path, see `linkages.System.replaced`; or a value that several paths follow.
+    together : Together, optional
+        Its paths among others.
 
     Attributes
     ----------
@@ -63,14 +163,21 @@ class Neighbours:
         If there is no number at the path, or no neighbouring value is valid.
     """
 
-    def __init__(self, system: System, value: str | Direction) -> None:
+    def __init__(self, system: System, value: str | Direction, together: Together | None = None) -> None:
         along = Direction(value, system.value(value), {value: 1.0}) if isinstance(value, str) else value
-        path, self._value, rates = along
+        path, self._value, self._rates = along
         self.system, self.path = system, path
-        self._along = {each: (system.value(each), rate) for each, rate in rates.items()}
+        self._along = {each: (system.value(each), rate) for each, rate in self._rates.items()}
         small = abs(self._value) <= _ZERO
         self.magnitude = _UNITS.get(value_unit(path), _UNIT) if small else abs(self._value)
-        self._built = {0: system}
+        self._built, self._together = {0: system}, together
+        self.systems: list[System] = []
+        if together is None:
+            self._begin()
+
+    def _begin(self) -> None:
+        """Build the first systems."""
+        path = self.path
         problem = InputError("argument", path, "has no derivative")
         for stencil in (_ONE, _DOWNWARD):
             try:
@@ -93,26 +200,29 @@ class Neighbours:
                 self._built[k] = found
         self.systems, self.weights = [self._built[k] for k in stencil[0]], np.array(stencil[1]) / step
 
-    def derivative(self, numbers: Callable[[System], Array]) -> Array:
-        """Differentiate an array of numbers, which may be long."""
-        return self._derivative([numbers(one) for one in self.systems], numbers)
-
-    def _derivative(self, found: list[Array], numbers: Callable[[System], Array]) -> Array:
-        here = numbers(self.system)
+    def derivative(self, numbers: Callable[[System], Array], together: bool = False) -> Array:
+        """Differentiate an array of numbers, which may be long; `together` if their errors are compared with all."""
+        if not self.systems:
+            if self._together is not None and self._together.still(numbers):
+                return 0.0 * numbers(self.system)
+            self._begin()
+        here, found = numbers(self.system), [numbers(one) for one in self.systems]
         if any(len(one) != len(here) for one in found):
             raise self._other_structure()
         changes = np.stack([one - here for one in found])
-        if self._refine(here, changes):
-            return self.derivative(numbers)
+        if self._refine(here, changes, together):
+            return self.derivative(numbers, together)
         return np.tensordot(self.weights, changes, 1)
 
-    def _refine(self, here: Array, changes: Array) -> bool:
+    def _refine(self, here: Array, changes: Array, together: bool) -> bool:
         """Build more systems if the changes are not accurate; False if they are, or if there are no more."""
         if len(changes) == 1:
             expected = here * (_STEP * self.magnitude / self._value) if self._value else 0.0 * here
             if np.all(np.abs(changes[0] - expected) <= _ROUNDING * np.abs(here)) or not changes.any():
                 return False
-        elif len(changes) != 2 or np.all(np.abs(changes.sum(axis=0)) <= _BENT * np.abs(changes).max(axis=0)):
+        elif len(changes) != 2 or np.all(
+            np.abs(changes.sum(axis=0)) <= _BENT * np.abs(changes).max(axis=None if together else 0, initial=0.0)
+        ):
             return False
         for stencil in (_PAIR, _UPWARD) if len(changes) == 1 else (_FOUR,):
             try:
@@ -130,6 +240,12 @@ class Neighbours:
         InputError
             If the value changes integers, or shapes of arrays.
         """
+        if not self.systems:
+            if self._together is not None:
+                with suppress(InputError):  # the value's own systems tell
+                    if (found := self._together.rates(make, self._rates)) is not None:
+                        return found
+            self._begin()
         kept: dict[int, Contents] = {}
 
         def read(one: System) -> Contents:
@@ -141,13 +257,20 @@ class Neighbours:
         others = [read(one) for one in self.systems]
         if any(one.structure != own.structure for one in others):
             raise self._other_structure()
-        changed: NDArray[np.bool_] = np.any([one.words != own.words for one in others], axis=0)
-        places = np.flatnonzero(changed)
-        values = np.stack([own.words[places], *(one.words[places] for one in others)]).view(np.float64)
-        if np.any((np.abs(values) < _INTEGER) & (values != 0.0)):
-            raise self._other_structure()
-        places = places[np.isfinite(values).all(axis=0)]
+        try:
+            places, _ = _changed(own, others)
+        except InputError:
+            raise self._other_structure() from None
         return Rates(places, self.derivative(lambda one: read(one).words[places].view(np.float64)))
+
+    @cached_property
+    def arrays(self) -> Rates:
+        """Differentiate the arrays of the system."""
+        return self.rates(_arrays)
 
     def _other_structure(self) -> InputError:
         return InputError("argument", self.path, "changes the structure of the system: there is no derivative")
+
+
+def _arrays(system: System) -> Arrays:
+    return system.arrays

@@ -37,12 +37,12 @@ class OutputTable:
         whole = system.whole if isinstance(system, Segmented) else system
         own = names(system, False)
         self.names = [name for name in names(whole, False) if name in own] if wanted is None else list(wanted)
-        records = packer(system, self.names)
-        self._numbers = lambda one: (one.arrays, records(one))
-        self._model, self._records = _copied(self._numbers(system))
+        self._read = packer(system, self.names)
+        self._model, self._records = _copied((system.arrays, self._read(system)))
         self._view = make_view(self._model, system.tree.size)
         self._words = _views((self._model, self._records))
         self._initial = contents((self._model, self._records)).words.view(np.float64)
+        self._first = len(self._initial) - len(contents((self._records,)).words)  # place of the records
         self._with_forces = bool(np.isin(self._records["kind"], OF_FORCES).any())
         self._jitter = [k for k, one in enumerate(self._records) if one["jitter"]]
 
@@ -60,7 +60,9 @@ class OutputTable:
             Coordinates, rates, accelerations (nt, n) and contacts (nt, nc, WIDTH), and their derivatives.
         model : Arrays
         """
-        places, rates = near.rates(self._numbers)
+        arrays, records = near.arrays, near.rates(self._read)
+        places = np.concatenate([arrays.places, self._first + records.places])
+        rates = np.concatenate([arrays.rates, records.rates])
         h = _STEP / self._largest(near, change, model)
         result, spots = np.zeros((len(self.names), len(times))), self._spots(places)
         for side in (-1.0, 1.0):

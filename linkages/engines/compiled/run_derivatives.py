@@ -71,7 +71,7 @@ def differentiate_run(
         Number of times at which the columns are known.
     """
     nt, nc, model, work = len(steps.times), steps.memory.shape[1], equations.model, equations.work
-    deep = np.zeros(nc)
+    deep, touches = np.zeros(nc), model.touching.any()
     for k in range(nt):
         t, y = steps.times[k], steps.states[k]
         remember(equations, steps, max(k - 1, 0))
@@ -83,7 +83,7 @@ def differentiate_run(
             if not work.dynamics.interpolated[0] > 0.0:
                 close_columns(equations, variation, t, y, c)
                 smooth = False
-        if nc:
+        if touches:
             solve_state(equations, t, y)
         for i in range(nc):
             now = work.contacts[i, PENETRATION] if model.touching[i] else -1.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from linkages.engines.compiled.job import make_given
 from linkages.engines.compiled.kinks import friction_speeds, kinks
-from linkages.engines.compiled.neighbours import Neighbours
+from linkages.engines.compiled.neighbours import neighbours
 from linkages.engines.compiled.output_derivatives import OutputTable
 from linkages.engines.compiled.replay import Steps
 from linkages.engines.compiled.run_derivatives import GRAZED, KNOWN, SINGULAR, differentiate_run, differentiate_states
@@ -83,7 +83,7 @@ class Differentiation:
     def __init__(self, runner: Runner, steps: Steps, values: Sequence[str | Direction] = ()) -> None:
         system = runner.system
         self.runner, self.steps = runner, steps
-        self._nearby = [Neighbours(system, value) for value in values]
+        self._nearby = neighbours(system, values)
         given = make_given(system, pack(system, ()), np.zeros((0, 2)))
         self._variation, self.start = vary(system, self._nearby, given)
         ny, n = len(runner.start), len(runner.model.free)

@@ -6,24 +6,28 @@ differentiated through the assembly, and a contact's stiffness through its mater
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple, cast
 
 import numpy as np
 
 from linkages.engines.compiled.job import Given, model_of
-from linkages.engines.compiled.model import Equations, make_work, start_state
+from linkages.engines.compiled.model import Equations, error_scale, make_work, start_state
 from linkages.engines.compiled.neighbours import Neighbours
 from linkages.kernel import Array, Indices, kernel
 from linkages.kernel.block import Block, contents
 from linkages.kernel.by_reference import packed
 from linkages.outputs.registry import pack
 from linkages.planar.arrays import Arrays
-from linkages.planar.record_types import BODY
+from linkages.planar.record_types import BODY, ENDS, MARKER
 from linkages.system import System
 
+INERTIAL = 2
 _INERTIAL = ("mass", "cx", "cy", "inertia")  # the last fields of a body: they move nothing
 assert (BODY.names or ())[-len(_INERTIAL) :] == _INERTIAL
+_CENTRE = (-3, -2)  # the mass centre among them, from the end
+_MARKERS = tuple(range(1, 1 + 2 * len(MARKER.names or ())))  # of the ends of a contact: its law does not read them
+assert (ENDS.names or ())[1:3] == ("bearing", "journal")
 _WORDS = BODY.itemsize // 8
 
 
@@ -49,7 +53,8 @@ class Variation(NamedTuple):
     laws : (np, nc) array of int
         1 where the value changes the law of a contact.
     mechanics : (np,) array of int
-        1 where it changes anything else.
+        1 where it changes anything else; `INERTIAL` where it changes only masses and moments of inertia, or only
+        gravity, and all bodies are rigid.
     kinematics : (np,) array of int
         1 where it may move the ends of contacts at given coordinates, or prescribed coordinates.
     """
@@ -85,23 +90,14 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
     block = Block(Equations(model, make_work(model, np.zeros((nc, 2)), np.full(nc, -1)), given.implicit))
     memory, own = block.memory.view(np.float64), contents(model).words.view(np.float64)
     none = pack(system, ())
-    changes = [near.rates(lambda one: model_of(one, none)) for near in nearby]
-    starts = [near.derivative(start_state)[:, None] for near in nearby]
+    whole = model is system.arrays  # no sections of links are left out
+    changes = [near.arrays if whole else near.rates(lambda one: model_of(one, none)) for near in nearby]
+    scale = error_scale(system)
+    starts = [near.derivative(lambda one: start_state(one) / scale, True) * scale for near in nearby]
     laws, mechanics, kinematics = (np.zeros((len(nearby), *more), np.int64) for more in ((nc,), (), ()))
-    fields = list(_fields(model))
+    fields = dict(_fields(model))
     for p, change in enumerate(changes):
-        for name, place in fields:
-            inside = change.places[(change.places >= place.start) & (change.places < place.stop)] - place.start
-            if not len(inside) or name in ("limits", "stiff"):
-                continue
-            if name in ("laws", "tables", "ends"):  # a line for each contact
-                laws[p, inside // (len(place) // nc)] = 1
-            if name not in ("laws", "tables"):
-                mechanics[p] = 1
-            inertial = name == "bodies" and np.all(inside < model.bodies.records.size * _WORDS)
-            inertial = inertial and np.all(inside % _WORDS >= _WORDS - len(_INERTIAL))
-            if not inertial and name in ("bodies", "ends", "motion", "motion_c"):
-                kinematics[p] = 1
+        _note_effects(model, fields, change.places, laws[p], mechanics[p : p + 1], kinematics[p : p + 1])
     places = np.concatenate([np.zeros(0, np.int64), *(one.places for one in changes)])
     variation = Variation(
         cast(Equations, block),
@@ -115,7 +111,7 @@ def vary(system: System, nearby: Sequence[Neighbours], given: Given) -> tuple[Va
         mechanics,
         kinematics,
     )
-    return packed(variation), np.concatenate([np.zeros((len(given.start), 0)), *starts], axis=1)
+    return packed(variation), np.reshape(starts, (-1, len(scale))).T.copy()
 
 
 def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
@@ -125,3 +121,28 @@ def _fields(model: Arrays) -> Iterator[tuple[str, range]]:
         end = start + len(contents((value,)).words)
         yield name, range(start, end)
         start = end
+
+
+def _note_effects(
+    model: Arrays, fields: Mapping[str, range], places: Indices, laws: Indices, mechanics: Indices, kinematics: Indices
+) -> None:
+    """Note what a value changes, whose numbers have these places; see `Variation`."""
+    ends = np.array([place.stop for place in fields.values()])
+    owners = np.searchsorted(ends, places, side="right")
+    changed = {list(fields)[owner]: places[owners == owner] for owner in np.unique(owners)}
+    changed = {name: inside - fields[name].start for name, inside in changed.items() if name not in ("limits", "stiff")}
+    for name in ("laws", "tables", "ends"):  # a line for each contact
+        if name in changed:
+            line, word = np.divmod(changed[name], len(fields[name]) // len(laws))
+            laws[line if name != "ends" else line[~np.isin(word, _MARKERS)]] = 1
+    inside = changed.get("bodies", np.zeros(0, np.int64))
+    field = np.where(
+        inside < model.bodies.records.size * _WORDS, inside % _WORDS - _WORDS, 0
+    )  # of a body, from its end
+    inertial = bool(np.all((-len(_INERTIAL) <= field) & (field < 0)))
+    if changed.keys() - {"laws", "tables"}:
+        linear = changed.keys() <= {"bodies"} and inertial and not np.isin(field, _CENTRE).any()
+        linear = (linear or changed.keys() == {"gravity"}) and not model.bodies.shapes.shape[2]
+        mechanics[0] = INERTIAL if linear else 1
+    if not inertial or changed.keys() & {"ends", "motion", "motion_c"}:
+        kinematics[0] = 1

@@ -1,0 +1,79 @@
+"""Derivatives of a system's numbers with respect to values: one system for all proportional ones, or their own."""
+
+import numpy as np
+import pytest
+
+import linkages
+from linkages.engines.compiled.model import error_scale, start_state
+from linkages.engines.compiled.neighbours import Neighbours, neighbours
+from linkages.engines.compiled.runner import Runner, join
+from linkages.engines.compiled.sensitivity import Differentiation
+from linkages.engines.compiled.variation import INERTIAL
+from linkages.kernel.block import contents
+
+LINEAR = [
+    "joints.A.clearance",
+    "joints.A.viscosity",
+    "joints.B.viscosity",
+    "sdf.links.link2.mass",
+    "sdf.links.link6.mass",
+]
+
+
+def _dense(near):
+    """Return the derivatives of all numbers of the arrays."""
+    found = np.zeros(len(contents(near.system.arrays).words))
+    places, rates = near.arrays
+    found[places] = rates
+    return found
+
+
+def _compare(shared, system, value):
+    own, found = _dense(Neighbours(system, value)), _dense(shared)
+    np.testing.assert_array_equal(found != 0.0, own != 0.0)
+    np.testing.assert_allclose(found, own, rtol=1e-7)
+
+
+def test_one_system_gives_the_derivatives_of_all_proportional_numbers():
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    oil = linkages.Direction("oil", 0.5, {"joints.A.viscosity": 2.0, "joints.B.viscosity": 1.0})
+    values = [*LINEAR, oil]
+    shared = neighbours(system, values)
+    for near, value in zip(shared, values, strict=True):
+        _compare(near, system, value)
+        assert not near.derivative(start_state).any()
+        assert near.systems == [], value  # none of its own
+
+
+def test_values_with_other_numbers_have_their_own_systems():
+    system = linkages.load(linkages.find_file("slider_crank_dry.toml"))
+    values = ["joints.B.contact.restitution", "sdf.links.rod.mass", "joints.B.clearance", "sdf.frames.rod_B.pose.x"]
+    for near, value in zip(neighbours(system, values), values, strict=True):
+        _compare(near, system, value)
+        assert near.systems, value
+
+
+def test_rounding_is_no_change():
+    system = linkages.load(linkages.find_file("seven_bar.toml"))
+    near = Neighbours(system, "sdf.frames.link2_C.pose.x")
+    here, places = contents(system.arrays).words.view(np.float64), near.arrays.places
+    assert np.all(np.abs(near.arrays.rates * near.magnitude) > 1e-9 * np.abs(here[places]))
+    scale = error_scale(system)
+    near.derivative(lambda one: start_state(one) / scale, together=True)
+    assert len(near.systems) == 2  # differences of the second order have nine digits
+
+
+@pytest.mark.parametrize(
+    "value", ["sdf.links.link6.mass", "sdf.links.link6.inertia", "gravity.y", "sdf.links.link6.com.x"]
+)
+def test_linear_mechanics_agree_with_differences(value, monkeypatch):
+    """Masses and gravity have a formula; differences of the force residual give the same derivatives."""
+    system = linkages.load(linkages.find_file("seven_bar.toml"), {"duration": 0.05, "solver.accuracy": 1e-10})
+    runner, found = Runner(system), []
+    steps = join([runner.run(0.0, runner.start, 0.0, 10**6)])
+    for kind in (INERTIAL, 1):
+        monkeypatch.setattr("linkages.engines.compiled.variation.INERTIAL", kind)
+        found.append(Differentiation(runner, steps, [value]).at_steps().states[:, :, -1])
+    assert np.abs(found[0]).max() > 0.0
+    assert np.abs(found[0] - found[1]).max() < 1e-8 * np.abs(found[0]).max()
+    assert (found[0] == found[1]).all() == (value == "sdf.links.link6.com.x")  # where there is no formula
