@@ -117,18 +117,21 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
     model, work, moved = equations.model, equations.work, variation.equations.model
     own = p >= 0 and variation.laws[p, k] == 1
     a = s.motion[k]
-    given = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
+    motion = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7])
     approach, bristle = work.memory[k, APPROACH], work.memory[k, BRISTLE]
-    motion = inside(model.ends[k], model.laws[k], model.tables[k], approach, bristle, given, work.scratch.bounds[k])
+    bounds, end, law, table = work.scratch.bounds[k], model.ends[k], model.laws[k], model.tables[k]
+    bounded, value = is_bounded(bounds), 1.0 / variation.unit[p] if own else 0.0
     clear(s.found)
-    value = 1.0 / variation.unit[p] if own else 0.0
-    h, kind = stencil_step(model.ends[k], model.laws[k], approach, motion, s.change, value, s.room), FOURTH
-    bounds = work.scratch.bounds[k]
+    if not bounded and bounds[FINE] == 0.0:
+        h = _NARROW * stencil_step(end, law, approach, motion, s.change, value, s.room)
+        if h > 0.0:
+            _add_pair(variation, p if own else -1, k, end, law, table, approach, bristle, motion, h, s)
+        return
+    motion = inside(end, law, table, approach, bristle, motion, bounds)
+    h, kind = stencil_step(end, law, approach, motion, s.change, value, s.room), FOURTH
     if h == 0.0:
         return
-    if not is_bounded(bounds) and bounds[FINE] == 0.0:
-        h, kind = _NARROW * h, SECOND
-    elif is_bounded(bounds):
+    if bounded:
         for i in range(3):
             if own:
                 move(variation, p, (i - 1) * h)
@@ -136,6 +139,26 @@ def law_change(equations: Equations, variation: Variation, p: int, k: int, s: Co
             bounded_values(end, law, table, approach, bristle, motion, s.change, (i - 1) * h, s.seen[i])
         h, kind = place_stencil(h, bounds, s.seen)
     _add_differences(equations, variation, p if own else -1, k, motion, h, kind, s)
+
+
+@kernel
+def _add_pair(
+    variation: Variation, p: int, k: int, end: np.record, law: np.record, table: Array, approach: float, bristle: float,
+    motion: Motion, h: float, s: ContactState,
+) -> None:  # fmt: skip
+    """Add differences of the second order to ``found``; the law is that of value p unless it is -1."""
+    moved, weight = variation.equations.model, 0.5 / h
+    for side in (1.0, -1.0):
+        if p >= 0:
+            move(variation, p, side * h)
+            add_contact_change(
+                moved.ends[k], moved.laws[k], moved.tables[k], approach, bristle, motion, s.change, side * h,
+                side * weight, s.found,
+            )  # fmt: skip
+        else:
+            add_contact_change(end, law, table, approach, bristle, motion, s.change, side * h, side * weight, s.found)
+    if p >= 0:
+        move(variation, p, 0.0)
 
 
 @kernel
