@@ -120,10 +120,12 @@ def decompose(matrix: Array, u: Array, s: Array, vt: Array) -> None:
     m, n = matrix.shape
     wide = m < n
     few, many = (m, n) if wide else (n, m)
-    rows, turned = np.empty((few, many)), np.eye(few)
+    rows, turned = np.empty((few, many)), np.empty((few, few))
     for i in range(few):
         for j in range(many):
             rows[i, j] = matrix[i, j] if wide else matrix[j, i]
+        for j in range(few):
+            turned[i, j] = 1.0 if i == j else 0.0
     for _ in range(_SWEEPS):
         done = True
         for i in range(few):
@@ -135,7 +137,9 @@ def decompose(matrix: Array, u: Array, s: Array, vt: Array) -> None:
     for i in range(few):
         s[i] = math.sqrt(_product(rows[i], rows[i]))
     for k in range(few):
-        i = k + int(np.argmax(s[k:]))
+        i = k
+        for j in range(k + 1, few):
+            i = j if s[j] > s[i] else i
         s[k], s[i] = s[i], s[k]
         for x in (rows, turned):
             for j in range(x.shape[1]):

@@ -43,7 +43,11 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
     for i in range(nf):
         rhs[i] = needed[free[i]] - work.tau[free[i]]
     if nr == nf == model.rank:
-        solve_columns(np.ascontiguousarray(jacobian.T), rhs, found)
+        across = np.empty((nf, nr))
+        for i in range(nf):
+            for k in range(nr):
+                across[i, k] = jacobian[k, i]
+        solve_columns(across, rhs, found)
         for k in range(nr):
             work.reaction[k] = found[k]
         return
@@ -57,10 +61,11 @@ def row_reactions(model: Arrays, work: Workspace) -> None:
             if jacobian[k, i] != 0.0:
                 filled[count] = k
                 count += 1
-        for k in filled[:count]:
+        for a in range(count):
+            k = filled[a]
             work.row_error[k] += jacobian[k, i] * rhs[i]
-            for m in filled[:count]:
-                work.row_matrix[k, m] += jacobian[k, i] * jacobian[m, i]
+            for b in range(count):
+                work.row_matrix[k, filled[b]] += jacobian[k, i] * jacobian[filled[b], i]
     solve_rows(rows, model.rank, work.row_matrix, work.row_error, work.pivots, work.reaction)
 
 
